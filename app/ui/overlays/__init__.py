@@ -1,4 +1,4 @@
-"""Sheets over the screens: palette, help, places, settings."""
+"""Sheets over the screens: search, help, places and settings."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ OVERLAYS: Final = {
     "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
     "tour": (tr("How it works"), 688, "centre", "help", "TourBody"),
 }
-"""Title, width, side, module and class of each."""
+"""Title, width, side, module and class of each sheet."""
 
 
 def open_overlay(what: str, commands: Commands) -> Sheet:
-    """Open something over the screen in front; "manual#Match" is a part of it."""
+    """Open a sheet over the current screen; "manual#Match" opens the manual at that section."""
     what, _, part = what.partition("#")
     title, width, side, module, body_class = OVERLAYS[what]
     sheet = Sheet(commands.window, title, width, side)  # type: ignore[arg-type]

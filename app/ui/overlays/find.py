@@ -1,4 +1,4 @@
-"""Find anything: actions, styles, places, lamps, heads and settings by a few letters."""
+"""Find anything: a search for actions, styles, places, lamps, heads and settings."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _LIST_KEYS: Final = _ENTER | {
 
 
 class _Things(Lines):
-    """Paints one thing per line."""
+    """Paints one entry per row."""
 
     def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
         t, (ink, faint) = theme(), inks
@@ -61,7 +61,7 @@ class _Things(Lines):
 
 
 class ThingList(BareList):
-    """Things to choose from."""
+    """A list of entries to choose from."""
 
     def __init__(self, name: str, take: Callable[[Findable], None]) -> None:
         super().__init__(name)
@@ -70,7 +70,7 @@ class ThingList(BareList):
         self.itemClicked.connect(self._on_pick)
 
     def show_things(self, things: Sequence[Findable]) -> None:
-        """Show other things; the first is selected."""
+        """Show other entries, with the first one selected."""
         self.clear()
         for thing in things:
             item = QListWidgetItem(thing.words)
@@ -81,11 +81,11 @@ class ThingList(BareList):
         self.setCurrentRow(0)
 
     def follow(self, field: QWidget) -> None:
-        """Handle arrows and Enter of a text field, which keeps the focus."""
+        """Let the arrow keys and Enter work from a text field, which keeps the focus."""
         field.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the keys of the field that move or choose."""
+        """Handle the field's keys that move the selection or run an entry."""
         del watched
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
@@ -95,7 +95,7 @@ class ThingList(BareList):
         return handled
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Choose with Enter."""
+        """Run the selected entry on Enter."""
         if Qt.Key(event.key()) in _ENTER:
             self.take_current()
         else:
@@ -112,7 +112,7 @@ class ThingList(BareList):
 
 
 class FindBody(QWidget):
-    """A search field and the matches below it."""
+    """A search field with the matches below it."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -163,7 +163,7 @@ class FindBody(QWidget):
             )
             for one in places
         ]
-        # By now it may be closed, and something else be open in its place.
+        # By now the sheet may be closed, with another one in its place.
         if shiboken6.isValid(self):
             self._show()
 
@@ -175,12 +175,12 @@ class FindBody(QWidget):
 
     def _take(self, thing: Findable) -> None:
         self._commands.close_overlay()
-        # After the overlay is gone: what is done may open another.
+        # Wait until the sheet has closed, because the action may open another one.
         QTimer.singleShot(0, thing.run)
 
 
 def _actions(commands: Commands) -> list[Findable]:
-    # What a screen offers of the window's own is in the list once.
+    # List an action only once if both the screen and the window offer it.
     actions = {
         f"{one.words} {one.about}".strip(): one
         for one in commands.all_actions()

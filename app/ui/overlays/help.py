@@ -1,4 +1,4 @@
-"""Help, the tour, and the messages since the start: sheets that are read."""
+"""Help, the tour and the messages since the start: sheets to read."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from app.words.explanations import EXPLANATIONS
 _LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
 _BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
 _BLOCK: Final = re.compile(r"(#*) ?(?:[*] |\d[.] )?(?:[*]{2}([^*]+)[.][*]{2})?(.*)")
-"""Marks of a heading, words that stand before the others, and the others."""
+"""Groups of a match: heading marks, a bold term at the start, and the rest of the text."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
 
 
 def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
-    """List the shortcuts: one line for each key."""
+    """Return the shortcuts, one row per key."""
     lines: dict[str, str] = {}
     for one in actions:
         keys = key_text(one.shortcut) if one.shortcut else one.keys
@@ -49,7 +49,7 @@ def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
 
 
 class HelpBody(QWidget):
-    """Shortcuts of this screen and of all, and words."""
+    """The shortcuts of the current screen and of all screens, with explanations."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class HelpBody(QWidget):
 
 
 class ManualBody(QWidget):
-    """The manual, that travels with the program: its words, without its pictures and links."""
+    """The manual that comes with the program, without its pictures and links."""
 
     def __init__(self, _commands: Commands) -> None:
         super().__init__()
@@ -103,7 +103,7 @@ class ManualBody(QWidget):
         column(self._area, into=self)
 
     def show_section(self, title: str) -> None:
-        """Scroll to the section about a number, once the layout is done."""
+        """Scroll to the section about a value, once the layout is done."""
         lead, bar = self._leads.get(title), self._area.verticalScrollBar()
         if lead is not None:
             lead.set_role("amber")
@@ -111,7 +111,7 @@ class ManualBody(QWidget):
 
 
 class MessagesBody(QWidget):
-    """The messages so far."""
+    """The messages since the start."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -130,7 +130,7 @@ class MessagesBody(QWidget):
         return row((icon, 0, _TOP), (moment, 0, _TOP), (texts, 1), gap=12)
 
     def _buttons(self, message: Message) -> QHBoxLayout:
-        """Make buttons for the message's actions."""
+        """Create buttons for the message's actions."""
         buttons = []
         for words, do in message.actions:
             button = Button(words, size="small", do=lambda _on=False, do=do: self._act(do))
@@ -147,7 +147,7 @@ _PICTURE: Final = (640, 400)
 
 
 class TourBody(QWidget):
-    """Five of the program’s own screens, one at a time, and the way into the demo."""
+    """Five screens of the program, one at a time, with a button that opens the demo."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -177,7 +177,7 @@ class TourBody(QWidget):
 
 
 class _Page(QWidget):
-    """One step: a picture of the screen, its title, and what to do there."""
+    """One step: a picture of a screen, its title and instructions."""
 
     def __init__(self, number: int) -> None:
         super().__init__()
@@ -185,18 +185,18 @@ class _Page(QWidget):
         self.setAccessibleName(tr("Step {number}: {title}", number=number + 1, title=title))
         self._file = resources() / "tour" / f"{name}-{theme().name}.webp"
         self._picture = Picture(tr("The screen: {title}", title=title))
-        # In a low window it makes way for the words.
+        # In a low window the picture shrinks to leave room for the text.
         self._picture.preferred_size = _PICTURE
         self._picture.setMaximumSize(*(px(side) for side in _PICTURE))
         texts = Text(title, 20, 600), Text(words, 16, role="dim", wrap=True)
         column((self._picture, 0, Qt.AlignmentFlag.AlignHCenter), 8, *texts, ..., into=self, gap=8)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the picture's proportions, so that the whole screen shows."""
+        """Keep the aspect ratio of the picture, so that the whole screen is visible."""
         super().resizeEvent(event)
         self._picture.setMaximumWidth(self._picture.height() * _PICTURE[0] // _PICTURE[1])
 
     def read(self) -> None:
-        """Read the picture, once the page is turned to."""
+        """Load the picture when its page is shown."""
         encoded = np.fromfile(self._file, np.uint8)
         self._picture.set_picture(np.asarray(cv2.imdecode(encoded, cv2.IMREAD_COLOR_RGB), np.uint8))

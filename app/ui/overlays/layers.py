@@ -1,4 +1,4 @@
-"""The layers of a panorama, one of which holds the light."""
+"""The layers of a panorama, from which the user chooses the one with the light."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.ui.widgets.surfaces import Scroll
 
 
 class LayersBody(QWidget):
-    """A button for each layer; it opens the panorama by that one."""
+    """A button for each layer, which opens the panorama with it."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The list of saved places: by day, searched, tagged, picked to compare."""
+"""The list of saved places by day, with search, tags and selection for comparison."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from app.ui.widgets.surfaces import Menu, OutlineBox, PictureLine, Scroll
 
 _PICTURE: Final = (176, 88)
 
-_BAR: Final = 24  # room at the right edge that the scroll bar lies in
+_BAR: Final = 24  # room for the scroll bar at the right edge
 
 _MOST_UNSEARCHED: Final = 4  # a shorter list needs no search
 
-_AT_ONCE: Final = 3  # lines that come or go in one event
+_AT_ONCE: Final = 3  # rows added or removed per event
 
 
 class _Pick(Pressable):
-    """A small box that picks a place to be compared."""
+    """A small box that selects a place for comparison."""
 
     preferred_size = (24, 32)
 
@@ -55,7 +55,7 @@ class _Pick(Pressable):
 
 
 class _Tag(Pressable):
-    """A tag of a place, as large as its words."""
+    """A tag of a place, as large as its text."""
 
     def __init__(self, words: str, find: Callable[[str], None]) -> None:
         super().__init__(tr("Search for {tag}", tag=words), do=lambda: find(words))
@@ -100,7 +100,7 @@ class _PlaceLine(PictureLine):
         self.row.addWidget(more)
 
     def _add_opener(self) -> None:
-        """Offer to open or to finish it; of one without any frame nothing can be made."""
+        """Add a button to open or finish the place, unless it has no frames."""
         place = self.place
         if place.unfinished is not None and not place.unfinished.can_finish:
             return
@@ -118,7 +118,7 @@ class _PlaceLine(PictureLine):
 
 
 class _Edit(KeysSheet):
-    """Name, tags and notes of a place; saved however the sheet is closed."""
+    """Name, tags and notes of a place, saved however the sheet is closed."""
 
     def __init__(self, host: QWidget, place: PlacesListRow, keep: Callable[..., None]) -> None:
         super().__init__(host, tr("Name, tags and notes"), 560)
@@ -139,7 +139,11 @@ class _Edit(KeysSheet):
 
 
 class _EmptyTrash(KeysSheet):
-    """Asks before places are deleted for good; `words`: their number and size."""
+    """Asks for confirmation before places are deleted permanently.
+
+    Attributes:
+        words: Their number and size.
+    """
 
     def __init__(self, host: QWidget, words: str, empty: Callable[[], None]) -> None:
         super().__init__(host, tr("Delete these places for good?"), 440)
@@ -155,7 +159,7 @@ class _EmptyTrash(KeysSheet):
 
 
 class PlacesBody(QWidget):
-    """The list."""
+    """The list of places."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -201,7 +205,7 @@ class PlacesBody(QWidget):
             self._show_found()
 
     def _show_found(self) -> None:
-        """Show the places that match the search, a few lines at a time."""
+        """Show the places that match the search, a few rows at a time."""
         self._rest = self._lay(self._state or PlacesListState(busy=True))
         self._making.start()
         self._lay_more()
@@ -211,7 +215,7 @@ class PlacesBody(QWidget):
             self._making.stop()
 
     def _lay(self, state: PlacesListState) -> Iterator[bool]:
-        """Make missing lines, then show the matches; yields after every few lines."""
+        """Create missing rows, then show the matches; yields after every few rows."""
         rows, step = (state.rows, state.deleted), 0
         if rows != self._last:
             self._last = (None, None)
@@ -236,7 +240,7 @@ class PlacesBody(QWidget):
         self._find_stop()
 
     def _fill(self, state: PlacesListState) -> Iterator[bool]:
-        """Put the places under their days; lines that are there already are used again."""
+        """Put the places under their days, reusing existing rows."""
         stale = [line for place, line in self._lines.items() if place not in set(state.rows)]
         for widget in (*self._heads, *self._deleted_rows, *stale):
             self._column.removeWidget(widget)
@@ -263,7 +267,7 @@ class PlacesBody(QWidget):
             self._column.insertWidget(self._column.count() - 1, widget)
 
     def _order_stops(self, state: PlacesListState) -> None:
-        """Make the places one Tab stop, before the buttons below them."""
+        """Make the places a single Tab stop, before the buttons below them."""
         parts: list[Sequence[QWidget]] = [self._lines[place].stops for place in state.rows]
         parts += [one.findChildren(Button) for one in (*self._heads, *self._deleted_rows)]
         self._stops = [stop for part in parts for stop in part]
@@ -275,7 +279,7 @@ class PlacesBody(QWidget):
             QWidget.setTabOrder(one, other)
 
     def _find_stop(self) -> None:
-        """Move the Tab stop to a visible line."""
+        """Move the Tab stop to a visible row."""
         usable = [stop for stop in self._stops if stop.isVisibleTo(self) and stop.isEnabled()]
         if usable and self._roving.stop not in usable:
             self._roving.set_stop(usable[0])
@@ -293,17 +297,17 @@ class PlacesBody(QWidget):
         self._compare.set_available(count > 1, tr("Pick 2 to 6 places by the boxes before them."))
 
     def search(self, words: str) -> None:
-        """Show only places with these words."""
+        """Show only places that contain these words."""
         self._search.set_text(words)
         self._show_found()
 
     def leave(self, call: Callable[[], None]) -> None:
-        """Close the list, then do this."""
+        """Close the list, then make a call."""
         self._commands.close_overlay()
         call()
 
     def pressed(self, place: PlacesListRow) -> None:
-        """Open a place, or with Ctrl held pick it to be compared."""
+        """Open a place, or with Ctrl held select it for comparison."""
         modifiers = QGuiApplication.keyboardModifiers() & Qt.KeyboardModifier.ControlModifier
         if modifiers and place.can_compare:
             self.presenter.pick(place.folder)
@@ -311,7 +315,7 @@ class PlacesBody(QWidget):
             self.open(place)
 
     def open(self, place: PlacesListRow) -> None:
-        """Open or finish a place."""
+        """Open a place, or finish it."""
         self.leave(lambda: self.presenter.open(place.folder))
 
     def _compare_picked(self) -> None:
@@ -319,7 +323,7 @@ class PlacesBody(QWidget):
         self._over(SpotsSheet(self._commands, folders, self.leave))
 
     def _head(self, day: str, places: Sequence[PlacesListRow]) -> QWidget:
-        """Make a heading; two and more places of a day are compared from there."""
+        """Create the heading of a day, with a button to compare two or more of its places."""
         folders = [place.folder for place in places if place.can_compare]
         count = tr_plural("{count} place", "{count} places", len(places))
         words = [Text(day, 16, 600), Text(count, 12, role="dim")]
@@ -366,7 +370,7 @@ class PlacesBody(QWidget):
         self._over(_Edit(self.window(), place, partial(self.presenter.edit, place.folder)))
 
     def _over(self, sheet: Sheet) -> None:
-        """Open a sheet over the list, for as long as the list is there."""
+        """Open a sheet over the list that closes together with it."""
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
         sheet.open()

@@ -1,4 +1,4 @@
-"""The settings: one line each, saved when changed."""
+"""The settings, one row each, saved on every change."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from app.words import settings as words
 
 
 class SettingsBody(QWidget):
-    """Every setting that is shown, under its heading."""
+    """All visible settings under their headings."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -48,7 +48,7 @@ class SettingsBody(QWidget):
         self.nothing = Text("", role="dim", wrap=True)
         self.nothing.hide()
         inside = QWidget()
-        # It resets all of them, so it goes with none that is searched for.
+        # The button resets all settings, so no search should match it.
         self._lines.append(("", boxed(row(reset, ..., gap=None))))
         lines = [line for _, line in self._lines]
         column(self.nothing, *lines, ..., into=inside, gap=16, margins=(0, 0, 16, 0))
@@ -57,7 +57,7 @@ class SettingsBody(QWidget):
         self.setFocusProxy(self.field)
 
     def _filter(self, query: str) -> None:
-        """Show the settings that fit a few letters: of a title, a choice, or a word for it."""
+        """Show the settings that match a few letters of a title, a choice or a synonym."""
         visible = [not query.strip() or score(query, about) > 0 for about, _ in self._lines]
         for (_, line), fits in zip(self._lines, visible, strict=True):
             line.setVisible(fits)
@@ -65,7 +65,7 @@ class SettingsBody(QWidget):
         self.nothing.say("" if any(visible) else nothing)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc restores the typed value; a second Esc closes the sheet."""
+        """Clear the search or restore the typed value on Esc; a second Esc closes the sheet."""
         if event.key() == Qt.Key.Key_Escape and self.field.text():
             self.field.set_text("")
             self._filter("")
@@ -127,7 +127,7 @@ class SettingsBody(QWidget):
             partial(words.value_words, entry),
             default=float(entry.default),
         )
-        # A size that changes under the hand would run away from it.
+        # If the text size changed during the drag, the slider would move away from the pointer.
         changed = slider.settled if entry.key == "text_scale" else slider.changed
         changed.connect(lambda number: self._change(entry, number))
         return slider

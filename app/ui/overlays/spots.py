@@ -1,4 +1,4 @@
-"""Spots side by side, and which of them is best for a style."""
+"""Spots side by side, to find the best one for a style."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from app.ui.widgets.surfaces import OutlineBox, Scroll
 
 _WIDE: Final = 368  # for each of up to three spots
 
-_HIGH: Final = {True: 304, False: 160}  # of a picture, in one row and in two
+_HIGH: Final = {True: 304, False: 160}  # height of a picture, in one row and in two
 
 _ONE_ROW: Final = 4
 
 
 class _Spot(OutlineBox):
-    """A spot: its picture, verdict and a button to open it; the best one has an edge."""
+    """A spot: its picture, its verdict and a button to open it; the best one has a border."""
 
     def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
-        # On white there is no brighter fill: the edge alone is wider.
+        # No fill is brighter than white, so only the border is wider.
         fill, edge, width = "panel", "line", 1
         if card.best:
             fill, edge, width = "raised", "sel", 4 if theme().contrast else 2
@@ -60,7 +60,11 @@ class _Spot(OutlineBox):
 
 
 class SpotsSheet(Sheet):
-    """Compares spots; `leave` closes this sheet and the list below it."""
+    """Compares spots.
+
+    Attributes:
+        leave: Closes this sheet and the list below it.
+    """
 
     def __init__(
         self,
@@ -99,7 +103,7 @@ class SpotsSheet(Sheet):
         clear(self._grid)
         flat = len(state.cards) <= _ONE_ROW
         across = len(state.cards) if flat else 3
-        # In a small window the words below are worth more than the whole of the head.
+        # In a small window the text below matters more than the full height of the head.
         high = min(px(_HIGH[flat]), self.window().height() // (3 if flat else 5))
         for number, card in enumerate(state.cards):
             widget = _Spot(card, high, self._go_to)

@@ -1,1 +1,1 @@
-"""What the screens show and do, without Qt: models in, states for the views out."""
+"""The logic of the screens without Qt: presenters turn models into states for the views."""

@@ -1,4 +1,4 @@
-"""Actions as data, and the search by a few letters."""
+"""Actions as data, and the search for entries by a few letters."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ _WORDS: Final = re.compile(r"[^\W_]+")
 _MOST: Final = 50
 
 SEARCH_SCOPE: Final = tr("an action, a style, a place, a lamp, a head or a setting")
-"""What can be found."""
+"""The kinds of entries that the search can return."""
 
 
 @dataclass(frozen=True, slots=True)
 class Findable:
     """An entry of "Find anything".
 
-    `detail`: What it is, in a word or two: "style", "place of 21 Nov".
+    Attributes:
+        detail: The kind of entry in a word or two: "style", "place of 21 Nov".
     """
 
     words: str
@@ -32,13 +33,11 @@ class Findable:
 
 
 def score(query: str, words: str) -> float:
-    """Score how well a few letters match some words; 0 if they do not.
+    """Return how well a few letters match some text, from 0 (no match) to 1.
 
-    Every word that is typed must begin a word, or else be found inside one. What begins with
-    the first letters typed goes first, shorter words before longer ones.
-
-    Returns:
-        0 to 1.
+    Every word of the query must occur in the text. A word scores highest at the start of the text's
+    word in the same position, less at the start of another word, and least inside one. Shorter text
+    scores slightly higher.
 
     Examples:
         >>> score("rem", "Rembrandt") > score("rem", "Save as a rembrandt") > 0
@@ -64,7 +63,7 @@ def score(query: str, words: str) -> float:
 
 
 def best(query: str, things: Iterable[Findable]) -> Sequence[Findable]:
-    """Return the matches, the best first."""
+    """Return the matches, best first."""
     if not query.strip():
         return list(things)[:_MOST]
     rated = [
@@ -76,7 +75,7 @@ def best(query: str, things: Iterable[Findable]) -> Sequence[Findable]:
 
 
 def nothing_words(query: str) -> str:
-    """Write that nothing matches, with suggestions."""
+    """Return the message for a search without matches, including suggestions."""
     return tr(
         "Nothing found for “{typed}”. Type a few letters of {searched}.",
         typed=query.strip(),
@@ -90,19 +89,19 @@ def _plain(text: str) -> str:
 
 
 def always() -> bool:
-    """Return True: for actions that are always available."""
+    """Return True, for actions that are always available."""
     return True
 
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Something that can be done.
+    """An action of the user.
 
     Attributes:
-        key: Name in code, unique: ``open-files``.
-        shortcut: As Qt writes it, "Ctrl+O"; several are separated by "; ". May be empty.
-        hint: One or two words for the line at the foot of the window; empty = not shown there.
-        about: What it would act on now, to be read after `words`: "Undo" "delete My Rembrandt".
+        key: Unique name in code, such as ``open-files``.
+        shortcut: Shortcuts in Qt's notation, such as "Ctrl+O", separated by "; "; may be empty.
+        hint: One or two words for the line at the foot of the window; empty to leave it out.
+        about: The current target, which follows `words`: "Undo" "delete My Rembrandt".
     """
 
     key: str

@@ -1,4 +1,4 @@
-"""Writing of places, a moment after they change."""
+"""Automatic saving of places, a moment after they change."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from app.ui.presenters.services import Services
 _MOMENT_S: Final = 0.4
 
 Conflicts: TypeAlias = list[tuple[str, Path]]
-"""Names of places, and the copies of what another process has written of them."""
+"""Names of places, and the copies that another process has written of them."""
 
 
 class Autosave:
-    """Writes places in the order of their changes, a moment later.
+    """Writes places in the order of their changes, after a short delay.
 
-    While something moves, as a needle under the hand, only the last of it is written.
+    During a continuous change, such as a drag of the needle, only the last state is written.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Autosave:
         self._last: dict[Path, tuple[PlaceSource | None, Facts]] = {}
 
     def keep(self, folder: Path, place: Place) -> None:
-        """Write a place soon; a newer state of it replaces this one until then."""
+        """Write a place soon, unless a newer state of it replaces this one first."""
         with self._lock:
             running, self._running = self._running, True
             self._waiting[folder] = place
@@ -51,25 +51,26 @@ class Autosave:
             self._services.runner.submit("keep", self._soon, done=self._done, failed=self._failed)
 
     def keep_now(self, folder: Path, place: Place) -> Conflicts:
-        """Write a place before going on, as at the end; and whatever else still waits.
+        """Write a place and everything else that is waiting, for example before the app closes.
 
-        Returns what another process has written into them since they were read.
+        Returns:
+            The versions that another process has written since the places were read.
 
         Raises:
-            PlaceError: When the disk refuses; it is tried again with the next that is kept.
+            PlaceError: If a write fails; it is tried again with the next one.
         """
         with self._lock:
-            # One that still waits would put an older state back.
+            # A waiting older state would otherwise overwrite this one.
             self._waiting[folder] = place
         return self._write_waiting()
 
     def unkept(self, folder: Path) -> Place | None:
-        """Return the state of a place that is not on the disk yet; None if everything is."""
+        """Return the state of a place that is not on the disk yet, or None if all is saved."""
         with self._lock:
             return self._waiting.get(folder)
 
     def forget(self, folder: Path) -> None:
-        """Drop what is waiting for a place, as when it was saved elsewhere."""
+        """Discard the waiting state of a place, for example because it was saved elsewhere."""
         with self._lock:
             self._waiting.pop(folder, None)
 
@@ -77,13 +78,13 @@ class Autosave:
         try:
             wait(self._services.clock, _MOMENT_S, token)
         except Cancelled:
-            # What was handed over is not lost.
+            # Save the waiting states even if the delay was cancelled.
             self._write_waiting()
             raise
         return self._write_waiting()
 
     def _write_waiting(self) -> Conflicts:
-        # Only writers wait for the disk, never who hands something over.
+        # Only writers wait for the disk; callers that queue a place never do.
         with self._writing:
             with self._lock:
                 self._running = False
@@ -97,7 +98,7 @@ class Autosave:
                         if other is not None:
                             conflicts.append((place.name, other))
                 except PlaceError as error:
-                    # It waits on: a disk that is full now may have room later.
+                    # Keep it waiting, because a full disk may have space later.
                     trouble = trouble or error
                 else:
                     self._after_write(folder, place)
@@ -106,13 +107,13 @@ class Autosave:
         return conflicts
 
     def _holds(self, folder: Path, place: Place) -> bool:
-        """Whether the file is as the place: it was read so, or written so since."""
+        """Return whether the file already holds this state of the place."""
         if not (folder / PLACE).is_file():
             return False
         source, facts = place.source, to_json(place)
         before, last = self._last.get(folder, (None, None))
         if source is None or before is not source:
-            # What was found damaged is written whole.
+            # A file with damaged parts is rewritten in full.
             last = None if source is None or place.remarks else source.file_facts
         return facts == last
 

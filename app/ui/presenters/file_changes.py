@@ -1,7 +1,7 @@
-"""Changes of the user's files: one after the other, none left out, and each can be undone.
+"""Changes to the user's files, made in order, without skipping any, and with undo.
 
-The user's own styles are changed like this from every screen: copied, renamed, deleted, exported
-and imported.
+The user's own styles are copied, renamed, deleted, exported and imported like this from every
+screen.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ K = TypeVar("K")
 
 
 class SerialQueue:
-    """Runs changes of files one after the other.
+    """Runs changes to files one after the other.
 
-    A runner cancels older work of the same key, and then does not report how it ended. That is
-    right for answers; of two styles that are deleted one after the other both are to be deleted.
+    The job runner cancels an older job with the same key and drops its result. That suits computed
+    answers, but if two styles are deleted in quick succession, both deletions must run.
     """
 
     def __init__(self, services: Services, key: str) -> None:
@@ -48,7 +48,7 @@ class SerialQueue:
         self._busy = False
 
     def submit(self, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]) -> None:
-        """Do it once everything before it has ended; see `Runner.submit`."""
+        """Run the work after everything queued before it; see `Runner.submit`."""
         done, cancelled = how.get("done"), how.get("cancelled")
         on_error = how.get("failed") or self.services.notify.tell_error
 
@@ -80,10 +80,10 @@ class SerialQueue:
 
 
 class FileChange(Generic[T]):
-    """A change of the user's files that can be undone; each way it waits for its turn.
+    """An undoable change to the user's files; the change and its undo both wait in the queue.
 
-    It is in the list from the moment it is asked for: whoever undoes at once undoes this, and
-    nothing that came before it. A failure that nobody takes is told to the user.
+    The change is on the undo stack as soon as it is requested, so an immediate undo applies to it
+    and not to an earlier step. An error without a handler is shown to the user.
     """
 
     def __init__(
@@ -107,13 +107,13 @@ class FileChange(Generic[T]):
         self.step = Undoable(words, self._take_back, self._again, result=lambda: self._result)
 
     def begin(self) -> None:
-        """Do it for the first time."""
+        """Make the change for the first time."""
         self._before()
         self._stack.push(self.step)
         self._submit(self._make, self._is_made, lambda: self._stack.drop(self.step))
 
     def take_back(self) -> None:
-        """Undo it, whatever has been done since."""
+        """Undo the change, whatever has happened since."""
         self._stack.take_back(self.step)
 
     def _again(self) -> None:
@@ -157,9 +157,16 @@ def delete_with_undo(
     returned: Callable[[K], str],
     before: Callable[[], None] = lambda: None,
 ) -> None:
-    """Delete something; undo, or the message's button, restores it.
+    """Delete something that undo, or the message's button, can restore.
 
-    `message` and `returned` are called once it is, and give the title that is told.
+    Args:
+        files: Queue for the file changes.
+        title: Title of the item, for the undo step.
+        put_away: Moves the item to the trash.
+        bring_back: Restores it from there.
+        message: Called after the deletion; returns the title to show.
+        returned: Called after the restoration; returns the title to show.
+        before: Called before the deletion.
     """
     tell = files.services.notify.tell
 
@@ -178,7 +185,7 @@ def delete_with_undo(
 
 
 def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exception], None]:
-    """Return a handler: errors the user can correct show at the field, others as messages."""
+    """Return a handler that shows the user's errors at the field, and others as messages."""
 
     def failed(error: Exception) -> None:
         if isinstance(error, CoreError):
@@ -190,13 +197,14 @@ def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exc
 
 
 class OwnStyles:
-    """Changes the files of the user's styles, and the model with them; the desk has the only one.
+    """Changes the files of the user's styles and the model; the desk owns the only instance.
 
-    Files are changed one after the other, see `Desk.file_work`. What a screen does beyond that it
-    does in the callables that it gives; what any screen has to know is told by the events.
+    Files are changed one after the other, as described at `Desk.file_work`. Screens add their own
+    steps as callables, and the events inform all the other screens.
 
-    `leaving`: Emits the name of a style that is about to be put away: what is unsaved is written
-    now.
+    Attributes:
+        leaving: Emits the name of a style before it is deleted, so that unsaved work can be
+            written.
     """
 
     def __init__(self, services: Services, files: SerialQueue) -> None:
@@ -207,11 +215,11 @@ class OwnStyles:
     def rename(
         self, style: UserStyle, title: str, done: Callable[[], None], trouble: Callable[[str], None]
     ) -> None:
-        """Rename a style; can be undone."""
+        """Rename a style; the user can undo it."""
         folder = self._services.folders.styles
 
         def call(text: str) -> UserStyle:
-            # With its newest weights: it may have been painted on since.
+            # Read the file again, because the weights may have changed since.
             return rename(folder, read_user_style(text_path(folder, style.name)), text)
 
         def renamed(other: UserStyle) -> None:
@@ -230,14 +238,14 @@ class OwnStyles:
         ).begin()
 
     def duplicate(self, style: UserStyle, done: Callable[[UserStyle], None]) -> None:
-        """Copy a style; `done` is called with the copy."""
+        """Copy a style, and call `done` with the copy."""
         folder = self._services.folders.styles
         self._files.submit(lambda *_: duplicate(folder, style), done=done)
 
     def delete(self, style: UserStyle) -> None:
         """Delete a style with its draft; undo, or the message's button, restores both."""
         folders, model = self._services.folders, self._services.model
-        # Another style's needle and goal are none of the next one's.
+        # The needle and the goal belong to this style only.
         front = ("chosen", "needle_deg", "goal_deg")
         was = {key: getattr(model, key) for key in front} if style.name == model.chosen else {}
         name = style.name
@@ -280,7 +288,8 @@ class OwnStyles:
         target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
 
         def work() -> str:
-            # A name that the ending was added to is another file: do not replace it.
+            # After adding the suffix, the name may belong to another file, which must not be
+            # replaced.
             export_style(style, target, replace=target == path)
             return target.name
 
@@ -292,12 +301,12 @@ class OwnStyles:
         )
 
     def take_in(self, path: Path, done: Callable[[UserStyle], None]) -> None:
-        """Import a style file, which is left as it is."""
+        """Import a style file, leaving the original unchanged."""
         folder = self._services.folders.styles
         self._files.submit(lambda *_: import_style(folder, path), done=done)
 
     def add(self, style: UserStyle, *, choose: bool = True, **changes: Any) -> None:
-        """Add a style to the model; it replaces one of the same name."""
+        """Add a style to the model, replacing one with the same name."""
         if choose:
             changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
         self._put(self._among(style), **changes)

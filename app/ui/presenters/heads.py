@@ -1,4 +1,4 @@
-"""The head that stands for the sitter: the choice of heads, and loading one."""
+"""The head that represents the sitter: the available heads, and loading one."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ class HeadChoice:
         self._target = ""
 
     def titles(self) -> tuple[tuple[str, str], ...]:
-        """Name and title of every head: those that ship, then the user's own.
+        """Return the name and title of every head, with the built-in ones first.
 
-        The user's own are in the folder `heads` beside their styles, or were chosen as a file.
+        The user's own heads are in the folder `heads` beside their styles, or were selected as
+        files.
         """
         model, folder = self._services.model, self._services.folders.home / _FOLDER
         last, head = model.settings.own_head, model.head
@@ -36,7 +37,7 @@ class HeadChoice:
         return tuple((name, head_title(name)) for name in list_heads(folder, *files))
 
     def choose(self, file: Path) -> None:
-        """Load the user's own head from a file, and list it from now on."""
+        """Load the user's own head from a file, and add it to the list."""
         try:
             self._services.model.set("own_head", str(file))
         except CoreError as error:
@@ -44,9 +45,9 @@ class HeadChoice:
         self.load(str(file))
 
     def load(self, name: str) -> None:
-        """Select a head of `titles`, the generic one if it is gone, and load it.
+        """Select a head of `titles`, or the generic one if it is gone, and load it.
 
-        Answers for the head before it no longer count.
+        Answers for the previous head become invalid.
         """
         self._target = name
         names = pack_names()
@@ -62,9 +63,10 @@ class HeadChoice:
         )
 
     def load_for_place(self, name: str) -> None:
-        """Load the head of a place, unless it is loaded or on its way.
+        """Load the head of a place, unless it is loaded or loading already.
 
-        Must come before the light of the place, which would be solved with another head.
+        Call this before setting the place's light, which would otherwise be solved with the wrong
+        head.
         """
         model, runner = self._services.model, self._services.runner
         is_coming = runner.running("head") and self._target == name
@@ -72,7 +74,7 @@ class HeadChoice:
             self.load(name)
 
     def follow_looks(self) -> None:
-        """Load the head again after its looks have changed in the settings."""
+        """Reload the head after its appearance has changed in the settings."""
         head, looks = self._services.model.head, self._services.model.settings.looks
         if head is not None and (head.hair, head.in_place) != looks:
             self.load(head.name)
@@ -85,5 +87,5 @@ class HeadChoice:
         head = self._services.model.head
         if head is not None:
             self._services.model.update(head_name=head.name)
-        # With the loaded head.
+        # with the loaded head
         self._solving.solve()

@@ -1,4 +1,4 @@
-"""The lamps of a place, computed once for the table on Probe, catchlights and sheets."""
+"""The lamps of a place, computed once for the table on Probe, the catchlights and the sheets."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from app.core.measure.finish.findings import Findings, clip_level, find
 from app.core.places.place import CaptureFacts
 from app.core.solver.place_light import PlaceLight
 
-_PLACES: Final = 2  # the open one, and one beside it
+_PLACES: Final = 2  # the open place, and one for comparison
 
 
 def lamps_here(light: PlaceLight, capture: CaptureFacts | None) -> Findings:
-    """Find the lamps of a place. Slow the first time: not for the main thread.
+    """Find the lamps of a place; the first call is too slow for the main thread.
 
     Args:
-        capture: How the light was measured; None where that is not known.
+        capture: How the light was measured, or None if unknown.
     """
     if capture is None:
         return _findings(light, None, None)
-    # A bracket that held all the light has nothing at its level but chance.
+    # If nothing was clipped, values at the clipping level are there by chance.
     stops = tuple(frame.ev for frame in capture.frames) if capture.clipped_share else ()
     return _findings(light, clip_level(stops), capture.white_cd_m2)
 

@@ -1,4 +1,4 @@
-"""The open place: opening, changing, solving and saving it."""
+"""The open place: opening, changing, solving and saving."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ _SAVED_FIELDS: Final = frozenset(
 
 
 class PlaceController:
-    """Opens places, has them solved, and saves them.
+    """Opens, solves and saves places.
 
     Attributes:
-        photo_taker: callable or None. Takes files that may be photos of the sitter, while a
-            screen in front has a use for them; gives whether it did.
-        layer_asker: callable or None. Asks which of `layers` to read.
-        layers: Of the panorama that waits for that choice.
+        photo_taker: Callable or None. Accepts files that may be photos of the sitter while the
+            current screen can use them, and returns whether it did.
+        layer_asker: Callable or None. Asks which of `layers` to read.
+        layers: Layers of the panorama that is waiting for that choice.
     """
 
     def __init__(self, services: Services) -> None:
@@ -72,7 +72,7 @@ class PlaceController:
     # -- start and end -------------------------------------------------------------------------
 
     def begin(self, *, reopen: bool = False) -> None:
-        """Load the head that is set and the user's own styles; open the last place again."""
+        """Load the selected head and the user's own styles, and reopen the last place."""
         self.heads.load(self._services.model.settings.head)
         self.refresh_user_styles()
         if reopen:
@@ -96,15 +96,15 @@ class PlaceController:
         if new_place is None:
             self._no_longer()
             return
-        # Whoever has gone on to another step meanwhile stays there.
+        # The user may have moved to another step meanwhile, so keep it.
         self._opened(new_place, self._services.model.step)
 
     def keep_all(self) -> bool:
-        """Save everything that is not on the disk yet; return whether that worked."""
+        """Save everything that is not on the disk yet, and return whether that succeeded."""
         return self.saving.keep_all()
 
     def refresh_user_styles(self) -> None:
-        """Read the user's own styles again."""
+        """Reload the user's own styles."""
         folder = self._services.folders.styles
         self._services.runner.submit(
             "user-styles",
@@ -117,20 +117,20 @@ class PlaceController:
     # -- places --------------------------------------------------------------------------------
 
     def open_paths(self, paths: Sequence[Path]) -> None:
-        """Open a place, a panorama, a bracket, or a folder with one of these.
+        """Open a place, a panorama, a bracket, or a folder that contains one.
 
-        While the sitter turns, a photo of them is looked at instead.
+        While the sitter turns, photos of the sitter are checked instead.
         """
         if self.photo_taker is None or not self.photo_taker(paths):
             self.open_as_place(paths)
 
     def open_as_place(self, paths: Sequence[Path]) -> None:
-        """Open a place, or make one from a panorama or a bracket."""
+        """Open a place, or create one from a panorama or a bracket."""
         self._layered = tuple(paths)
         self._open(*self._reading(paths))
 
     def choose_layer(self, layer: str) -> None:
-        """Open one layer of the panorama that is waiting for the choice."""
+        """Open one layer of the panorama that is waiting for a choice."""
         self._open(*self._reading(self._layered, layer=layer))
 
     def _open(
@@ -147,7 +147,7 @@ class PlaceController:
         )
 
     def _no_longer(self) -> None:
-        # A newer one may have taken the place of the one that ended.
+        # A newer job may have replaced the one that has ended.
         if not self._services.runner.running("open"):
             self._services.model.update(opening="")
 
@@ -164,7 +164,7 @@ class PlaceController:
         self._services.notify.tell_error(error, actions=actions, about="open")
 
     def finish(self, unfinished: UnfinishedPlace) -> None:
-        """Finish a place: merge the photos that are here, or resume its capture."""
+        """Finish a place by merging the available photos or resuming its capture."""
         if unfinished.session is not None:
             if self.finisher is not None:
                 self._services.model.update(step=Step.PROBE)
@@ -176,13 +176,13 @@ class PlaceController:
         )
 
     def take_in(self, paths: Sequence[Path]) -> None:
-        """Open a bracket that arrived in a watched folder, one after the other."""
+        """Open a bracket that arrived in a watched folder; several open one after the other."""
         work, name = self._reading(paths, way="camera")
         title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
 
     def open_demo(self) -> None:
-        """Make a place of the demo location's panorama, without any camera."""
+        """Create a place from the demo location's panorama, without a camera."""
         read, name = self._reading([self._services.folders.demo / "probe.exr"], _DEMO)
 
         def work(token: Token, report: Report) -> OpenPlace:
@@ -192,7 +192,7 @@ class PlaceController:
         self._open(work, name)
 
     def open_film(self, film: Film, video: Path, folder: TemporaryDirectory[str]) -> None:
-        """Make a place of a film that was just taken; its temporary `folder` is then removed."""
+        """Create a place from a new film, then remove its temporary `folder`."""
         own, options = FilmOptions(film), self._options()
         intake = Intake(tr("Filmed turn"), files=(video,), way="film", own=own)
 
@@ -203,7 +203,7 @@ class PlaceController:
         self._open(work, intake.name)
 
     def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
-        """Open a saved place, with a style and at a screen if they are named."""
+        """Open a saved place, optionally with a style and at a certain screen."""
         model = self._services.model
         fields: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
         if style and folder == model.place_folder:
@@ -217,7 +217,7 @@ class PlaceController:
         self._open(work, tr("the place"), step or (Step.STYLES if style else Step.PROBE))
 
     def take_capture(self, capture: CapturedPlace) -> None:
-        """Show a capture right away, and save it in the background."""
+        """Show a capture at once, and save it in the background."""
         settings = self._services.model.settings
         place = replace(capture.place, head=settings.head, studios=settings.studios)
         new_place = OpenPlace(capture.folder, place, capture.light)
@@ -242,9 +242,11 @@ class PlaceController:
         )
 
     def choose_lamps(self, studio: Studio | None, style: str = "") -> None:
-        """Light the targets of the open place by other lamps; can be undone.
+        """Light the targets of the open place with other lamps; the user can undo it.
 
-        With `style` it and its mirror image alone; by None they follow all others again.
+        Args:
+            studio: The lamps, or None to use the common ones again.
+            style: The style to change together with its mirror image, or empty for all.
         """
         model = self._services.model
         if model.place is not None:
@@ -252,12 +254,12 @@ class PlaceController:
             self.change(tr("choice of lamps"), studios=studios)
 
     def choose_lens(self, lens: LensWish) -> None:
-        """Set where the lens may be; can be undone."""
+        """Set the allowed camera positions; the user can undo it."""
         if self._services.model.place is not None:
             self.change(tr("place of the lens"), lens=lens)
 
     def prepare_lamps(self, choices: Sequence[Studio], style: str = "") -> None:
-        """Make the targets under lamps that may be chosen next."""
+        """Render the targets for lamps that may be selected next."""
         head, studios = self._services.model.head, self._services.model.studios
         if head is None:
             return
@@ -270,7 +272,7 @@ class PlaceController:
         self._services.runner.submit("lamps", work)
 
     def change(self, words: str, **changes: Any) -> None:
-        """Change the open place; can be undone."""
+        """Change the open place; the user can undo it."""
         model = self._services.model
         before = {name: getattr(model.place, name) for name in changes}
         if before == changes:
@@ -290,15 +292,15 @@ class PlaceController:
         step = Undoable(words, lambda: call(before), lambda: call(after), size, place)
         self._services.undo.push(step)
 
-    # -- where the photoer stands ---------------------------------------------------------
+    # -- front of the place --------------------------------------------------------------------
 
     def move_front(self, front_deg: float) -> None:
-        """Say that the photoer stands at another azimuth; can be undone.
+        """Move the photographer to another azimuth; the user can undo it.
 
-        A goal that was set stays where it is in the place.
+        The goal keeps its direction in the place.
 
         Args:
-            front_deg: Azimuth in the panorama's file, deg.
+            front_deg: Azimuth in the panorama's file, in degrees.
         """
         model = self._services.model
         before, after = model.front_deg, wrap(front_deg)
@@ -322,8 +324,9 @@ class PlaceController:
     ) -> tuple[Callable[[Token, Report], OpenPlace], str]:
         """Return a job that opens files, and the name to show meanwhile.
 
-        `way`: what photos are taken for; as it is set where nothing is said. `layer`: of a
-        panorama that has several.
+        Args:
+            way: How the photos were taken, or empty for the setting.
+            layer: Layer to read from a panorama with several.
         """
         files, unkept = tuple(paths), self.saving.unkept
         options = self._options(name=name, way=way, layer=layer)
@@ -334,14 +337,14 @@ class PlaceController:
         return work, name or (files[0].name if files else "")
 
     def _options(self, **more: str) -> OpenOptions:
-        """How files that are opened now become a place."""
+        """Return the options for opening files now."""
         services = self._services
         settings, now = services.model.settings, services.today()
         return OpenOptions(services.folders.places, now, settings, **more)
 
     def _opened(self, new_place: OpenPlace, step: str = Step.PROBE) -> None:
         if new_place.folder is not None and not new_place.folder.is_dir():
-            # It was deleted while it was read.
+            # The place was deleted while it was being read.
             self._no_longer()
             return
         self.saving.keep_now()
@@ -372,7 +375,7 @@ class PlaceController:
         self.saving.hold(new_place)
 
     def _remember(self, folder: Path | None) -> None:
-        """Note which place is opened at the next start."""
+        """Remember which place to reopen at the next start."""
         model, last = self._services.model, "" if folder is None else str(folder)
         if last and last != model.settings.last_place:
             with suppress(CoreError):

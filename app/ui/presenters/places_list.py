@@ -1,4 +1,4 @@
-"""The list of saved places: open, rename, delete, restore."""
+"""The list of saved places: open, rename, delete and restore."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _MOST_BYTES: Final = 4 << 20
 _MOST_PIXELS: Final = 1 << 20
 _MOST_PICTURES: Final = 500
 MOST_SPOTS: Final = 6
-"""As many places are compared at once."""
+"""Maximum number of places compared at once."""
 
 _Reading: TypeAlias = tuple[
     tuple[PlaceSummary, ...],
@@ -50,10 +50,11 @@ _Reading: TypeAlias = tuple[
 
 @dataclass(frozen=True, slots=True)
 class PlacesListRow:
-    """One place in the list.
+    """A place in the list.
 
-    `day`: Under which it stands, in words.
-    `thumbnail`: NDArray[np.uint8], (h, w, 3), or None. Small picture, sRGB.
+    Attributes:
+        day: Heading of its day, in words.
+        thumbnail: NDArray[np.uint8], (h, w, 3) sRGB, or None.
     """
 
     folder: Path
@@ -71,7 +72,7 @@ class PlacesListRow:
     can_compare: bool = False
 
     def has(self, words: str) -> bool:
-        """Whether all words occur in the place's text, ignoring case."""
+        """Return whether the place's text contains all of the words, ignoring case."""
         texts = (self.name, self.time, self.detail, *self.tags, self.notes)
         text = " ".join(texts).casefold()
         return all(word in text for word in words.casefold().split())
@@ -79,7 +80,7 @@ class PlacesListRow:
 
 @dataclass(frozen=True, slots=True)
 class DeletedRow:
-    """A deleted place that can be brought back."""
+    """A deleted place that can be restored."""
 
     folder: Path
     name: str
@@ -88,23 +89,23 @@ class DeletedRow:
 
 @dataclass(frozen=True, slots=True)
 class PlacesListState:
-    """What the list shows."""
+    """The contents of the list."""
 
     rows: tuple[PlacesListRow, ...] = field(default=())
     deleted: tuple[DeletedRow, ...] = field(default=())
-    trash: str = ""  # "3 places, 184 MB"; empty where nothing was deleted
+    trash: str = ""  # "3 places, 184 MB", or empty if nothing was deleted
     busy: bool = False
     picks: tuple[Path, ...] = field(default=())
     can_pick: bool = True
 
     @property
     def days(self) -> tuple[tuple[str, tuple[PlacesListRow, ...]], ...]:
-        """The places under the words for their day, the newest day first."""
+        """The places grouped by the heading of their day, newest first."""
         return tuple((day, tuple(rows)) for day, rows in groupby(self.rows, lambda row: row.day))
 
 
 class PlacesListPresenter(Presenter[View]):
-    """Reads the folder of places and acts on them."""
+    """Lists the saved places and acts on them."""
 
     def __init__(
         self,
@@ -124,14 +125,14 @@ class PlacesListPresenter(Presenter[View]):
         self._picks: tuple[Path, ...] = ()
 
     def attach(self, view: View) -> None:
-        """Show the list in `view` from now on, and read the folder again."""
+        """Show the list in `view` from now on, and reload it."""
         super().attach(view)
         self._place_controller.places_changed.connect(self.refresh)
         self._services.model.changed.connect(self._model_changed)
         self.refresh()
 
     def detach(self) -> None:
-        """Stop showing anything."""
+        """Stop showing the list."""
         super().detach()
         self._place_controller.places_changed.disconnect(self.refresh)
         self._services.model.changed.disconnect(self._model_changed)
@@ -141,12 +142,12 @@ class PlacesListPresenter(Presenter[View]):
             self._refresh()
 
     def refresh(self) -> None:
-        """Read the folder again."""
+        """Reload the list from the folder of places."""
         folder, most = self._services.folders.places, self._most
         self._services.runner.submit(self._key, lambda *_: _look(folder, most), done=self._read)
 
     def resolve(self) -> PlacesListState:
-        """Resolve the list."""
+        """Return the state of the list."""
         if self._summaries is None:
             return PlacesListState(busy=True)
         today = self._services.today()
@@ -184,9 +185,9 @@ class PlacesListPresenter(Presenter[View]):
         )
 
     def pick(self, *folders: Path) -> None:
-        """Pick or unpick a place to compare; several folders replace the picks.
+        """Select or deselect a place for comparison; several folders replace the selection.
 
-        At most `MOST_SPOTS` are picked; none at all drops all.
+        The selection holds at most `MOST_SPOTS` places, and no folder clears it.
         """
         before = self._picks if len(folders) == 1 else ()
         after = tuple(one for one in before if one not in folders)
@@ -195,7 +196,7 @@ class PlacesListPresenter(Presenter[View]):
         self._refresh()
 
     def open(self, folder: Path) -> None:
-        """Open a place; one that is not finished is finished first."""
+        """Open a place, or finish it first if it is unfinished."""
         unfinished = self._unfinished.get(folder)
         if unfinished is not None and unfinished.can_finish:
             self._place_controller.finish(unfinished)
@@ -203,7 +204,7 @@ class PlacesListPresenter(Presenter[View]):
             self._place_controller.open_place(folder)
 
     def edit(self, folder: Path, name: str, tags: str, notes: str) -> None:
-        """Change name, tags (comma-separated) and notes of a place; can be undone."""
+        """Change the name, tags (comma-separated) and notes of a place; the user can undo it."""
         before = next((row for row in self.resolve().rows if row.folder == folder), None)
         if before is None:
             return
@@ -256,9 +257,9 @@ class PlacesListPresenter(Presenter[View]):
         )
 
     def restore(self, trashed: Path) -> None:
-        """Bring a place back from the trash; can be undone.
+        """Restore a place from the trash; the user can undo it.
 
-        Where deleting it can still be undone, that is what is done.
+        If the deletion can still be undone, undo it instead.
         """
         if not self._services.undo.take_back_what(trashed):
             name = next((one.name for one in self._trash if one.folder == trashed), tr("Place"))
@@ -272,7 +273,7 @@ class PlacesListPresenter(Presenter[View]):
             )
 
     def empty_trash(self) -> None:
-        """Delete all deleted places for good, in a job that can be stopped."""
+        """Permanently delete the trashed places in a job that can be cancelled."""
         folder, notify = self._services.folders.places, self._services.notify
 
         def done(count: int) -> None:
@@ -303,7 +304,7 @@ class PlacesListPresenter(Presenter[View]):
         return next((row.name for row in self.resolve().rows if row.folder == folder), tr("Place"))
 
     def _left_of(self, one: PlaceSummary) -> UnfinishedPlace | None:
-        # The light of the open one may be on its way to the disk.
+        # The light of the open place may not be on the disk yet.
         here = one.folder == self._services.model.place_folder
         return None if here else self._unfinished.get(one.folder)
 
@@ -320,7 +321,7 @@ class PlacesListPresenter(Presenter[View]):
         return tr("{reached} of {every} in reach, best {best}", **values)
 
     def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
-        """Return name, tags and notes; those of the open place may be newer than on the disk."""
+        """Return name, tags and notes, which may be newer than the file if the place is open."""
         place = self._services.model.place
         here = place is not None and one.folder == self._services.model.place_folder
         return place if here and place is not None else one
@@ -333,7 +334,7 @@ class PlacesListPresenter(Presenter[View]):
 
 
 def _look(folder: Path, most: int) -> _Reading:
-    """List the places of a folder with their thumbnails, and the deleted ones."""
+    """Return the places of a folder with their thumbnails, and the deleted ones."""
     places = list_places(folder)
     unfinished = {one.folder: each for one in places if (each := find_unfinished(one)) is not None}
     pictures = {}
@@ -345,7 +346,7 @@ def _look(folder: Path, most: int) -> _Reading:
 
 
 def _unfinished_words(unfinished: UnfinishedPlace) -> str:
-    """State of a place in the list: "Unfinished: 3 of 7 frames"."""
+    """Return the state of an unfinished place: "Unfinished: 3 of 7 frames"."""
     if unfinished.total:
         return tr(
             "Unfinished: {here} of {total} frames", here=unfinished.here, total=unfinished.total

@@ -1,4 +1,4 @@
-"""Saving the open place: soon, now, or in another folder if its own fails."""
+"""Saving of the open place: soon, at once, or in another folder if its own fails."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.ui.presenters.services import Services
 
 
 def disk_words(error: BaseException) -> str:
-    """Write why saving failed: "the disk is full"; empty for any other reason."""
+    """Return the reason of a disk error, such as "the disk is full", or empty for any other."""
     trouble = disk_trouble(error)
     return "" if trouble is None else _TROUBLE_WORDS[trouble]
 
@@ -54,9 +54,10 @@ _LOOK: Final = "place-folder"
 
 
 class Saving:
-    """Saves the open place, and reports if that fails.
+    """Saves the open place, and reports an error if that fails.
 
-    `folder_asker`: Asks the user for a folder; gives None where they choose none.
+    Attributes:
+        folder_asker: Asks the user for a folder and returns it, or None if they cancel.
     """
 
     def __init__(self, services: Services, file_work: SerialQueue) -> None:
@@ -69,10 +70,10 @@ class Saving:
         self._files: tuple[Path, ...] = ()
         self.folder_asker: Callable[[str], Path | None] = lambda title: None
 
-    # -- what changes --------------------------------------------------------------------------
+    # -- changes of a place --------------------------------------------------------------------
 
     def unkept(self, folder: Path) -> Place | None:
-        """Return the state of a place that is not on the disk yet; None if everything is."""
+        """Return the state of a place that is not on the disk yet, or None if all is saved."""
         return self._keeper.unkept(folder)
 
     def keep(self) -> None:
@@ -82,7 +83,7 @@ class Saving:
             self._keeper.keep(*current)
 
     def keep_now(self) -> bool:
-        """Write the open place before going on; whether the disk took it."""
+        """Write the open place at once, and return whether that succeeded."""
         current = self._current()
         if current is None:
             return True
@@ -95,7 +96,7 @@ class Saving:
         return True
 
     def keep_all(self) -> bool:
-        """Write all that is not on the disk yet, as before the end; whether the disk took it."""
+        """Write everything that is not on the disk yet, and return whether that succeeded."""
         model = self._services.model
         folder, place, light = model.place_folder, self._now(), model.light
         waiting = dict(self._storing)
@@ -112,7 +113,7 @@ class Saving:
     # -- a new light ---------------------------------------------------------------------------
 
     def store(self, place_to_save: OpenPlace) -> None:
-        """Write the light of a place that is shown already."""
+        """Write the light of a place that is already open."""
         assert place_to_save.folder is not None
         folder = place_to_save.folder
         self._storing[folder] = place_to_save
@@ -121,7 +122,7 @@ class Saving:
             self._storing.pop(folder, None)
             self._not_kept(error)
 
-        # Quietly, without a line at the foot: no one waits for it, and it cannot be stopped.
+        # Leave out the progress, because nobody waits for this job and it cannot be stopped.
         self._file_work.submit(
             lambda *_: save_place(place_to_save, open_since=True), done=self._stored, failed=failed
         )
@@ -135,7 +136,7 @@ class Saving:
             self._note_saved()
             return
 
-        # It was written once more since, when another place was opened.
+        # The place was saved again when another one was opened, so update only its light.
         self._file_work.submit(
             lambda *_: write_place(folder, with_light_of(read_place(folder), open_place.place))
         )
@@ -143,7 +144,7 @@ class Saving:
     # -- another folder ------------------------------------------------------------------------
 
     def hold(self, place_to_save: OpenPlace) -> None:
-        """Note the files of a place just opened, and report once if it could not be saved."""
+        """Remember the files of a newly opened place, and report an error in saving it."""
         self._files = place_to_save.files
         if place_to_save.trouble is not None:
             self._not_kept(place_to_save.trouble)
@@ -155,7 +156,7 @@ class Saving:
             self.save_in(root)
 
     def save_in(self, root: Path) -> None:
-        """Save the open place in a new folder under `root`."""
+        """Save the open place in a new folder inside `root`."""
         model = self._services.model
         place, light, before = self._now(), model.light, model.place_folder
         if place is None or light is None:
@@ -187,9 +188,9 @@ class Saving:
         )
 
     def look(self) -> None:
-        """Check whether the open place's folder still exists; report once if it does not."""
+        """Check whether the open place's folder still exists, and report it if not."""
         folder, runner = self._services.model.place_folder, self._services.runner
-        # A disk that is gone may never answer: one question at a time.
+        # A missing drive may never respond, so run only one check at a time.
         if folder is None or folder in self._storing or runner.running(_LOOK):
             return
 
@@ -206,7 +207,7 @@ class Saving:
         runner.submit(_LOOK, lambda *_: folder_state(folder), done=done, failed=self._not_kept)
 
     def rescue(self) -> bool:
-        """Save the open place wherever that is possible, as before a forced end; whether it is."""
+        """Save the open place wherever possible, and return whether that succeeded."""
         model, places = self._services.model, self._services.folders.places
         folder, place, light = model.place_folder, self._now(), model.light
         if place is None or light is None:
@@ -218,7 +219,7 @@ class Saving:
         return True
 
     def _again(self) -> None:
-        """Try to save again in the place's own folder."""
+        """Try again to save in the place's own folder."""
         model = self._services.model
         folder, place, light = model.place_folder, self._now(), model.light
         if folder is None:
@@ -266,7 +267,7 @@ class Saving:
     def _not_written(self, error: Exception) -> None:
         folder = self._services.model.place_folder
         if folder is not None and self._keeper.unkept(folder) is None:
-            # That was a place of before: it has been said of it.
+            # The error belongs to a previous place and was already reported.
             self._note_saved()
         else:
             self._not_kept(error)
@@ -311,7 +312,7 @@ class Saving:
             about=_ABOUT,
         )
 
-    # -- what there is -------------------------------------------------------------------------
+    # -- current data --------------------------------------------------------------------------
 
     def _current(self) -> tuple[Path, Place] | None:
         folder, place = self._services.model.place_folder, self._now()
@@ -337,6 +338,6 @@ class Saving:
             results=model.results,
             chosen=model.chosen,
             needle_deg=model.needle_deg,
-            # The lamp is not kept, and without it the goal would be no good one.
+            # The lamp is not saved, and without it the goal would be wrong.
             goal_deg=model.goal_deg if model.lamp_plan is None else None,
         )

@@ -30,7 +30,7 @@ NO_LOUDSPEAKER: Final = tr("No sound output")
 
 
 class Sounds:
-    """Plays short sounds; never waits for their end and never fails. This one is silent."""
+    """Plays short sounds without blocking or failing; this base class is silent."""
 
     @property
     def available(self) -> bool:
@@ -39,26 +39,26 @@ class Sounds:
 
     @property
     def speaks(self) -> bool:
-        """Whether the system has a voice."""
+        """Whether the system can speak text."""
         return False
 
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
-        """Play a sound from its beginning; one that still plays is cut off.
+        """Play a sound from its beginning, cutting off one that is still playing.
 
         Args:
-            samples: (n,) int16. Mono at `app.core.guidance.beeps.RATE`.
+            samples: (n,) int16, mono, at `app.core.guidance.beeps.RATE`.
             volume: 0 to 1.
         """
 
     def stop(self) -> None:
-        """Be quiet."""
+        """Stop the sound."""
 
     def say(self, words: str) -> None:
-        """Speak a text in the system's voice."""
+        """Speak a text with the system's voice."""
 
 
 def sound_words(enabled: bool, sounds: Sounds) -> tuple[str, str]:
-    """Return the icon and words for sound on or off."""
+    """Return the icon and the label for sound on or off."""
     if not enabled:
         return tr("Sound off"), "sound-off"
     if not sounds.available:
@@ -70,18 +70,18 @@ T = TypeVar("T")
 
 
 class Runner(Protocol):
-    """Runs long work somewhere else and brings its answer back to the thread of the screens."""
+    """Runs long tasks on a worker thread and delivers the results to the UI thread."""
 
     def submit(
         self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
-        """Start `work`; an older job of the same key is cancelled and reports nothing."""
+        """Start `work`; an older job with the same key is cancelled and its result dropped."""
 
     def cancel(self, key: str) -> None:
-        """Cancel the job of this key; no-op if none runs."""
+        """Cancel the job with this key; no-op if none is running."""
 
     def running(self, key: str) -> bool:
-        """Whether work of this key has not yet answered."""
+        """Return whether a job with this key is still running."""
 
 
 Kind: TypeAlias = Literal["info", "done", "warning", "error"]
@@ -100,49 +100,50 @@ class Notifier(Protocol):
         about: str = "",
         stay: bool = False,
     ) -> None:
-        """Show one sentence for a while and keep it in the list of messages.
+        """Show a sentence for a while, and keep it in the list of messages.
 
-        Errors stay until they are closed, acted upon or mended.
+        Errors stay until they are closed, acted upon or resolved.
         """
 
     def tell_error(
         self, error: Exception, *, actions: Sequence[Action] = (), about: str = ""
     ) -> None:
-        """Show an error in its own words; one that has none of ours is logged as well."""
+        """Show an error with its own message; an unexpected error is logged as well."""
 
     def mended(self, about: str) -> None:
-        """Remove the messages about this: it is over."""
+        """Remove the messages about a problem that has been resolved."""
 
 
 class Devices(Protocol):
-    """Cameras and webcams, real or simulated."""
+    """The cameras and webcams, real or simulated."""
 
     def discover(self, token: Token) -> Discovery:
-        """Look for 360 cameras for some seconds."""
+        """Look for 360 cameras for a few seconds."""
 
     def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
         """Look for a camera at a typed address.
 
         Raises:
-            CoreError, DeviceError: When it is no address, or there is no camera.
+            CoreError: If the address is invalid.
+            DeviceError: If there is no camera at the address.
         """
 
     def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:
         """Connect to a camera."""
 
     def passwords(self) -> Passwords:
-        """Return the store of passwords."""
+        """Return the password store."""
 
     def webcams(self) -> Sequence[tuple[int, str]]:
-        """Index and name of every webcam. Slow: not for the main thread."""
+        """Return index and name of every webcam; too slow for the main thread."""
 
     def webcam(self, index: int) -> Webcam:
-        """Make a webcam that is not yet opened."""
+        """Return a webcam that is not open yet."""
 
 
 @dataclass(frozen=True, slots=True)
 class Folders:
-    """Where the user's things are."""
+    """The folders with the user's data."""
 
     home: Path
     places: Path
@@ -153,7 +154,7 @@ class Folders:
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """All that a presenter may use."""
+    """All the services that a presenter may use."""
 
     model: Model
     runner: Runner
@@ -167,17 +168,17 @@ class Services:
 
 
 class View(Protocol):
-    """Shows a presenter's state."""
+    """A view that shows a presenter's state."""
 
     def show_state(self, state: Any, /) -> None:
-        """Show it."""
+        """Show the state."""
 
 
 V = TypeVar("V", bound=View)
 
 
 class Presenter(Generic[V]):
-    """Resolves a state, and shows it while a view is attached and in front."""
+    """Resolves a state, and shows it while a view is attached and visible."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -185,16 +186,16 @@ class Presenter(Generic[V]):
         self._in_front = True
 
     def attach(self, view: V) -> None:
-        """Show everything in `view` from now on."""
+        """Show the state in `view` from now on."""
         self._view = view
         self._refresh()
 
     def detach(self) -> None:
-        """Stop showing anything; the view is being removed."""
+        """Stop showing the state because the view is being removed."""
         self._view = None
 
     def resolve(self) -> Any:
-        """Resolve the view's state."""
+        """Return the view's state."""
         raise NotImplementedError
 
     def _refresh(self) -> None:

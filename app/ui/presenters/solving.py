@@ -1,4 +1,4 @@
-"""Solving the open place: the answers for the selected head, styles and settings."""
+"""Solving of the open place for the selected head, styles and settings."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ _NO_GOAL: Final[dict[str, float | None]] = {"goal_deg": None}
 
 
 class Solving:
-    """Solves the open place when the selection has changed, and puts the answers in the model."""
+    """Solves the open place when the selection changes, and stores the answers in the model."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
         self._question: tuple[Selection, Head] | None = None
 
     def forget(self) -> None:
-        """Solve again even if nothing has changed, as for another place."""
+        """Solve again even if the selection is unchanged, for example for another place."""
         self._question = None
 
     def cancel(self) -> None:
-        """Drop the answers on their way: they are for another place or head."""
+        """Cancel running jobs, whose answers are for another place or head."""
         self._question = None
         self._services.runner.cancel("solve")
 
     def solve(self) -> None:
-        """Solve in a job, unless that is done or under way for the same selection."""
+        """Start a job to solve the place, unless the selection is solved or being solved."""
         model = self._services.model
         light, head, settings, studios = model.light, model.head, model.settings, model.studios
         if head is None or (light is None and head.studios == studios):
             self.cancel()
             return
         if self._services.runner.running("head"):
-            # With the head that is loading, as soon as it is there.
+            # A job with the new head starts as soon as it is loaded.
             return
         selection = model.selection
         question = selection, head.published or head
@@ -66,7 +66,7 @@ class Solving:
             )
 
         def failed(error: Exception) -> None:
-            # No answers rather than those of another selection.
+            # Show no answers rather than those for another selection.
             model.update(results=(), answered=selection)
             self._services.notify.tell_error(error)
 
@@ -80,7 +80,7 @@ class Solving:
         if not results or model.chosen in {result.name for result in results}:
             model.update(**new, **_followed(model, selection, results))
         else:
-            # Another style's goal is no goal for this one.
+            # The goal belongs to the previous style.
             best = proposal(results)
             model.update(**new, chosen=best, needle_deg=None, goal_deg=None)
 
@@ -88,9 +88,9 @@ class Solving:
 def _followed(
     model: Model, selection: Selection, results: Sequence[StyleResult]
 ) -> dict[str, float | None]:
-    """Keep a goal at the best turn at the best turn of the new answers.
+    """Move a goal that was at the best turn to the best turn of the new answers.
 
-    A goal set by hand stays. One that belongs to a lamp goes with its lamp.
+    A goal set by hand stays, and one that belongs to a lamp stays with its lamp.
     """
     before, answered = model.result, model.answered
     now = next((one for one in results if one.name == model.chosen), None)

@@ -1,4 +1,4 @@
-"""Several places side by side for one style: which spot is best."""
+"""Comparison of several places for one style, to find the best spot."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from app.words.phrases.turns import leeway_words, turn_words
 from app.words.styles import full_title
 
 _JOB: Final = "spots"
-_SIZE: Final = (256, 320)  # of a picture, rows and columns: all styles take half a second
+_SIZE: Final = (256, 320)  # rows and columns of a picture; all the styles take half a second
 _GRADES: Final = {
     "yes": tr("In reach, match {match}, {leeway}"),
     "nearly": tr("Nearly, match {match}, {leeway}"),
@@ -43,9 +43,11 @@ _GRADES: Final = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spot:
-    """One of the places, answered for the head that is lit now; `trouble`: why it was not read.
+    """A place, solved for the current head.
 
-    `pictures`: By style, (h, w, 3) sRGB, at its best turn.
+    Attributes:
+        trouble: The reason why the place could not be read.
+        pictures: Portraits at the best turn by style, (h, w, 3) uint8 sRGB.
     """
 
     folder: Path
@@ -59,7 +61,12 @@ class Spot:
 
 @dataclass(frozen=True, slots=True)
 class SpotCard:
-    """A spot; `grade_words`: grade, match and leeway; `why`: why the style is out of reach."""
+    """A spot in the comparison.
+
+    Attributes:
+        grade_words: Grade, match and leeway.
+        why: The reason why the style is out of reach.
+    """
 
     folder: Path
     name: str
@@ -74,7 +81,11 @@ class SpotCard:
 
 @dataclass(frozen=True, slots=True)
 class SpotsState:
-    """The best place first; `styles`: key, title, and where it is in reach."""
+    """The compared spots, with the best place first.
+
+    Attributes:
+        styles: Key, title and number of places within reach for each style.
+    """
 
     cards: tuple[SpotCard, ...] = ()
     styles: tuple[tuple[str, str, str], ...] = ()
@@ -84,7 +95,7 @@ class SpotsState:
 
 
 class SpotsPresenter(Presenter[View]):
-    """Reads the places and ranks them for the chosen style."""
+    """Reads the places and ranks them for the selected style."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, folders: Sequence[Path]
@@ -100,7 +111,7 @@ class SpotsPresenter(Presenter[View]):
         self._read_next()
 
     def detach(self) -> None:
-        """Stop showing and reading."""
+        """Stop showing the comparison and reading the places."""
         super().detach()
         self._services.runner.cancel(_JOB)
 
@@ -110,11 +121,11 @@ class SpotsPresenter(Presenter[View]):
         self._refresh()
 
     def open(self, folder: Path) -> None:
-        """Open one of the places, with the style that is compared."""
+        """Open one of the places with the style under comparison."""
         self._place_controller.open_place(folder, self.resolve().style)
 
     def resolve(self) -> SpotsState:
-        """Resolve the comparison."""
+        """Return the state of the comparison."""
         values = {"number": len(self._spots) + 1, "every": len(self._folders)}
         if values["number"] <= values["every"]:
             return SpotsState(verdict=tr("Reading place {number} of {every}…", **values))
@@ -162,7 +173,7 @@ def _answer(
     folder: Path,
     unkept: Place | None,
 ) -> Spot:
-    """Answer one place, and light the head there at the best turn of every style."""
+    """Solve one place, and render the head there at the best turn of every style."""
     try:
         spot_place, head = (
             load_place(folder, unkept),

@@ -1,4 +1,4 @@
-"""Undo: one list of steps for the whole window, bounded by bytes."""
+"""Undo: one list of steps for the whole window, with a limit in bytes."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Undoable:
     """A step that can be undone.
 
     Attributes:
-        words: What it was, to be read after "Undo": "delete My Rembrandt", "stroke on My
+        words: Description that follows "Undo", such as "delete My Rembrandt" or "stroke on My
             Rembrandt".
-        place: Folder of the place that has to be open for it; None where any may be, or none.
-        result: Gives what it put away, by which other lists can find it; None for nothing.
+        place: Folder of the place that must be open for this step, or None if it does not matter.
+        result: Returns the item that the step put away, so that other lists can find the step.
     """
 
     words: str
@@ -33,10 +33,11 @@ class Undoable:
 
 
 class UndoStack:
-    """What was done, in order, wherever in the window it was.
+    """The steps made anywhere in the window, in order.
 
-    `give_up`: Gives up what is under way and not yet in the list, as a stroke while the pen is
-    down; gives whether there was anything. That comes before all that has been done.
+    Attributes:
+        give_up: Aborts a step in progress, such as a stroke while the pen is down, and returns
+            whether there was one. Undo does this first.
     """
 
     def __init__(self, most_bytes: int = _MOST_BYTES) -> None:
@@ -49,16 +50,16 @@ class UndoStack:
 
     @property
     def undo_words(self) -> str:
-        """Name of the step that `undo` would undo; empty if there is none."""
+        """Description of the step that `undo` would undo, or empty."""
         return self._past[-1].words if self._past else ""
 
     @property
     def redo_words(self) -> str:
-        """What `redo` would do again; empty when there is nothing."""
+        """Description of the step that `redo` would repeat, or empty."""
         return self._undone[-1].words if self._undone else ""
 
     def push(self, step: Undoable) -> None:
-        """Add a step; undone steps are forgotten."""
+        """Add a step and discard the undone ones."""
         self._past.append(step)
         self._undone.clear()
         while len(self._past) > 1 and sum(one.size for one in self._past) > self._most_bytes:
@@ -71,7 +72,7 @@ class UndoStack:
             self.take_back(self._past[-1])
 
     def redo(self) -> None:
-        """Do the last undone step again; without one nothing happens."""
+        """Redo the last undone step; no-op without one."""
         self.give_up()
         if self._undone:
             step = self._undone.pop()
@@ -80,7 +81,7 @@ class UndoStack:
             self._tell(step, self._past, tr("Redone: {step}.", step=step.words))
 
     def take_back(self, step: Undoable) -> None:
-        """Undo a certain step, as its message offers, unless that has been done."""
+        """Undo a particular step, as its message offers, unless it is already undone."""
         if step in self._past:
             self._past.remove(step)
             self._undone.append(step)
@@ -88,14 +89,14 @@ class UndoStack:
             self._tell(step, self._undone, tr("Undone: {step}.", step=step.words))
 
     def take_back_what(self, result: object) -> bool:
-        """Undo the step that deleted something; return whether there was one."""
+        """Undo the step that deleted an item, and return whether there was one."""
         step = next((one for one in self._past if one.result() == result), None)
         if step is not None:
             self.take_back(step)
         return step is not None
 
     def failed(self, step: Undoable, *, undoing: bool) -> None:
-        """Note that undo or redo of a slow step has failed."""
+        """Record that the undo or redo of a slow step has failed."""
         source, target = (self._undone, self._past) if undoing else (self._past, self._undone)
         if step in source:
             source.remove(step)
@@ -103,20 +104,20 @@ class UndoStack:
             self.changed.emit()
 
     def drop(self, step: Undoable) -> None:
-        """Forget a step that came to nothing."""
+        """Remove a step that failed to happen."""
         for steps in (self._past, self._undone):
             if step in steps:
                 steps.remove(step)
         self.changed.emit()
 
     def forget_places(self) -> None:
-        """Forget the steps of the open place, as when it is closed."""
+        """Remove the steps of the open place, for example when it is closed."""
         for steps in (self._past, self._undone):
             steps[:] = [one for one in steps if one.place is None]
         self.changed.emit()
 
     def _tell(self, step: Undoable, where: list[Undoable], words: str) -> None:
         self.changed.emit()
-        # One that could not be done is back where it was, and has been told.
+        # A step that failed is back in its old list and was already reported.
         if step in where:
             self.reported.emit(words)

@@ -1,4 +1,4 @@
-"""The frame around the screens: place, sitter, camera, finished steps, undo."""
+"""The frame around the screens: place, sitter, camera, completed steps and undo."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.ui.presenters.window_model import COMPUTING, CameraSeen, Step, out_of_r
 from app.words.phrases.quantities import time_words
 
 WHAT_TO_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
-"""Written where files are dropped, and over the window while they are dragged."""
+"""Text for drop areas, and for the window while files are dragged over it."""
 
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
@@ -42,7 +42,7 @@ _LEAVES: Final = frozenset({"step", "painting", "place_folder"})
 
 @dataclass(frozen=True, slots=True)
 class FrameState:
-    """What the frame shows."""
+    """The contents of the frame."""
 
     step: str = Step.PROBE
     place: str = tr("No place yet")
@@ -58,7 +58,7 @@ class FrameState:
 
 
 class FramePresenter(Presenter[View]):
-    """Resolves the frame after every change."""
+    """Updates the frame after every change."""
 
     def __init__(self, services: Services) -> None:
         super().__init__(services)
@@ -68,7 +68,7 @@ class FramePresenter(Presenter[View]):
         self._message = ""
 
     def resolve(self) -> FrameState:
-        """Resolve the frame."""
+        """Return the state of the frame."""
         model, undo = self._services.model, self._services.undo
         camera = model.camera
         place = model.place
@@ -94,13 +94,13 @@ class FramePresenter(Presenter[View]):
             self._refresh()
 
     def _undone(self, sentence: str) -> None:
-        """Show at the foot what was undone, until the next change."""
+        """Show a sentence about an undone step at the foot of the window until the next change."""
         self._message = sentence
         self._refresh()
 
 
 def camera_words(camera: CameraSeen) -> str:
-    """Write the camera's status: "THETA V, 82%, 1.9 GB free"."""
+    """Return the camera's status: "THETA V, 82%, 1.9 GB free"."""
     name = camera.device.model.removeprefix("RICOH ") or camera.device.name
     parts = [name, battery_words(camera)]
     if camera.free_bytes is not None:
@@ -109,7 +109,7 @@ def camera_words(camera: CameraSeen) -> str:
 
 
 def _status(services: Services) -> tuple[str, str]:
-    """Return the message at the foot while no job runs, with its icon."""
+    """Return the message at the foot of the window while no job runs, with its icon."""
     model = services.model
     if model.step == Step.TURN:
         return sound_words(model.settings.sounds, services.sounds)
@@ -141,12 +141,12 @@ def _status(services: Services) -> tuple[str, str]:
 
 
 def battery_words(camera: CameraSeen | None) -> str:
-    """Write the battery level: "82%"; empty if unknown."""
+    """Return the battery level, such as "82%", or empty if unknown."""
     return "" if camera is None or camera.battery is None else percent(camera.battery)
 
 
 def camera_warning(camera: CameraSeen | None) -> str:
-    """Write what is about to run out; empty if nothing is."""
+    """Return a warning about low battery or storage, or empty."""
     if camera is None:
         return ""
     if camera.battery is not None and camera.battery < _LOW_BATTERY:

@@ -1,4 +1,4 @@
-"""What the whole window is about: one place, one head, one chosen style; and events."""
+"""The state of the whole window (place, head and chosen style) and its events."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 
 def out_of_reach(results: Iterable[StyleResult]) -> int:
-    """Count the styles graded out of reach."""
+    """Return the number of styles graded out of reach."""
     return sum(not result.attainable for result in results)
 
 
 def looking_words(head: Head) -> str:
-    """Word the wait for the catchlights; a head without large portraits has none."""
+    """Return the message while catchlights are found, or empty without large portraits."""
     return tr("Looking for catchlights…") if head.may_be_full else ""
 
 
@@ -43,7 +43,7 @@ Callback: TypeAlias = Callable[..., None]
 
 
 class Event:
-    """Something that happens from time to time. To be used on one thread only.
+    """An event with any number of callbacks, for use on a single thread.
 
     Examples:
         >>> heard: list[int] = []
@@ -58,18 +58,18 @@ class Event:
         self._callbacks: tuple[Callback, ...] = ()
 
     def connect(self, callback: Callback) -> None:
-        """Call `callback` whenever it happens; asking twice changes nothing."""
+        """Call `callback` on every event; connecting it twice has no effect."""
         if callback not in self._callbacks:
             self._callbacks = (*self._callbacks, callback)
 
     def disconnect(self, callback: Callback) -> None:
-        """Stop calling `callback`; no-op if it is not connected."""
+        """Disconnect `callback`; no-op if it is not connected."""
         self._callbacks = tuple(each for each in self._callbacks if each != callback)
 
     def emit(self, *values: Any) -> None:
         """Call all connected callbacks.
 
-        Who is disconnected meanwhile, by another callback, is not told any more.
+        A callback that another one disconnects meanwhile is skipped.
         """
         for callback in self._callbacks:
             if callback in self._callbacks:
@@ -78,13 +78,13 @@ class Event:
 
 _SAME_DEG: Final = 1e-6
 COMPUTING: Final = tr("Computing…")
-"""Shown in place of an answer, or over one that is not of what is selected."""
+"""Text in place of an answer, or over one for another selection."""
 DEMO_SPOT: Final = "demo"
 """`Place.spot` of the demo place."""
 
 
 class Step(StrEnum):
-    """The screens on the rail, as `Model.step` names them."""
+    """The screens on the rail, as named by `Model.step`."""
 
     PROBE = "probe"
     STYLES = "styles"
@@ -94,9 +94,10 @@ class Step(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CameraSeen:
-    """The 360 camera as the window's head line shows it.
+    """The 360 camera, as shown in the window's top bar.
 
-    `battery`: 0 to 1, None when it does not say.
+    Attributes:
+        battery: Charge from 0 to 1, or None if the camera does not report it.
     """
 
     device: FoundCamera
@@ -107,10 +108,10 @@ class CameraSeen:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Everything that an answer depends on. Equal selections have equal answers.
+    """Everything that an answer depends on; equal selections have equal answers.
 
     Attributes:
-        head: Under the styles' own lamps; None while the selected head is loading.
+        head: The head under each style's own lamps, or None while the selected head is loading.
     """
 
     light: PlaceLight | None
@@ -122,22 +123,23 @@ class Selection:
     lens: LensWish
 
     def matches_apart_from_front(self, other: Selection) -> bool:
-        """Whether built-in styles have the same answers, turns counted in the panorama."""
+        """Return whether built-in styles have the same answers, in azimuths of the panorama."""
         one, two = (replace(each, front_deg=0.0, styles=()) for each in (self, other))
         return one == two
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampPlan:
-    """The lamp that belongs to a turn: one value for every screen on the way there.
+    """The lamp that belongs to a turn, shared by all the screens on the way there.
 
     Attributes:
-        selection: What was selected when the lamp was placed.
-        hold, where: "Hold the LED panel in front, raised 28°, at full power", and how far from head
-            and skin.
-        portrait: Draws (rows, columns, 3) uint8 sRGB with the lamp in its place: takes the azimuth
-            of the panorama that the sitter faces, deg, and rows and columns.
-        azimuth_deg: Of the lamp from the face, positive toward the sitter's left, deg.
+        selection: Selection for which the lamp was placed.
+        hold, where: "Hold the LED panel in front, raised 28°, at full power", and its distance from
+            the head and the skin.
+        portrait: Renders (rows, columns, 3) uint8 sRGB with the lamp in position, given the
+            panorama azimuth that the sitter faces in degrees, and the rows and columns.
+        azimuth_deg: Azimuth of the lamp from the face in degrees, positive toward the sitter's
+            left.
     """
 
     head: Head
@@ -152,19 +154,18 @@ class LampPlan:
 
 
 class Model:
-    """Everything that more than one screen shows. Frozen pieces, changed by `update` only.
+    """The state that several screens share, made of frozen values and changed only by `update`.
 
     Attributes:
-        before: Step that was in front before this one; empty at the start.
-        head: Who is lit; None until it is loaded.
+        before: The previous step, or empty at the start.
+        head: The head that is lit, or None until it is loaded.
         head_name: The selected head, which may still be loading.
-        answered: What `results` were computed for; None for results read from a file.
-        needle_deg: Turn that is looked at; None is the best one.
-        goal_deg: Turn to go to, set by "Turn to this"; None is the best one.
-        reached: The `aim` where the sitter was last seen in the light; None for none.
-        recapture: A capture of the full range is wanted on Probe; it leads back to this style.
-        painting: Name of the style that is being painted on, "" for one from nothing; None in the
-            gallery.
+        answered: Selection for which `results` were computed, or None for results from a file.
+        needle_deg: The displayed turn, or None for the best one.
+        goal_deg: The target turn set by "Turn to this", or None for the best one.
+        reached: The `aim` at which the sitter was last seen in the light, or None.
+        recapture: Whether Probe should capture the full range and then return to this style.
+        painting: Name of the style being painted, "" for a new one, or None in the gallery.
     """
 
     step: str = Step.PROBE
@@ -196,12 +197,12 @@ class Model:
         self.settings = Settings() if settings is None else settings
 
     def update(self, **changes: Any) -> None:
-        """Set attributes, then emit once the names of those that got another object.
+        """Set attributes, then emit once the names of those that changed.
 
-        A head is selected by being set. Results without `answered` are for what is selected then.
+        Setting a head selects it. Results without `answered` belong to the current selection.
 
         Raises:
-            AttributeError: For an unknown name.
+            AttributeError: If a name is unknown.
         """
         changed = set()
         if changes.get("step", self.step) != self.step:
@@ -210,7 +211,7 @@ class Model:
             changes.setdefault("head_name", changes["head"].name)
         for name, value in changes.items():
             before = getattr(self, name)
-            # Arrays inside are never compared: another object is another value.
+            # Arrays inside are never compared, so another object counts as another value.
             same = before is value or (isinstance(value, _PLAIN) and before == value)
             if not same:
                 setattr(self, name, value)
@@ -221,31 +222,35 @@ class Model:
             self.changed.emit(frozenset(changed))
 
     def set(self, key: str, value: object) -> None:
-        """Change one setting; raises `SettingsError` for a wrong value."""
+        """Change one setting.
+
+        Raises:
+            SettingsError: If the value is invalid.
+        """
         self.update(settings=self.settings.with_(key, value))
 
     def choose(self, name: str) -> None:
-        """Bring another style to the front, at its best turn.
+        """Choose another style, at its best turn.
 
-        `name`: Of the style. The needle and the goal of another one are none of its own; those of
-        the style that is in front already stay.
+        The needle and the goal are cleared, because they belong to the previous style. Choosing the
+        current style again keeps them.
         """
         if name != self.chosen:
             self.update(chosen=name, needle_deg=None, goal_deg=None)
 
     @property
     def studios(self) -> Mapping[str, Studio]:
-        """Lamps of the open place; those that new ones start with while none is open."""
+        """Lamps of the open place, or the defaults for new places."""
         return self.settings.studios if self.place is None else self.place.studios
 
     @property
     def lens(self) -> LensWish:
-        """Where the lens may stand; azimuths of the panorama."""
+        """Allowed camera positions, in azimuths of the panorama."""
         return STRAIGHT if self.place is None else self.place.lens
 
     @property
     def selection(self) -> Selection:
-        """Everything that the answers depend on, as it is selected now."""
+        """The current selection, on which all answers depend."""
         head, settings = self.head, self.settings
         ready = head is not None and head.name == self.head_name
         return Selection(
@@ -260,27 +265,27 @@ class Model:
 
     @property
     def computing(self) -> bool:
-        """Whether `results` are for another selection, and new ones are being computed."""
+        """Whether `results` are for another selection and new ones are being computed."""
         return self.light is not None and self.answered != self.selection
 
     @property
     def goal_computing(self) -> bool:
-        """Whether the goal's answer is for another selection; a lamp has its own."""
+        """Whether the goal's answer is for another selection; a lamp has an answer of its own."""
         return self.computing and self.lamp_plan is None
 
     @property
     def sitter(self) -> str:
-        """Title of the selected head; empty before the first one."""
+        """Title of the selected head, or empty before the first one."""
         return head_title(self.head_name) if self.head_name else ""
 
     @property
     def calm(self) -> bool:
-        """Whether nothing should move by itself."""
+        """Whether animations are switched off."""
         return self.settings.reduce_motion
 
     @property
     def demo_open(self) -> bool:
-        """Whether the demo place is open, and no capture at it: it has a webcam of its own."""
+        """Whether the demo place is open without a capture, so that its own webcam is used."""
         place = self.place
         if place is None or place.capture is None:
             return False
@@ -293,18 +298,18 @@ class Model:
 
     @property
     def own_style(self) -> UserStyle | None:
-        """The chosen style where it is one of the user's own."""
+        """The chosen style if it is one of the user's own, otherwise None."""
         return next((style for style in self.user_styles if style.name == self.chosen), None)
 
     @property
     def pack_style(self) -> str | None:
-        """The chosen style in the pack: the origin of a copy without strokes."""
+        """The chosen style in the pack, which is the original for a copy without strokes."""
         own = self.own_style
         return self.chosen if own is None else own.copy_of or self.chosen
 
     @property
     def lamp_plan(self) -> LampPlan | None:
-        """The lamp to hold at the goal; None if the goal has none or has changed."""
+        """The lamp to hold at the goal, or None if the goal has none or has changed."""
         plan = self.plan
         if plan is None or self.goal_deg is None or plan.result.name != self.chosen:
             return None
@@ -317,20 +322,20 @@ class Model:
 
     @property
     def goal_result(self) -> StyleResult | None:
-        """Answer for the chosen style as it will be at the goal: with its lamp, if it has one."""
+        """Answer for the chosen style at the goal, including the goal's lamp."""
         plan = self.lamp_plan
         return self.result if plan is None else plan.result.seen_from(self.front_deg)
 
     @property
     def target_turn_deg(self) -> float | None:
-        """Turn to go to: the goal that was set, else the best of the chosen style."""
+        """Target turn: the goal set by the user, or the best turn of the chosen style."""
         if self.goal_deg is not None:
             return self.goal_deg
         return None if self.result is None else self.result.turn_refined_deg
 
     @property
     def goal(self) -> Goal | None:
-        """The turn to go to, with its arc and the lamp to hold there; None where there is none."""
+        """The target turn with its arc and lamp, or None if there is none."""
         turn, plan, result = self.target_turn_deg, self.lamp_plan, self.goal_result
         if turn is None:
             return None
@@ -340,13 +345,13 @@ class Model:
 
     @property
     def aim(self) -> tuple[Path | None, str | None, float] | None:
-        """Place, style and azimuth of the goal that was set; another goal is not yet reached."""
+        """Place, style and azimuth of the goal, to recognise whether this goal was reached."""
         if self.goal_deg is None:
             return None
         return self.place_folder, self.chosen, round(self.azimuth_of(self.goal_deg), 3)
 
     def azimuth_of(self, turn_deg: float) -> float:
-        """Azimuth in the panorama's file that the sitter faces at a turn, in (-180, 180] deg."""
+        """Return the panorama azimuth that the sitter faces at a turn, in (-180, 180] degrees."""
         return wrap(turn_deg + self.front_deg)
 
 

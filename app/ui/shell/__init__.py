@@ -1,1 +1,1 @@
-"""The window and what starts it: commands, jobs, messages, sound, settings on the disk."""
+"""The window and its environment: commands, jobs, messages, sound and saved settings."""

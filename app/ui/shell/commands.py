@@ -1,4 +1,4 @@
-"""What every screen offers: find anything, places, settings, help, open, undo."""
+"""The actions available on every screen: search, places, settings, help, open and undo."""
 
 from __future__ import annotations
 
@@ -88,11 +88,11 @@ class Commands:
             self.change("tour_seen", value=True)
 
     def go(self, step: str) -> None:
-        """Bring a screen of the rail to the front."""
+        """Switch to a screen of the rail."""
         self.services.model.update(step=step, painting=None)
 
     def everywhere(self) -> Sequence[Action]:
-        """List the actions of every screen."""
+        """Return the actions of every screen."""
         undo, asks = self.services.undo, partial(partial, self.ask)
         screens = (
             Action(f"step-{spec.key}", spec.command, partial(self.go, spec.key), spec.icon,
@@ -125,7 +125,7 @@ class Commands:
         )  # fmt: skip
 
     def all_actions(self) -> Sequence[Action]:
-        """List all actions of now: this screen's first."""
+        """Return all currently available actions, with those of this screen first."""
         return (*self.window.screen_actions(), *self.everywhere())
 
     def ask(self, what: str, at: QPoint | None = None) -> None:
@@ -141,7 +141,7 @@ class Commands:
             self.overlay.closed.connect(self._overlay_closed)
 
     def guide(self) -> None:
-        """Show the program by itself, for two minutes or until it is left."""
+        """Play the two-minute demo, until it ends or the user leaves it."""
         self.close_overlay()
         if self.guided is None:
             self.guided = GuidedDemo(
@@ -152,7 +152,7 @@ class Commands:
         self.guided = None
 
     def show_setting(self, key: str) -> None:
-        """Open the settings at one of them."""
+        """Open the settings at a particular one."""
         self.ask("settings")
         item = None if self.overlay is None else self.overlay.body.itemAt(0)
         reveal = getattr(None if item is None else item.widget(), "reveal", None)
@@ -165,7 +165,7 @@ class Commands:
             self.overlay.shut()
 
     def reopen(self) -> None:
-        """Rebuild the overlay, as after a change of theme."""
+        """Rebuild the overlay, for example after a change of theme."""
         if self.overlay is not None:
             self.ask(self._question)
 
@@ -189,7 +189,7 @@ class Commands:
         menu.popup(at)
 
     def choose_head(self) -> None:
-        """Ask for a head file made by ``turnlight bake``, and load it."""
+        """Ask for a head file made with ``turnlight bake``, and load it."""
         title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
         path = ask_file(self.window, title, kinds)
         if path is not None:
@@ -202,13 +202,13 @@ class Commands:
             self.open_paths(paths)
 
     def open_folder(self) -> None:
-        """Ask for a folder with a bracket or a panorama and open it."""
+        """Ask for a folder that contains a bracket or a panorama, and open it."""
         folder = ask_folder(self.window, tr("Open a folder"))
         if folder is not None:
             self.open_paths([folder])
 
     def open_paths(self, paths: Sequence[Path]) -> None:
-        """Close the overlay and open files that were chosen or dropped."""
+        """Close the overlay and open files that were selected or dropped."""
         self.close_overlay()
         self.place_controller.open_paths(paths)
 
@@ -221,17 +221,18 @@ class Commands:
         self.window.close()
 
     def _model_changed(self, names: frozenset[str]) -> None:
-        # Not by a place alone: the last one is opened unasked, and one may be brought back here.
+        # A change of place alone is no reason: the last one opens by itself, and some are restored
+        # here.
         if names & {"step", "painting"}:
             self.close_overlay()
         if "light" in names and self.services.model.light is not None:
-            # The offer of the first start is taken up, one way or another.
+            # The offer of the first start has been accepted, or is no longer needed.
             self.services.notify.mended("tour")
         if "settings" in names:
             self._keep(self.services.model.settings)
 
     def shut(self) -> None:
-        """Write the settings that are not yet on the disk."""
+        """Write the settings that are not on the disk yet."""
         try:
             self._write_settings()
         except CoreError as error:
@@ -263,7 +264,7 @@ class Commands:
         self.services.notify.tell_error(error, actions=[again], about="settings")
 
     def _write_settings(self) -> Path | None:
-        # One after the other, and only the newest: an older one never comes last.
+        # Write one version at a time and only the newest, so that an older one never comes last.
         with self._writing:
             settings = self._unkept
             if settings is None:

@@ -1,4 +1,4 @@
-"""The two-minute demo: walks through the screens by itself. The tour shows the same steps."""
+"""The two-minute demo, which plays the steps of the tour by itself."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _TICK_S: Final = 0.1
 
 _SWEEP_DEG: Final = 40.0  # to either side of the best turn
 
-_LOOKED: Final = 0.5  # of the time at the styles, before the needle moves
+_LOOKED: Final = 0.5  # fraction of the time at Styles, before the needle moves
 
-_WALKED: Final = 0.65  # of the time at the turn, until the goal is reached
+_WALKED: Final = 0.65  # fraction of the time at Turn, until the goal is reached
 
 STEPS: Final = (
     (
@@ -71,14 +71,14 @@ STEPS: Final = (
         ),
     ),
 )
-"""Key, title and words of every step: of the tour, which shows a picture of it, and of the demo."""
+"""Key, title and text of every step of the demo and of the tour, which also shows pictures."""
 
 SECONDS: Final = {"probe": 18.0, "styles": 30.0, "turn": 36.0, "paint": 18.0, "light": 18.0}
-"""How long the demo stays at each."""
+"""Duration of each step of the demo."""
 
 
 class DemoBar(Surface):
-    """What is shown and why; pause, continue, leave."""
+    """The current step with its explanation, and buttons to pause, continue and leave."""
 
     def __init__(self, leave: Callable[[], None], pause: Callable[[], None],
                  further: Callable[[], None]) -> None:  # fmt: skip
@@ -96,7 +96,7 @@ class DemoBar(Surface):
         self._bar.setFixedWidth(px(80))
 
     def show_step(self, number: int, share: float, paused: bool) -> None:
-        """Show the step, and how much of the demo is over, 0 to 1."""
+        """Show the step, and the elapsed fraction of the demo from 0 to 1."""
         _, title, words = STEPS[number]
         self._title.set_text(title)
         self._words.set_text(words)
@@ -107,7 +107,7 @@ class DemoBar(Surface):
 
 
 class GuidedDemo(QObject):
-    """Walks through the screens by itself, then calls `ended`; the own place is brought back."""
+    """Walks through the screens, then restores the user's place and calls `ended`."""
 
     def __init__(self, window: Window, place_controller: PlaceController, services: Services,
                  ended: Callable[[], None]) -> None:  # fmt: skip
@@ -131,12 +131,12 @@ class GuidedDemo(QObject):
         self._timer.start()
 
     def leave(self) -> None:
-        """End it where it is, and bring back the place and the screen that were open before."""
+        """End the demo, and restore the place and the screen that were open before."""
         self._timer.stop()
         self._window.set_foot(None)
         folder, step = self._came_from
         self._model.update(painting=None, needle_deg=None)
-        # Whoever opened another place meanwhile stays there.
+        # The user may have opened another place meanwhile, so keep it.
         if self._model.demo_open and folder not in (None, self._model.place_folder):
             self._place_controller.open_place(folder, step=step)
         self._ended()
@@ -167,7 +167,7 @@ class GuidedDemo(QObject):
         self._show()
 
     def _further(self) -> None:
-        """Continue with the next step; after the last one leave."""
+        """Continue with the next step, or leave after the last one."""
         if self.number + 1 == len(STEPS):
             self.leave()
         elif self._model.demo_open and self._model.results:
@@ -182,7 +182,7 @@ class GuidedDemo(QObject):
             self._bar.show_step(number, share, self._paused)
 
     def _enter(self, key: str) -> None:
-        """Bring a step to the front, with the style that is proposed."""
+        """Show a step with the suggested style."""
         model, name = self._model, proposal(self._model.results)
         best = next(one.turn_refined_deg for one in model.results if one.name == name)
         model.update(chosen=name, needle_deg=None, goal_deg=best if key == "turn" else None)

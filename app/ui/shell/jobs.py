@@ -1,6 +1,6 @@
-"""The job runner: long work on a pool of threads, its answer on the thread of the screens.
+"""The job runner, which works on a thread pool and delivers the results to the UI thread.
 
-Long work takes much memory, which is handed back to the system here.
+Long tasks use a lot of memory, which is returned to the system here.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from app.core.base.errors import Cancelled
 from app.core.base.progress import Handlers, PhraseReport, Progress, Token
 from app.words.progress import progress_words
 
-_MMAP_THRESHOLD, _ARENA_MAX = -3, -8  # numbers of malloc.h
+_MMAP_THRESHOLD, _ARENA_MAX = -3, -8  # constants from malloc.h
 _LARGE = 1 << 20  # bytes
 
 
 def keep_little() -> None:
-    """Make the allocator return large arrays to the system when they are freed.
+    """Make the allocator return large arrays to the system as soon as they are freed.
 
-    GNU's C library would keep more and more of them for the next one, and for each thread apart.
-    Elsewhere nothing is done.
+    The GNU C library would otherwise keep freed memory for reuse, separately for every thread.
+    No-op on other systems.
     """
     library = _library()
     if library is not None:
@@ -43,8 +43,8 @@ def keep_little() -> None:
 def give_back() -> None:
     """Return freed memory to the system.
 
-    GNU's C library keeps what a thread has freed for that thread; with several threads at work on
-    large pictures that is several times what is in use. Elsewhere nothing is done.
+    The GNU C library keeps memory that a thread has freed for that thread. With several threads at
+    work on large pictures, that adds up to several times the memory in use. No-op on other systems.
     """
     library = _library()
     if library is not None:
@@ -53,13 +53,13 @@ def give_back() -> None:
 
 @contextlib.contextmanager
 def reading_in() -> Iterator[None]:
-    """Read modules in: they stay to the end, so they are left out of garbage collection.
+    """Import modules, which live until the end, and exclude them from garbage collection.
 
-    Else a full collection goes through every function of every library, and whatever is being
-    done on the screens waits for it, for some 50 ms.
+    A full collection would otherwise visit every function of every library and block the UI for
+    about 50 ms.
 
     Yields:
-        None. While no garbage is collected; what there is in the end is never looked at again.
+        None, while garbage collection is off; everything created until then is never scanned again.
     """
     was = gc.isenabled()
     gc.disable()
@@ -67,7 +67,7 @@ def reading_in() -> Iterator[None]:
         yield
     finally:
         gc.freeze()
-        # At the end all of it goes: some libraries complain of what is left.
+        # Unfreeze at exit, because some libraries complain about leftover objects.
         atexit.register(gc.unfreeze)
         if was:
             gc.enable()
@@ -84,16 +84,16 @@ def _library() -> ctypes.CDLL | None:
 
 T = TypeVar("T")
 
-_THREADS: Final = 6  # some of them wait: for a folder, a camera, a moment to pass
-_HEAVY_S: Final = 0.2  # work that takes longer leaves memory behind
+_THREADS: Final = 6  # some jobs only wait for a folder, a camera or a delay
+_HEAVY_S: Final = 0.2  # longer work leaves freed memory behind
 _log = logging.getLogger(__name__)
 _stuck: Final[list[QtRunner]] = []
-"""Those whose work did not end when it was asked to; to destroy one would wait for its threads."""
+"""Runners with jobs that ignored their cancellation; destroying one would wait for its threads."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobLine:
-    """How far a visible job is: `fraction` is 0 to 1."""
+    """Progress of a visible job; `fraction` is from 0 to 1."""
 
     key: str
     title: str
@@ -103,7 +103,7 @@ class JobLine:
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    """A job; its identity tells its result from that of an older one."""
+    """A job, whose identity distinguishes its result from an older job's."""
 
     key: str
     work: Callable[[Token, PhraseReport], Any]
@@ -115,7 +115,7 @@ class _Job:
 
 
 class _Bridge(QObject):
-    """Carries answers from any thread to the one it lives in; one for all jobs, never deleted."""
+    """Carries results from any thread to its own; all jobs share one that is never deleted."""
 
     progressed = Signal(object, float, str)
     finished = Signal(object, object, object)
@@ -126,7 +126,7 @@ def _report(bridge: _Bridge, job: _Job, fraction: float, step: Progress | str) -
 
 
 def _work(job: _Job, bridge: _Bridge) -> None:
-    """Do the work of a job on the pool; every way it can end becomes one signal."""
+    """Run a job on the pool, and report any outcome with a single signal."""
     answer: Any = None
     error: BaseException | None = None
     began = time.thread_time()
@@ -137,18 +137,18 @@ def _work(job: _Job, bridge: _Bridge) -> None:
         error = problem
     if time.thread_time() - began > _HEAVY_S:
         give_back()
-    # Work that outlives the program has no one to answer.
+    # A job that outlives the program has no receiver.
     with contextlib.suppress(RuntimeError):
         bridge.finished.emit(job, answer, error)
 
 
 class QtRunner(QObject):
-    """Runs jobs by purpose: a newer job replaces an older one of the same key."""
+    """Runs jobs by key, where a newer job replaces an older one with the same key."""
 
     line_changed = Signal(object)
-    """The visible job as `JobLine`, or None when none runs."""
+    """Emitted with the visible `JobLine`, or None when none is running."""
     ended = Signal(str, str)
-    """Title of a visible job and how it ended: ``done``, ``failed`` or ``cancelled``."""
+    """Emitted with a visible job's title and its outcome: ``done``, ``failed`` or ``cancelled``."""
 
     def __init__(self, on_failure: Callable[[Exception], None]) -> None:
         super().__init__()
@@ -156,7 +156,7 @@ class QtRunner(QObject):
         self._pool = QThreadPool()
         self._pool.setMaxThreadCount(_THREADS)
         self._bridge = _Bridge()
-        # Queued even on one thread: an answer never arrives inside the call that asked for it.
+        # Queued even on one thread, so that no result arrives inside the call that requested it.
         queued = Qt.ConnectionType.QueuedConnection
         self._bridge.progressed.connect(self._progressed, queued)
         self._bridge.finished.connect(self._finished, queued)
@@ -167,7 +167,7 @@ class QtRunner(QObject):
     def submit(
         self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
-        """Start work; see `app.ui.presenters.services.Runner.submit`."""
+        """Start a job; see `app.ui.presenters.services.Runner.submit`."""
         if self._closed:
             return
         self.cancel(key)
@@ -179,13 +179,13 @@ class QtRunner(QObject):
         self._pool.start(partial(_work, job, self._bridge))
 
     def cancel(self, key: str) -> None:
-        """Cancel the job of this key; its ``cancelled`` is called once it has stopped."""
+        """Cancel the job with this key; its ``cancelled`` is called once it has stopped."""
         job = self._jobs.get(key)
         if job is not None:
             job.token.cancel()
 
     def running(self, key: str) -> bool:
-        """Whether work of this key has not yet answered."""
+        """Return whether a job with this key is still running."""
         return key in self._jobs
 
     def shutdown(self, milliseconds: int = 5000) -> bool:
@@ -202,7 +202,7 @@ class QtRunner(QObject):
 
     @property
     def at_work(self) -> bool:
-        """Whether any work has not ended."""
+        """Whether any job is still running."""
         return not self._pool.waitForDone(0)
 
     @Slot(object, float, str)
@@ -219,7 +219,7 @@ class QtRunner(QObject):
                 self._show_line()
         if self._closed:
             return
-        # Cancelled in the very moment of its end: the caller no longer wants the answer.
+        # A job cancelled just as it ended counts as cancelled, because its result is unwanted.
         if job.token.cancelled or isinstance(error, Cancelled):
             self._say_end(job, "cancelled")
             if job.cancelled is not None:
@@ -243,12 +243,13 @@ class QtRunner(QObject):
 
 
 def leave_if_stuck(code: int) -> None:
-    """End the process where work continues although its runner was shut down.
+    """End the process if jobs are still running after the shutdown of their runner.
 
-    A read from a drive that is gone may never return, and Python would wait for it. Everything
-    worth keeping has been written by then.
+    A read from a missing drive may never return, and Python would wait for it. By then, everything
+    worth saving has been written.
 
-    `code`: Exit code of the process.
+    Args:
+        code: Exit code of the process.
     """
     if any(runner.at_work for runner in _stuck):
         logging.shutdown()

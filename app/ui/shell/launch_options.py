@@ -1,4 +1,4 @@
-"""The options of the app's start; imported before Qt."""
+"""The options for starting the app; imported before Qt."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class LaunchOptions:
-    """How the app is started.
+    """The way in which the app is started.
 
-    `scale`: Pixels per logical pixel, 1 or 2; None as the screen has it.
-    `paths`: Files or folders to open.
+    Attributes:
+        scale: Pixels per logical pixel, 1 or 2, or None for the screen's own scale.
+        paths: Files or folders to open.
     """
 
     demo: bool = False

@@ -1,8 +1,8 @@
-"""The log of the window, and the interpreter's report of a crash.
+"""The log of the window, and the interpreter's crash report.
 
-LOGS/turnlight.log   starts, ends and errors; at most two files of 1 MiB
-LOGS/crash.log       written by `faulthandler` while it is open; empty unless a library crashes
-LOGS/last-crash.log  the crash of an earlier start, for the user to look at or send
+LOGS/turnlight.log   starts, ends and errors; at most two files of 1 MiB LOGS/crash.log
+written by `faulthandler` while it is open; empty unless a library crashes LOGS/last-crash.log  the
+crash of an earlier run, for the user to read or send
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ _CRASH: Final = "crash.log"
 _LOG_BYTES: Final = 1 << 20
 _CRASH_BYTES: Final = 1 << 18
 _log = logging.getLogger("turnlight")
-_log.addHandler(logging.NullHandler())  # without a log nothing is printed in its place
+_log.addHandler(logging.NullHandler())  # without a log file, print nothing to the terminal either
 
 
 class _PrivateFile(logging.handlers.RotatingFileHandler):
-    """A log that only the user can read."""
+    """A log file that only the user can read."""
 
     def _open(self) -> io.TextIOWrapper:
         handle = os.open(self.baseFilename, os.O_APPEND | os.O_CREAT | os.O_WRONLY, 0o600)
@@ -46,7 +46,7 @@ def log_to(folder: Path) -> None:
     """Write a log to a folder, if possible."""
     with contextlib.suppress(OSError):
         make_folder(folder, private=True)
-        # Names of files may hold bytes that are not text.
+        # File names may contain bytes that are not valid text.
         handler = _PrivateFile(
             folder / LOG,
             maxBytes=_LOG_BYTES,
@@ -68,9 +68,10 @@ def log_to(folder: Path) -> None:
 
 
 class CrashLog:
-    """Has the interpreter write down where it was when a library ends the process.
+    """Makes the interpreter record its stack when a library crashes the process.
 
-    `crashed`: whether the start before this one ended like that.
+    Attributes:
+        crashed: Whether the previous run ended in a crash.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -85,7 +86,7 @@ class CrashLog:
             faulthandler.enable(self._file)
 
     def close(self) -> None:
-        """Note that this start ended as it should."""
+        """Record that this run ended normally."""
         if self._file is not None:
             faulthandler.disable()
             self._file.close()
@@ -104,7 +105,7 @@ class CrashLog:
 
 
 def crash_text(folder: Path) -> str:
-    """Return the report of the last crash, to send to the developers."""
+    """Return the report of the last crash, for sending to the developers."""
     parts = [f"Turnlight {__version__}, Python {sys.version}, {platform.platform()}"]
     for name in (LAST_CRASH, LOG):
         with contextlib.suppress(OSError), (folder / name).open("rb") as stream:

@@ -1,4 +1,4 @@
-"""Telling the user things: messages now and in a list for later, errors in words, and sounds."""
+"""Messages to the user: toasts, the list of messages, error messages and sounds."""
 
 from __future__ import annotations
 
@@ -39,7 +39,11 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """A message. `actions`: tuple of (str, callable), its buttons."""
+    """A message.
+
+    Attributes:
+        actions: tuple of (str, callable), one per button.
+    """
 
     moment: datetime
     text: str
@@ -62,18 +66,19 @@ class Notify:
 
     @property
     def messages(self) -> tuple[Message, ...]:
-        """All messages since the start, the newest last."""
+        """All messages since the start, oldest first."""
         return tuple(self._messages)
 
     @property
     def unread(self) -> int:
-        """The number of unread messages; confirmations do not count."""
+        """Number of unread messages, without confirmations."""
         return len(self._unread)
 
     def attach(self, toasts: Toasts | None) -> None:
-        """Show messages in this window from now on, open and earlier ones first.
+        """Show messages in this window from now on, starting with earlier unresolved ones.
 
-        `toasts`: None while the window is rebuilt.
+        Args:
+            toasts: The window's toasts, or None while the window is rebuilt.
         """
         self._toasts = toasts
         if toasts is not None:
@@ -91,7 +96,7 @@ class Notify:
         about: str = "",
         stay: bool = False,
     ) -> None:
-        """Show one sentence; see `app.ui.presenters.services.Notifier.tell`."""
+        """Show a sentence; see `app.ui.presenters.services.Notifier.tell`."""
         if about:
             self.mended(about)
         one = Message(self._today(), message, kind, tuple(actions), about)
@@ -101,7 +106,7 @@ class Notify:
         if kind in ("warning", "error"):
             _log.warning("told: %s", message)
         if stay or kind == "error":
-            # Said again, it takes the place of what stands already.
+            # A repeated message replaces the one on display.
             self._standing = [each for each in self._standing if each.text != message]
             self._standing.append(one)
         self._show(one)
@@ -123,14 +128,14 @@ class Notify:
         self.tell(words, kind="error", actions=actions, about=about)
 
     def mended(self, about: str) -> None:
-        """Remove the messages about this: it is over."""
+        """Remove the messages about a problem that has been resolved."""
         for message in [each for each in self._standing if each.about == about]:
             self._mark_read(message)
             if self._toasts is not None:
                 self._toasts.drop(message.text)
 
     def read(self) -> None:
-        """Mark all messages as read; open ones stay."""
+        """Mark all messages as read without closing them."""
         self._unread.clear()
         self.changed.emit()
 
@@ -153,7 +158,7 @@ class Notify:
         )
 
     def _mark_read(self, message: Message) -> None:
-        """Forget a message that was closed or resolved."""
+        """Remove a message that was closed or resolved."""
         self._standing = [each for each in self._standing if each is not message]
         self._unread = [each for each in self._unread if each is not message]
         self.changed.emit()
@@ -166,20 +171,19 @@ def _file_words(error: OSError) -> str:
     return tr("{file}: {reason}. Nothing was overwritten.", file=error.filename, reason=reason)
 
 
-_PERIOD_MS: Final = 40  # three of these are on their way: so much later a sound is heard
-_QUIET_S: Final = 2.0  # after this the device is closed, so that a laptop can rest
+_PERIOD_MS: Final = 40  # three such buffers are queued, which delays every sound
+_QUIET_S: Final = 2.0  # after this silence the device is closed, so that a laptop can sleep
 _CLOSING_S: Final = 1.0
-# Without a choice the library falls back to a device that plays nothing; ALSA alone complains
-# on stderr where there is no sound card.
+# Without this list the library falls back to a silent device, and only ALSA prints errors to stderr
+# if there is no sound card.
 _BACKENDS: Final = ("WASAPI", "DSOUND", "WINMM", "COREAUDIO", "PULSEAUDIO")
 
 
 class Speaker(Sounds):
     """Plays one sound at a time; see `app.ui.presenters.services.Sounds`.
 
-    It is opened with the first sound; where there is none, everything stays quiet.
-
-    A device takes its time to start and to stop, so that a thread does both.
+    The device opens with the first sound, and everything stays silent if there is none. Starting
+    and stopping a device takes time, so a thread does both.
     """
 
     def __init__(self) -> None:
@@ -191,7 +195,7 @@ class Speaker(Sounds):
 
     @property
     def available(self) -> bool:
-        """Whether this computer can play sounds; the first question opens the loudspeaker."""
+        """Whether this computer can play sounds; the first access opens the device."""
         if not self._tried:
             self._tried = True
             self._device = _device()
@@ -202,23 +206,23 @@ class Speaker(Sounds):
         return self._device is not None
 
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
-        """Play a sound from its beginning; one that still plays is cut off."""
+        """Play a sound from its beginning, cutting off one that is still playing."""
         if self.available:
             louder = samples * min(max(volume, 0.0), 1.0)
             self._sound = louder.astype(samples.dtype).tobytes()
             self._wake.set()
 
     def stop(self) -> None:
-        """Be quiet."""
+        """Stop the sound."""
         self._sound = b""
 
     @property
     def speaks(self) -> bool:
-        """Whether the system has a voice."""
+        """Whether the system can speak text."""
         return bool(_voice())
 
     def say(self, words: str) -> None:
-        """Speak a text in the system's voice."""
+        """Speak a text with the system's voice."""
         if self.speaks:
             threading.Thread(target=_say, args=(words,), name="voice", daemon=True).start()
 
@@ -240,7 +244,7 @@ class Speaker(Sounds):
         self._device.close()
 
     def _frames(self) -> Generator[bytes, int, None]:
-        """Fill the device's buffer; the device pads it with silence."""
+        """Yield data for the device's buffer, which the device pads with silence."""
         sound, position = b"", 0
         frames = yield b""
         while True:
@@ -251,7 +255,7 @@ class Speaker(Sounds):
             frames = yield part
 
     def _close(self, thread: threading.Thread) -> None:
-        """Stop before Python ends: the device calls into it."""
+        """Close the device before Python ends, because it calls into Python."""
         self._closing = True
         self._wake.set()
         thread.join(_CLOSING_S)
@@ -259,7 +263,7 @@ class Speaker(Sounds):
 
 _TALK_S: Final = 10.0
 _SAYS: Final = "TURNLIGHT_SAYS"
-# PowerShell would read what is said as a part of its script.
+# Passed in a variable, because PowerShell would parse the text as part of its script.
 _SAPI: Final = (
     "Add-Type -AssemblyName System.Speech; "
     f"(New-Object System.Speech.Synthesis.SpeechSynthesizer).Speak($env:{_SAYS})"
@@ -273,7 +277,7 @@ _VOICES: Final = {
 
 @cache
 def _voice() -> tuple[str, ...]:
-    """Find the command that speaks its argument, or `_SAYS`; empty if there is none."""
+    """Return the command that speaks its argument or `_SAYS`, or empty if there is none."""
     for program, *options in _VOICES.get(sys.platform, ()):
         if (path := shutil.which(program)) is not None:
             return (path, *options)
@@ -294,9 +298,9 @@ def _say(words: str) -> None:
 
 
 def _device() -> Any:
-    """Open the loudspeaker, None where there is none."""
+    """Return the opened sound device, or None if there is none."""
     try:
-        # It has no build for Linux on ARM.
+        # The library has no build for Linux on ARM.
         import miniaudio
 
         return miniaudio.PlaybackDevice(

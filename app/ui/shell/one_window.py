@@ -1,7 +1,7 @@
-"""One window for each data folder: a second start shows the first window and opens its files there.
+"""One window per data folder: a second start opens its files in the first window.
 
-The first window listens on a local socket of a random name. Name and key are in a file that only
-the user can read, so another user can neither guess the socket nor ask anything of the window.
+The first window listens on a local socket with a random name. The name and a key are in a file that
+only the user can read, so other users can neither guess the socket nor send it requests.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from app.core.storage.json_file import (
 from app.core.text import tr
 
 ADDRESS: Final = "window.json"
-"""Name of the file with the socket's name and key."""
+"""Name of the file that contains the socket's name and key."""
 
 _ADDRESS_BYTES: Final = 4096
 _MESSAGE_BYTES: Final = 1 << 18
 _MOST_PATHS: Final = 200
 _LONGEST_PATH: Final = 4096
 _MOST_CALLERS: Final = 8
-_CALL_MS: Final = 5_000  # a caller who sends nothing more is dropped
+_CALL_MS: Final = 5_000  # a caller who stays silent for this long is dropped
 _REPLY_MS: Final = 3_000
-_PATIENCE_MS: Final = 30_000  # the first window may only just have started
+_PATIENCE_MS: Final = 30_000  # the first window may have only just started
 _AGAIN_MS: Final = 100
 _REPLY: Final = b"shown\n"
 
@@ -67,9 +67,10 @@ _request: Final = record(
 
 
 class WindowServer(QObject):
-    """Listens for later starts; `show` is called with the files that they bring.
+    """Listens for later starts, and calls `show` with the files that they send.
 
-    Messages come from any program of the user's: they are bounded, checked and need the key.
+    Any of the user's programs can send messages, so they are limited in size, validated and need
+    the key.
     """
 
     def __init__(self, home: Path, show: Callable[[list[Path]], None]) -> None:
@@ -83,17 +84,17 @@ class WindowServer(QObject):
         self._server.newConnection.connect(self._answer)
         former = _read_address(home)
         if former is not None:
-            # A killed window leaves its socket behind.
+            # A killed process leaves its socket behind.
             QLocalServer.removeServer(former.name)
         self._file = home / ADDRESS
         facts: Facts = {"name": self._address.name, "key": self._address.key}
         if self._server.listen(self._address.name):
-            # Without the file a later start says that the window does not answer.
+            # Without the file, a later start reports that the window does not respond.
             with contextlib.suppress(CoreError):
                 atomic_write_bytes(self._file, dump(facts))
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         for caller in tuple(self._callers):
             self._drop(caller)
         self._server.close()
@@ -149,8 +150,11 @@ class WindowServer(QObject):
 def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) -> WindowLock | None:
     """Become the window of a data folder, or pass the files to the one already open.
 
-    Returns the lock; None where the open window has taken the files and is in front.
-    Raises CoreError when another process has the folder and does not answer.
+    Returns:
+        The lock, or None if the open window has accepted the files and is in front.
+
+    Raises:
+        CoreError: If another process uses the folder and does not respond.
     """
     deadline = QDeadlineTimer(patience_ms)
     while (lock := lock_window(home)).owner is Owner.ANOTHER_PROCESS:
@@ -169,7 +173,7 @@ def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) ->
 
 
 def _hand_over(home: Path, paths: Sequence[Path]) -> bool:
-    """Ask the open window to open these files; return whether it did."""
+    """Ask the open window to open these files, and return whether it did."""
     address = _read_address(home)
     if address is None:
         return False

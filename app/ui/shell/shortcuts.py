@@ -1,4 +1,4 @@
-"""Keyboard shortcuts of actions, as long as the actions are on offer."""
+"""Keyboard shortcuts of actions, for as long as the actions are available."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class Shortcuts:
             for keys in action.shortcut.split(";")
             if keys.strip()
         }
-        # Those that are there already are used again: making one takes a millisecond.
+        # Reuse existing shortcuts, because creating one takes a millisecond.
         for keys in self._actions.keys() - self._shortcuts.keys():
             self._shortcuts[keys] = QShortcut(QKeySequence(keys), self._window)
             self._shortcuts[keys].activated.connect(partial(self._run, keys))
         self._enable()
 
     def rest(self, resting: bool) -> None:
-        """Disable the shortcuts, as under an overlay."""
+        """Disable or enable the shortcuts, for example under an overlay."""
         if resting != self._resting:
             self._resting = resting
             self._enable()
@@ -48,7 +48,7 @@ class Shortcuts:
 
     def _run(self, keys: str) -> None:
         focus, action = QApplication.focusWidget(), self._actions[keys]
-        # These keys press the button that has the focus.
+        # These keys press the focused button.
         if keys in _ON_BUTTONS and isinstance(focus, QAbstractButton):
             focus.click()
         elif action.enabled():
@@ -56,17 +56,14 @@ class Shortcuts:
 
 
 def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:
-    """List the shortcuts for the line at the foot.
-
-    Returns list of (str, str). Keys and words.
-    """
+    """Return the shortcuts for the line at the foot, as tuples of keys and text."""
     return [
         (action.keys or key_text(action.shortcut), action.hint) for action in actions if action.hint
     ]
 
 
 def key_text(shortcut: str) -> str:
-    """Write the first of an action's shortcuts as keys are named on screen: "Ctrl+K"."""
+    """Return the first of an action's shortcuts as text, such as "Ctrl+K"."""
     first = shortcut.split(";")[0].strip()
     names = {"Return": "Enter", "Escape": "Esc"}
     return "+".join(names.get(part, part) for part in first.split("+"))

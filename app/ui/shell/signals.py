@@ -1,7 +1,7 @@
-"""Signals to end: SIGTERM, SIGHUP and Ctrl-C reach the main thread.
+"""Signals that end the process: SIGTERM, SIGHUP and Ctrl-C reach the main thread.
 
-Python runs a signal's handler only between two of its own instructions, and Qt's event loop has
-none: the interpreter writes the signal's number into a socket, which wakes the loop.
+Python runs a signal handler only between two bytecode instructions, and Qt's event loop executes
+none. So the interpreter writes the signal's number to a socket, which wakes the loop.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _PATIENCE_S: Final = 30.0
 def ending_by_signal(end: Callable[[int], None]) -> Iterator[None]:
     """Call `end` with the number of a signal that asks the process to end.
 
-    A second one ends it at once, and so does the end of half a minute: a disk that is gone may
-    never answer. A signal that is ignored, as SIGHUP under nohup, stays so.
+    A second signal ends the process at once, and so does a timeout of half a minute, because a
+    missing disk may never respond. An ignored signal, such as SIGHUP under nohup, stays ignored.
     """
     if threading.current_thread() is not threading.main_thread():
-        yield  # signals are the main thread's
+        yield  # only the main thread can handle signals
         return
     reader, writer = socket.socketpair()
     for each in (reader, writer):

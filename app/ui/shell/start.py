@@ -1,4 +1,4 @@
-"""Starting the app: settings, theme, window, first work; and ending it without losing anything."""
+"""Start of the app (settings, theme, window and first jobs), and its end without data loss."""
 
 from __future__ import annotations
 
@@ -63,12 +63,12 @@ _LEVELS: Final = {
     QtMsgType.QtCriticalMsg: logging.ERROR,
     QtMsgType.QtFatalMsg: logging.CRITICAL,
 }
-_LOOK_MS: Final = 5_000  # whether the open place is still on the disk
+_LOOK_MS: Final = 5_000  # interval for checking whether the open place is still on the disk
 _log = logging.getLogger("turnlight")
 
 
 class _Carrier(QObject):
-    """Brings an error from any thread to the main thread."""
+    """Carries an error from any thread to the main thread."""
 
     came = Signal(object)
 
@@ -78,7 +78,7 @@ def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
     """Catch every error that would otherwise end a thread or only be printed.
 
     Yields:
-        None. While the hooks are set; the former ones come back afterwards.
+        None, while the hooks are set; the previous hooks are restored afterwards.
     """
     carrier = _Carrier()
     carrier.came.connect(tell, Qt.ConnectionType.QueuedConnection)
@@ -127,13 +127,13 @@ def run(
     *,
     crashed: bool = False,
 ) -> int:
-    """Put the app together and use it.
+    """Create the app and use it.
 
     Args:
-        crashed: Whether the start before this one ended by a crash, which is told.
+        crashed: Whether the previous run ended in a crash, which is then reported.
 
     Returns:
-        Exit code: 128 and the signal's number where a signal ended it.
+        Exit code, which is 128 plus the signal's number if a signal ended the app.
     """
     keep_little()
     application = QApplication.instance() or QApplication(sys.argv[:1])
@@ -214,22 +214,22 @@ class App:
             self.notify.tell(note_words(note), kind="warning")
 
     def show(self) -> None:
-        """Show the window as it was last time; jobs start once it has been painted."""
+        """Show the window where it was last time; jobs start after its first paint."""
         _AfterFirstPaint(self.window, self._begin)
         self.window.restore(self._kept_geometry())
         self.window.show()
         self.window.setFocus()
 
     def shut(self) -> None:
-        """End all jobs; everything was saved before."""
+        """End all jobs; everything has been saved by then."""
         self._keep_geometry()
         self.commands.shut()
         self.runner.shutdown()
-        # Not left to the last window: a menu or a tool tip may still count as one.
+        # Do not rely on the last window, because a menu or a tooltip may still count as one.
         self.application.quit()
 
     def end(self, number: int) -> None:
-        """Save everything possible and close, as after a signal."""
+        """Save everything possible and close, for example after a signal."""
         _log.info("ending by signal %d", number)
         self.ended_by, self._warned = number, True
         try:
@@ -252,7 +252,7 @@ class App:
             self.commands.open_paths(paths)
 
     def tell_crash(self) -> None:
-        """Offer the log of the start before this one, which a library ended."""
+        """Offer the log of the previous run, which ended in a crash."""
         logs = self._window_file.parent / LOGS
         _log.info("the last crash is in %s", LAST_CRASH)
         self.notify.tell(
@@ -271,7 +271,7 @@ class App:
         self.notify.tell(tr("Log copied."), kind="done")
 
     def _may_close(self) -> bool:
-        """Save everything; if that fails, keep the window open once."""
+        """Save everything, but if that fails, keep the window open once."""
         if self.place_controller.keep_all() or self._warned:
             return True
         self._warned = True
@@ -286,7 +286,7 @@ class App:
 
     def _begin(self) -> None:
         paths = self.options.paths
-        # A demo begins where a first start does.
+        # The demo starts like a first start, without a place.
         self.place_controller.begin(reopen=not (self.options.demo or paths))
         self.commands.begin()
         folders = self.services.folders
@@ -323,7 +323,7 @@ class App:
 
 
 class _AfterFirstPaint(QObject):
-    """Calls once, right after the window has been painted for the first time."""
+    """Makes a single call right after the window's first paint."""
 
     def __init__(self, window: Window, call: Callable[[], None]) -> None:
         super().__init__(window)

@@ -1,4 +1,4 @@
-"""The window: the frame around the screen in front."""
+"""The window: the frame around the current screen."""
 
 from __future__ import annotations
 
@@ -45,20 +45,21 @@ from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
 
 SMALLEST: Final = QSize(1024, 640)
-"""The window works from this size up, logical pixels; smaller only where the screen is."""
+"""Smallest usable size of the window in logical pixels, unless the screen is smaller."""
 DESIGNED: Final = QSize(1440, 900)
-"""The window opens in this size where the screen has room for it."""
+"""Initial size of the window, if the screen has room for it."""
 FULL_SIZE: Final = QSize(1280, 760)
-"""Below this the narrow layout is taken."""
+"""Size below which the narrow layout is used."""
 
 
 class Window(QWidget):
-    """The one window."""
+    """The only window of the app."""
 
     paths_dropped = Signal(list)
     asked = Signal(str, QPoint)
-    """Something that lies over the screen was asked for: ``places``, ``settings``, ``find``,
-    ``messages``, ``sitter``, ``camera``; with the global point where a menu opens."""
+    """Emitted to open an overlay: ``places``, ``settings``, ``find``, ``messages``, ``sitter`` or
+    ``camera``, with the global position for a menu.
+    """
     closed = Signal()
 
     def __init__(
@@ -95,7 +96,7 @@ class Window(QWidget):
         self.setObjectName("window")
         give_role(self, QAccessible.Role.Window)
         self.setAcceptDrops(True)
-        # Nothing is marked before somebody uses the keyboard.
+        # Show no focus ring before the user touches the keyboard.
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
         self._outer = row(into=self)
@@ -113,7 +114,7 @@ class Window(QWidget):
         application.focusChanged.connect(self._focus_moved)
 
     def show_state(self, state: FrameState) -> None:
-        """Show the frame's state and bring the screen that belongs there to the front."""
+        """Show the frame's state and switch to the matching screen."""
         if self._state is None or state.status != self._state.status:
             self._failed = ""
         self._state = state
@@ -124,11 +125,11 @@ class Window(QWidget):
         self.say(state.status, state.status_icon)
         self._show_screen()
         self._show_hints()
-        # Once the screen has its layout: no message lies over a control of it.
+        # Wait for the screen's layout, so that no message covers a control.
         QTimer.singleShot(0, self._toasts, self._toasts.lay)
 
     def set_foot(self, make: Callable[[], QWidget] | None) -> None:
-        """Show a widget between the screen and the line at the foot; None removes it."""
+        """Show a widget between the screen and the line at the foot, or remove it if None."""
         self._make_foot = make
         if self._foot is not None:
             self._foot.hide()
@@ -144,9 +145,9 @@ class Window(QWidget):
         self._show_job(self._job)
 
     def wear(self, name: ThemeName, scale: float) -> None:
-        """Put on another theme or size; every view is rebuilt."""
+        """Switch to another theme or size and rebuild every view."""
         self.setUpdatesEnabled(False)
-        # The old views go first, unseen in the new theme.
+        # Remove the old views first, so that they never appear in the new theme.
         self._take_down()
         set_theme(name, scale)
         apply(self._application)
@@ -156,34 +157,34 @@ class Window(QWidget):
 
     @property
     def front(self) -> QWidget | None:
-        """The screen in front."""
+        """The current screen."""
         return None if self._front is None else self._views.get(self._front)
 
     @property
     def front_presenter(self) -> ScreenPresenter | None:
-        """Presenter of the screen in front."""
+        """Presenter of the current screen."""
         return None if self._front is None else self._presenters.get(self._front)
 
     def _focus_moved(self) -> None:
-        # Not by looking through the children: the focus also moves while a dialog among them is
-        # half destroyed.
+        # Do not search the children, because the focus also moves while a dialog among them is half
+        # destroyed.
         covered = bool(Sheet.over(self))
         self._global_shortcuts.rest(covered)
         self._screen_shortcuts.rest(covered)
 
     def screen_actions(self) -> Sequence[Action]:
-        """List the actions of the screen in front."""
+        """Return the actions of the current screen."""
         presenter = self.front_presenter
         return () if presenter is None else presenter.actions()
 
     def refresh_actions(self) -> None:
-        """Bind the shortcuts of the screen in front again: it offers others now."""
+        """Update the shortcuts after the current screen's actions have changed."""
         actions = self.screen_actions()
         self._screen_shortcuts.bind(actions)
         self._show_hints(actions)
 
     def _show_hints(self, actions: Sequence[Action] | None = None) -> None:
-        """Show the keys that do something now."""
+        """Show the keys that currently have an effect."""
         find = [one for one in self.actions_everywhere if one.hint]
         here = self.screen_actions() if actions is None else actions
         hints = hints_of([*here, *find])
@@ -217,7 +218,7 @@ class Window(QWidget):
         self.setUpdatesEnabled(True)
 
     def _take_down(self) -> None:
-        """Remove all views; presenters stay."""
+        """Remove all views but keep the presenters."""
         self._notify.attach(None)
         for key in self._views:
             self._presenters[key].detach()
@@ -232,12 +233,12 @@ class Window(QWidget):
 
     def _put_up(self) -> None:
         self._build()
-        # In the same frame: what a layout takes in is else shown an event later.
+        # Show them now, because the layout would only do so one event later.
         self._rail.show()
         self._body.show()
         if self._state is not None:
             self.show_state(self._state)
-        # What lay over the screen still does.
+        # Keep open sheets above the new screen.
         for sheet in Sheet.over(self):
             sheet.raise_()
 
@@ -252,7 +253,7 @@ class Window(QWidget):
         presenter = self._presenter_of(key)
         if key not in self._views:
             view = spec.make_view(presenter, self._compact)
-            # Keys that no control takes go to the screen.
+            # Keys that no control uses go to the screen.
             view.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
             view.setProperty("noFocusRing", True)
             view.setAccessibleName(view.accessibleName() or spec.title)
@@ -264,7 +265,7 @@ class Window(QWidget):
         self._stack.setCurrentWidget(self._views[key])
         presenter.enter()
         self.refresh_actions()
-        # The keys go to the screen, not to the rail that was clicked.
+        # Give the focus to the screen, not to the rail that was clicked.
         view = self._views[key]
         getattr(view, "take_focus", view.setFocus)()
 
@@ -300,7 +301,7 @@ class Window(QWidget):
         self._show_hints()
 
     def _job_ended(self, title: str, how: str) -> None:
-        """Show at the foot what failed, until the next message."""
+        """Show a failed job at the foot of the window until the next message."""
         self._failed = tr("{job} failed.", job=title) if how == "failed" else ""
         self._show_job(self._job)
 
@@ -334,7 +335,7 @@ class Window(QWidget):
         self._relayout.start()
 
     def restore(self, geometry: QByteArray | None) -> None:
-        """Restore the size and position of last time, as far as they fit this screen."""
+        """Restore the previous size and position, as far as they fit this screen."""
         if geometry is None or not self.restoreGeometry(geometry):
             self.resize(DESIGNED)
             self.move(room_for(self).center() - self.rect().center())
@@ -342,7 +343,7 @@ class Window(QWidget):
         self._fit_layout()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Once the desktop has put its frame around the window, the whole of it fits."""
+        """Fit the window to the screen once the desktop has added its frame."""
         super().changeEvent(event)
         if event.type() is QEvent.Type.ActivationChange and not self._framed:
             self._framed = True
@@ -351,7 +352,7 @@ class Window(QWidget):
     # -- files dropped anywhere ----------------------------------------------------------------
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Show that files may be dropped here."""
+        """Show that files can be dropped here."""
         if dropped_paths(event.mimeData()):
             event.acceptProposedAction()
             self._veil = self._veil or DropVeil(self)
@@ -365,7 +366,7 @@ class Window(QWidget):
         self._lift_veil()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open what was dropped."""
+        """Open the dropped files."""
         self._lift_veil()
         paths: list[Path] = dropped_paths(event.mimeData())
         if paths:

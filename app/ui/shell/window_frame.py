@@ -1,6 +1,6 @@
-"""The frame around every screen: head line, rail, the line at the foot, and the desktop around it.
+"""The frame around every screen: top bar, rail and the line at the foot.
 
-Files may be dropped on the window, and it finds its place on the screen.
+It also accepts dropped files and keeps the window within its desktop.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _FOOT: Final = (
 
 
 class _RailButton(Pressable):
-    """One entry: icon over label, a bar at the left edge when it is the screen in front."""
+    """A rail button with an icon over its label, and a bar at the left for the current screen."""
 
     def __init__(self, title: str, tip: str, icon: str, shortcut: str, compact: bool) -> None:
         super().__init__(title)
@@ -56,7 +56,7 @@ class _RailButton(Pressable):
         self.set_tip(tip, shortcut)
 
     def set_state(self, done: bool, note: str, words: str) -> None:
-        """Mark the step as done, and show what was decided there."""
+        """Mark the step as done, and show the choice made there."""
         self._done, self._note = done, "" if self._compact else note
         self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
         self.setAccessibleDescription(words)
@@ -64,10 +64,10 @@ class _RailButton(Pressable):
         self.update()
 
     def nextCheckState(self) -> None:
-        """Leave the switch to the window."""
+        """Leave the state of the button to the window."""
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the rectangle behind icon and label."""
+        """Return the rectangle behind the icon and the label."""
         return self._box(), px(8)
 
     def _box(self) -> QRect:
@@ -97,9 +97,10 @@ class _RailButton(Pressable):
 
 
 class Rail(Surface):
-    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside.
+    """The steps with places and settings at the foot; a single Tab stop with arrow keys inside.
 
-    `choose` takes the key of what was chosen: a screen's, `PLACES` or `SETTINGS`.
+    Attributes:
+        choose: Called with the key of a screen, `PLACES` or `SETTINGS`.
     """
 
     def __init__(
@@ -124,13 +125,13 @@ class Rail(Surface):
     def show_steps(
         self, current: str, done: Collection[str], notes: Mapping[str, tuple[str, str]]
     ) -> None:
-        """Mark the screen in front and the finished steps, with their notes."""
+        """Mark the current screen and the completed steps, with their notes."""
         for key, button in self._buttons.items():
             button.setChecked(key == current)
             button.set_state(key in done, *notes.get(key, ("", "")))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Draw it."""
+        """Paint the rail."""
         super().paint_on(painter, t)
         size = px(40)
         spot = QRect((self.width() - t.line_width - size) // 2, px(12), size, size)
@@ -141,7 +142,11 @@ _MOST_HINTS = 4
 
 
 class JobLineBar(Surface):
-    """The job line; `cancel` receives the key of the running job."""
+    """The progress of the visible job.
+
+    Attributes:
+        cancel: Called with the key of the running job.
+    """
 
     def __init__(
         self, compact: bool, cancel: Callable[[str], None], show_messages: Callable[[], None]
@@ -156,7 +161,7 @@ class JobLineBar(Surface):
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
         self._time_left = Text("", 12, role="dim")
-        # In the low line its edges would touch those of the line.
+        # In the low line, its border would touch that of the line.
         kind: Kind = "quiet" if compact else "outlined"
         self._cancel = Button(tr("Cancel"), "", kind, "small", do=lambda: cancel(self._key))
         self._hints = QWidget()
@@ -168,7 +173,7 @@ class JobLineBar(Surface):
         self.show_job(None)
 
     def show_job(self, job: JobLine | None, stopped_above: bool = False) -> None:
-        """Show the running job; None shows the last message again."""
+        """Show the running job, or the last message again if it is None."""
         running = job is not None
         for widget in (self._bar, self._time_left):
             widget.setVisible(running)
@@ -204,11 +209,11 @@ class JobLineBar(Surface):
 
 
 _FRAME: Final = QMargins(4, 32, 4, 4)
-"""Title bar and edges of the usual desktops; what they are is known once the window is shown."""
+"""Title bar and borders of common desktops, until the actual ones are known."""
 
 
 def fitted(rect: QRect, room: QRect) -> QRect:
-    """Make a rectangle as small as the room, then move it inside; both in the same pixels."""
+    """Shrink a rectangle to the available area and move it inside; both in the same pixels."""
     size = rect.size().boundedTo(room.size())
     left = min(max(rect.left(), room.left()), room.left() + room.width() - size.width())
     top = min(max(rect.top(), room.top()), room.top() + room.height() - size.height())
@@ -216,12 +221,12 @@ def fitted(rect: QRect, room: QRect) -> QRect:
 
 
 def room_for(window: QWidget) -> QRect:
-    """Return the room for a window's content on its screen, logical pixels, without the frame."""
+    """Return the area in logical pixels for a window's content on its screen, without the frame."""
     return window.screen().availableGeometry().marginsRemoved(_frame_of(window))
 
 
 def fit_on_screen(window: QWidget, smallest: QSize) -> None:
-    """Bring a window whole onto its screen; it may be smaller than `smallest` only there."""
+    """Fit a window on its screen; only a small screen can make it smaller than `smallest`."""
     if window.isMaximized() or window.isFullScreen():
         return
     room = room_for(window)
@@ -241,13 +246,13 @@ _MOST_FILES: Final = 500
 
 
 def dropped_paths(data: QMimeData) -> list[Path]:
-    """Read which files of this computer are being dropped."""
+    """Return the paths of dropped files on this computer."""
     urls = data.urls()[:_MOST_FILES]
     return [path_of(url) for url in urls if url.isLocalFile()]
 
 
 class DropVeil(PaintedWidget):
-    """Covers the window while files are dragged over it."""
+    """A veil over the window while files are dragged over it."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -256,13 +261,13 @@ class DropVeil(PaintedWidget):
         self.setAccessibleName(WHAT_TO_DROP)
 
     def set_words(self, words: str) -> None:
-        """Show what may be dropped."""
+        """Set the text about the files that can be dropped."""
         self._words = words or WHAT_TO_DROP
         self.setAccessibleName(self._words)
         self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Draw it."""
+        """Paint the veil."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), faint(t.c.bg, 0.92))
         inset = px(24)
@@ -282,7 +287,7 @@ class DropVeil(PaintedWidget):
 
 
 class _PlaceButton(Pressable):
-    """Name and time of the place, with a chevron; opens the list of places."""
+    """The button that opens the list of places: name and time of the place, and a chevron."""
 
     def __init__(self, do: Do) -> None:
         super().__init__(tr("Places you have measured"), do=do)
@@ -302,7 +307,7 @@ class _PlaceButton(Pressable):
         self.update()
 
     def _parts(self) -> tuple[QRect, QRect, QRect]:
-        """Return the rectangles of name, time and chevron; a long name is shortened."""
+        """Return the rectangles of name, time and chevron, shortening a long name."""
         t = theme()
         high, gap, mark = self.height(), px(16), px(16)
         time = text_width(t.font(14), self._time)
@@ -316,7 +321,7 @@ class _PlaceButton(Pressable):
         )
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the text only, without the free room behind it."""
+        """Return the area of the text, without the free space behind it."""
         last = self._parts()[2]
         return QRect(0, 0, last.right() + 1, self.height()), px(6)
 
@@ -351,7 +356,7 @@ class TopBar(Surface):
         row(*parts, into=self, gap=8, margins=(24, 0, 24, 0))
 
     def show_state(self, state: FrameState) -> None:
-        """Show place, sitter, camera, and what can be undone."""
+        """Show place, sitter, camera and undo."""
         self._place.show_place(state.place, state.time)
         self._sitter.set("person", "" if self._compact else state.sitter)
         self._sitter.setAccessibleName(

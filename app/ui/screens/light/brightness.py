@@ -1,4 +1,4 @@
-"""How bright the place is: measured, or as the user says."""
+"""The brightness of the place, measured or entered by the user."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
     ("overcast", tr("Overcast sky"), 8000.0),
     ("sun", tr("Sun"), 60000.0),
 )
-"""Answers to "How bright is it here?": key, words, lux on a vertical surface at the face."""
+"""Answers to "How bright is it here?": key, text, and lux on a vertical surface at the face."""
 
 
 @dataclass(frozen=True, slots=True)
 class BrightState:
-    """The question how bright the place is.
+    """The question about the brightness of the place.
 
-    `measured`: "Back to the measured 460 lx"; empty where that counts already, or nothing was
-    measured.
+    Attributes:
+        measured: "Back to the measured 460 lx", or empty if that value is in use or does not exist.
     """
 
     key: str = ""
@@ -40,38 +40,39 @@ class BrightState:
     measured: str = ""
 
 
-_SAME = 0.01  # of an answer's lux
+_SAME = 0.01  # fraction of an answer's lux within which it counts as chosen
 
 
 class PlaceScale:
-    """Luminance of radiance 1 at the open place; the user's own value is saved with the place."""
+    """Luminance of radiance 1 at the open place; a value from the user is saved with the place."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
         self._changed = changed
-        # What was said of a light that belongs to no place that is kept.
+        # a value from the user for a light that belongs to no saved place
         self._loose: tuple[PlaceLight, float] | None = None
         self._error = ""
         self.asking = False
-        # Of light in its own unit, and what that is of: sums over a whole panorama.
+        # illuminance per unit of luminance with its light and front, cached because it is a full
+        # sum
         self._unit: tuple[PlaceLight, float, float] | None = None
 
     @property
     def white(self) -> float | None:
-        """Luminance of radiance 1, cd/m2: as the user says, else as measured."""
+        """Luminance of radiance 1 in cd/m2, from the user or else from the measurement."""
         value = self._stated
         return self._measured if value is None else value
 
     @property
     def camera(self) -> str:
-        """Model of the camera that measured the scale; empty where that is not known."""
+        """Model of the camera that measured the scale, or empty if unknown."""
         place = self._services.model.place
         from_camera = place is not None and place.capture is not None and self._stated is None
         return place.capture.camera if from_camera and place and place.capture else ""
 
     @property
     def words(self) -> str:
-        """Write "460 lx at the face, as measured"; empty while it is not known."""
+        """Sentence such as "460 lx at the face, as measured", or empty while unknown."""
         white = self.white
         if white is None:
             return ""
@@ -81,7 +82,7 @@ class PlaceScale:
         return tr("{lux} at the face, set by you", lux=lux)
 
     def state(self) -> BrightState:
-        """Resolve the question."""
+        """Return the state of the question."""
         white, measured = self.white, self._measured
         if white is None:
             return BrightState(error=self._error)
@@ -99,12 +100,12 @@ class PlaceScale:
         )
 
     def ask(self) -> None:
-        """Ask again although there is an answer."""
+        """Ask again even though there is an answer."""
         self.asking, self._error = True, ""
         self._changed()
 
     def keep(self) -> None:
-        """Leave it as it is."""
+        """Keep the current value."""
         self.asking, self._error = False, ""
         self._changed()
 
@@ -123,11 +124,11 @@ class PlaceScale:
         self._say(lux)
 
     def measure(self) -> None:
-        """Return to the measured value."""
+        """Revert to the measured value."""
         self._keep(None)
 
     def place_changed(self) -> None:
-        """Close the question: another place is open."""
+        """Close the question because another place is open."""
         self.asking, self._error = False, ""
 
     @property
@@ -145,7 +146,7 @@ class PlaceScale:
         return loose[1] if loose is not None and loose[0] is model.light else None
 
     def _lux(self, white: float) -> float:
-        """Vertical illuminance at the face at turn 0."""
+        """Return the vertical illuminance at the face at turn 0, in lux."""
         model, cache = self._services.model, self._unit
         if model.light is None:
             return 0.0
@@ -166,7 +167,7 @@ class PlaceScale:
         model = self._services.model
         self.asking, self._error = False, ""
         if model.place is not None:
-            # The window keeps the place with it.
+            # The window saves this value with the place.
             model.update(place=replace(model.place, said_white_cd_m2=white))
         elif model.light is not None:
             self._loose = None if white is None else (model.light, white)

@@ -1,4 +1,4 @@
-"""Two questions: how bright the place is, and how bright the lamp."""
+"""Questions about the brightness of the place and of the lamp."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _WHY: Final = tr(
 
 
 class _SheetPage(QWidget):
-    """A column in the middle of the room that there is."""
+    """A column centred in the available space."""
 
     def __init__(self, title: str) -> None:
         super().__init__()
@@ -42,8 +42,8 @@ class _SheetPage(QWidget):
         row(..., (inside, 100), ..., into=self, gap=None, margins=24)
 
     def add_field(self, field: TextField, button: Button, take: Callable[[str], None]) -> None:
-        """Put a field and its button side by side."""
-        # In line with the field, whose label stands above it.
+        """Add a field and its button side by side."""
+        # Align the button with the field, whose label is above it.
         self.column.addLayout(row((field, 1), column(20, button, ...), gap=8))
         OwnKeys(field.edit)
         field.entered.connect(take)
@@ -52,7 +52,7 @@ class _SheetPage(QWidget):
 
 
 class Brightness(_SheetPage):
-    """The question how bright the place is, with its usual answers and a field for any other."""
+    """The question about the brightness of the place, with common answers and a text field."""
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__(tr("How bright is it here?"))
@@ -76,7 +76,7 @@ class Brightness(_SheetPage):
         self.column.addStretch(2)
 
     def show_state(self, state: BrightState) -> None:
-        """Show which answer is set; text being typed is left alone."""
+        """Show the current answer without disturbing text that is being typed."""
         if state == self._last:
             return
         self._last = state
@@ -93,7 +93,7 @@ class Brightness(_SheetPage):
 
 
 class MeterPage(_SheetPage):
-    """Asks for the brightness of a captured lamp if its files do not state it."""
+    """A page that asks for the brightness of a captured lamp if its files do not contain it."""
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__(tr("How bright is this lamp?"))
@@ -105,6 +105,6 @@ class MeterPage(_SheetPage):
         self.column.addStretch(2)
 
     def show_state(self, sentence: str, error: str) -> None:
-        """Show why the lamp cannot be compared, and the error in the typed value."""
+        """Show why the lamp cannot be compared, and any error in the typed value."""
         self.words.set_text(sentence)
         self.lux.set_error(error)

@@ -1,4 +1,4 @@
-"""The chosen style with the lamp: match, verdict, best place and numbers."""
+"""The selected style with the lamp: match, verdict, best position and numbers."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from app.words.phrases.turns import signed, turn_words
 from app.words.verdict import whole_of
 
 Verdict: TypeAlias = Literal["", "in", "out"]
-"""Whether the style is in reach where the lamp is held; empty while that is not known."""
+"""Verdict on the style with the lamp at its current position, or empty while unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampDetailState:
-    """The chosen style with the lamp where it is held.
+    """The selected style with the lamp at its current position.
 
     Attributes:
-        target, with_lamp, without: (h, w, 3) uint8 or None. Portraits, sRGB.
+        target, with_lamp, without: Portraits, (h, w, 3) uint8 sRGB or None.
         without_tag: "Without it, at 62°".
-        power: "1/8, 3 stops down"; empty for a lamp that has one power only.
+        power: "1/8, 3 stops down", or empty for a lamp with a single power.
     """
 
     key: str = ""
@@ -57,7 +57,7 @@ class LampDetailState:
 
 
 def _lens(result: LampResult) -> str:
-    """Write where the lens sees the style best with the lamp at its best place."""
+    """Return the camera position that suits the style best, for the lamp's best position."""
     lens = result.lens
     if lens is None:
         return ""
@@ -69,7 +69,7 @@ def _lens(result: LampResult) -> str:
 
 
 def detail_of(result: LampResult) -> LampDetailState:
-    """Show the style in front with the lamp where it is held."""
+    """Describe the selected style with the lamp at its current position."""
     one, view, position, kind = result.one, result.view, result.position, kind_of(result.answers)
     pack = result.answers.hand.head.pack
     style = pack.styles[pack.index(one.name)]
@@ -98,7 +98,7 @@ def detail_of(result: LampResult) -> LampDetailState:
     )
     if view is None:
         return replace(state, stale=True)
-    # At the best place, the numbers of the list.
+    # At the best position, show the same numbers as the list.
     source: LampPlacement | LampView = one if result.at_best else view
     match, strength = source.match, source.strength
     verdict, words = verdict_at(match, strength)
@@ -125,7 +125,7 @@ _GRADED: Final = {
 
 
 def verdict_at(match: float, strength: float) -> tuple[Verdict, str]:
-    """Return whether a style is in reach at a match and a strength, and the words for it."""
+    """Return the verdict for a match and a strength, with its text."""
     if match < LIMITS.match:
         return "out", tr("out of reach, under {limit:.0f}", limit=LIMITS.match)
     if strength < LIMITS.strength:

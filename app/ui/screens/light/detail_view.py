@@ -1,4 +1,4 @@
-"""The right column: the chosen style with the lamp."""
+"""The right-hand column: the selected style with the lamp."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _ROWS: Final = 4
 
 
 def portrait_size(width: int, compact: bool) -> QSize:
-    """Size of each portrait in a column of some width, logical pixels; 160 x 176 in 376."""
+    """Return the size of each portrait in logical pixels: 160 x 176 in a column 376 pixels wide."""
     margin = px(16 if compact else _MARGIN)
     inner = (width - 2 * margin - px(_GAP)) // 2
     return QSize(inner, round(inner * (1.0 if compact else _SHAPE)))
 
 
 class _MatchTile(OutlineBox):
-    """Match without and with the lamp where it is held now."""
+    """The match without the lamp, and with it at its current position."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__("raised", "none")
@@ -71,10 +71,10 @@ class _MatchTile(OutlineBox):
 
 
 class DetailColumn(Surface):
-    """Everything about the chosen style with the lamp."""
+    """All details of the selected style with the lamp."""
 
     laid = Signal(QSize)
-    """Portraits have another size, logical pixels."""
+    """Emitted with the new size of the portraits in logical pixels."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__("panel", ("left",), tr("Chosen style with the lamp"))
@@ -132,7 +132,7 @@ class DetailColumn(Surface):
         return grid(*cells, across=2, gap=(16, 4), stretched=1)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the pictures' proportions."""
+        """Keep the aspect ratio of the portraits."""
         super().resizeEvent(event)
         size = portrait_size(self.width(), self._compact)
         for widget in (self.target, self.with_lamp, self.without, self.tile):
@@ -140,7 +140,7 @@ class DetailColumn(Surface):
         self.laid.emit(size)
 
     def show_state(self, state: LampDetailState) -> None:
-        """Show a style with the lamp somewhere."""
+        """Show a style with the lamp at a position."""
         self._title.set_text(state.title)
         self._side.set_text(state.side)
         rows = (

@@ -1,4 +1,4 @@
-"""Parts of the screen's state that stay while the lamp is moved."""
+"""The parts of the screen's state that do not change while the lamp is moved."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from app.ui.screens.styles.gallery import ValueCache
 
 
 class Resolver:
-    """Makes parts of the state; caches those that do not depend on the lamp's position."""
+    """Builds parts of the state, caching those that do not depend on the lamp's position."""
 
     def __init__(self) -> None:
         self._cache = ValueCache()
@@ -26,7 +26,7 @@ class Resolver:
     def sections(
         self, result: LampResult, pictures: Mapping[str, Bytes], version: int
     ) -> tuple[Section, ...]:
-        """Make the list; parts without any style are left out, but for the first."""
+        """Build the list, leaving out sections without styles except the first."""
         answers, front = result.answers, result.one.name
         return self._cache.once(
             "sections",
@@ -36,7 +36,7 @@ class Resolver:
         )
 
     def sky(self, result: LampResult) -> SkyState:
-        """Make the map of the style in front."""
+        """Build the map of the selected style."""
         question = result.answers.question
         limit = LIMITS.match if question.objective == "picture" else None
         one = result.one
@@ -45,7 +45,7 @@ class Resolver:
         )
 
     def heads(self, result: LampResult) -> HeadsState:
-        """Draw the lamp around the head."""
+        """Build the drawing of the lamp around the head."""
         question, one = result.answers.question, result.one
         facing = wrap(one.turn_refined_deg + question.front_deg)
         coming = self._cache.once(

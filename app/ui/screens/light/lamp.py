@@ -1,4 +1,4 @@
-"""The lamp in hand: its name and its distance."""
+"""The lamp in use: its name, its distance and its limits."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ DISTANCES_M: tuple[float, ...] = (
     *(round(1.0 + 0.1 * step, 1) for step in range(10)),
     *(2.0 + 0.5 * step for step in range(7)),
 )
-"""Stops of the distance slider, metres from the middle of the head."""
+"""Stops of the distance slider, in metres from the middle of the head."""
 
 
 @dataclass(frozen=True, slots=True)
 class LampState:
-    """The lamp in hand, its limits, and the place's brightness.
+    """The lamp in use, its limits and the brightness of the place.
 
     Attributes:
-        items: tuple of (str, str, str, str). Lamps to choose from: key, title, what it is, icon.
-        brightness: "460 lx at the face, as measured"; empty while it is not known.
+        items: Available lamps, each with key, title, description and icon.
+        brightness: "460 lx at the face, as measured", or empty while unknown.
     """
 
     items: tuple[tuple[str, str, str, str], ...] = ()
@@ -45,7 +45,7 @@ class LampState:
 
 
 def nearest_stop(distance_m: float) -> int:
-    """Return the stop of the distance slider nearest to a distance.
+    """Return the index of the distance slider's stop nearest to a distance.
 
     Examples:
         >>> DISTANCES_M[nearest_stop(0.31)]
@@ -55,7 +55,7 @@ def nearest_stop(distance_m: float) -> int:
 
 
 def lamp_words(title: str) -> str:
-    """Name a lamp within a sentence.
+    """Return the name of a lamp as it appears within a sentence.
 
     Examples:
         >>> lamp_words("Phone screen"), lamp_words("LED panel")
@@ -65,19 +65,19 @@ def lamp_words(title: str) -> str:
 
 
 def lamp_name(lamp: Lamp) -> str:
-    """Name the lamp in hand within a sentence: "the LED panel", or its own name."""
+    """Return the lamp's name for use in a sentence, such as "the LED panel"."""
     if isinstance(lamp, CapturedLamp):
         return f"“{lamp.title}”"
     return tr("the {lamp}", lamp=lamp_words(lamp_title(lamp.kind)))
 
 
 class LampHold:
-    """The lamp in hand: how far from the head, and where it may be held.
+    """The lamp in use, its distance from the head and its limits.
 
     Attributes:
         stop: Index into `DISTANCES_M`.
-        arm: Only within arm's reach.
-        floor: Only above floor level.
+        arm: Whether the lamp must stay within arm's reach.
+        floor: Whether the lamp must stay above floor level.
     """
 
     def __init__(self, services: Services, lamps: LampList, scale: PlaceScale) -> None:
@@ -86,7 +86,7 @@ class LampHold:
         self.arm, self.floor = False, True
 
     def state(self) -> LampState:
-        """Resolve the fields of the left column."""
+        """Return the state of the left-hand column."""
         lamps = self._lamps
         return LampState(
             items=lamps.items,
@@ -100,14 +100,14 @@ class LampHold:
         )
 
     def lamp(self) -> Lamp | None:
-        """Return the lamp in hand; None for none, or one that cannot be compared with the place."""
+        """Return the lamp in use, or None without one that can be compared with the place."""
         key = self._lamps.key
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self.stop])
         return self._lamps.own if self.comparison().possible else None
 
     def comparison(self) -> Comparison:
-        """Compare where the lamp in hand was captured with the place."""
+        """Return how the captured lamp's exposure compares with the place."""
         own = self._lamps.own
         if own is None:
             return Comparison()
@@ -115,14 +115,14 @@ class LampHold:
 
     @property
     def distance_m(self) -> float:
-        """From the middle of the head, metres."""
+        """Distance from the middle of the head, in metres."""
         own = self._lamps.own
         if own is not None and own.distance_m is not None:
             return own.distance_m
         return DISTANCES_M[self.stop]
 
     def question(self) -> LampQuestion | None:
-        """Return what the search has to answer; None without a light of known brightness."""
+        """Return the question for the search, or None without a light of known brightness."""
         model, gain = self._services.model, self._scale.white
         if model.light is None or gain is None:
             return None

@@ -1,4 +1,4 @@
-"""The lamps to choose from: kinds known by their numbers, and captured ones."""
+"""The list of lamps: standard kinds with known specifications, and captured ones."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from app.words.phrases.quantities import metres, read_metres
 from app.words.remarks import sentences
 
 Source: TypeAlias = Literal["files", "place"]
-"""What a lamp is made of: pictures, or the place that is open."""
+"""The source of a captured lamp: photos, or the open place."""
 
 _OWN: Final = "own:"
 
@@ -55,12 +55,12 @@ def lamps_of(folders: Folders) -> Path:
 
 
 def own_key(name: str) -> str:
-    """Key of a captured lamp in the list, by its name in the library."""
+    """Return the list key of a captured lamp, given its name in the library."""
     return f"{_OWN}{name}"
 
 
 class LampList:
-    """The list of lamps, and the one in hand."""
+    """The list of lamps, and the lamp in use."""
 
     def __init__(
         self, services: Services, changed: Callable[[], None], on_new: Callable[[str], None]
@@ -78,7 +78,7 @@ class LampList:
 
     @property
     def items(self) -> tuple[tuple[str, str, str, str], ...]:
-        """Key, title, what it is, and icon of each lamp."""
+        """Key, title, description and icon of each lamp."""
         owned = tuple(
             (f"{_OWN}{one.name}", one.title, _captured(one), "lamp") for one in self._entries
         )
@@ -89,35 +89,35 @@ class LampList:
 
     @property
     def usual_m(self) -> float | None:
-        """Distance at which the lamp in hand is usually held, metres."""
+        """Usual distance of the lamp in use, in metres."""
         if self.own is not None:
             return self.own.distance_m
         return KINDS[self.key].distance_m if self.key in KINDS else None
 
     @property
     def fixed(self) -> str:
-        """Why the distance cannot be changed; empty where it can."""
+        """The reason why the distance cannot be changed, or empty if it can."""
         return "" if self.own is None or self.own.distance_m is None else _FIXED
 
     def choose(self, key: str) -> None:
-        """Take a lamp in hand; a captured one is read first."""
+        """Select a lamp; a captured one is loaded first."""
         self.key, self.own = key, None
         if key.startswith(_OWN):
             self._read(key)
 
     def take_own(self, name: str) -> None:
-        """Take a captured lamp in hand that was just added to the library."""
+        """Select a captured lamp that was just added to the library."""
         self.refresh()
         self._on_new(f"{_OWN}{name}")
 
     def read_again(self, name: str) -> None:
-        """Show a lamp whose files have changed."""
+        """Reload a lamp whose files have changed."""
         self.refresh()
         if self.key == f"{_OWN}{name}":
             self._read(self.key)
 
     def forget(self, name: str) -> None:
-        """Forget a lamp that was put away."""
+        """Remove a deleted lamp from the list."""
         if self.key == f"{_OWN}{name}":
             self.key, self.own = "", None
         self._entries = tuple(one for one in self._entries if one.name != name)
@@ -136,7 +136,7 @@ class LampList:
         )
 
     def refresh(self) -> None:
-        """List the library again."""
+        """Refresh the list of captured lamps."""
         self._services.runner.submit(
             _LIST, lambda *_: list_lamps(self.folder)[0], done=self._listed
         )
@@ -145,7 +145,7 @@ class LampList:
         self._entries = entries
         self.changed()
 
-    # -- a lamp of one's own -------------------------------------------------------------------
+    # -- captured lamps ------------------------------------------------------------------------
 
     def begin(self) -> None:
         """Open the sheet that explains how to capture a lamp."""
@@ -158,7 +158,7 @@ class LampList:
         self.view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
-        """Make a lamp of the open place, or ask for its photos."""
+        """Create a lamp from the open place, or ask for its photos."""
         if self.view is None:
             return
         try:
@@ -174,16 +174,17 @@ class LampList:
             self.take((path,))
 
     def _place_file(self) -> Path | None:
-        """Panorama of the open place."""
+        """Return the panorama file of the open place."""
         model = self._services.model
         if model.place is None or model.place_folder is None or not model.place.environment:
             return None
         return model.place_folder / model.place.environment
 
     def take(self, paths: Sequence[Path]) -> None:
-        """Make a lamp of photos from a dark room, save it, and take it in hand.
+        """Create a lamp from photos taken in a dark room, save it and select it.
 
-        `paths`: exposures, or one linear panorama.
+        Args:
+            paths: Exposures, or one linear panorama.
         """
         head, place = self._services.model.head, self._services.model.place
         if head is None or not paths:

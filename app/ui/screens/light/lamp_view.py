@@ -1,4 +1,4 @@
-"""The left column: the lamp, its distance and limits, and the list of styles."""
+"""The left-hand column: the lamp, its distance and limits, and the list of styles."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_LAMP: Final = ("", tr("Choose a lamp"), tr("phone, panel, flash or own"), "b
 
 
 class LampColumn(Surface):
-    """Lamp, distance, reach and the list of styles."""
+    """The lamp, its distance, its reach and the list of styles."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__("panel", ("right",), tr("Lamp and styles"))
@@ -80,7 +80,7 @@ class LampColumn(Surface):
         self.correct = Button(tr("Correct…"), kind="quiet", size="small", do=presenter.scale.ask)
         self.correct.setAccessibleName(tr("Correct how bright it is here"))
         self._fixed = Text("", 12, role="dim", wrap=True)
-        # In line with the field, which is higher.
+        # Align with the taller field.
         lamp = row((self.lamp, 1), column(..., self.more, 8, gap=None), gap=4)
         bright = row((self._bright, 1, Qt.AlignmentFlag.AlignVCenter), self.correct, gap=4)
         fields = (self.distance, self._fixed, 4, self.arm, self.floor)
@@ -136,7 +136,7 @@ class LampColumn(Surface):
             self._roving.set_stop(selected)
             if selected.state.key != self._last_key:
                 self._last_key = selected.state.key
-                # Once the rows have their places.
+                # Wait until the rows have been laid out.
                 QTimer.singleShot(0, self, self._show_chosen)
 
     def _show_chosen(self) -> None:
@@ -144,13 +144,13 @@ class LampColumn(Surface):
         if selected is None or self._compact:
             return
         if selected is self.rows[0]:
-            # With its title, and what is said above it.
+            # Scroll to the top so that the heading and the note stay visible.
             self._scroll.verticalScrollBar().setValue(0)
         else:
             self._scroll.keep_visible(selected)
 
     def _rebuild(self, sections: tuple[Section, ...]) -> None:
-        """Put rows into a new order; those that are there already are not made again."""
+        """Put the rows in a new order, reusing existing ones."""
         rows = {row.state.key: row for row in self.rows}
         headings = {heading.title: heading for heading in self._headings}
         while self._list.takeAt(0) is not None:
@@ -161,7 +161,7 @@ class LampColumn(Surface):
             heading.count.say(part.count)
             self._headings.append(heading)
             self._list.addWidget(heading)
-            heading.raise_()  # Read out in the order in which it is seen.
+            heading.raise_()  # Screen readers follow the stacking order.
             for state in part.rows:
                 row = rows.pop(state.key, None) or self._make_row(state)
                 row.show_state(state, self._busy)

@@ -1,4 +1,4 @@
-"""The Light screen: which styles a lamp brings within reach, and where to hold it."""
+"""The Light screen: the styles that a lamp brings within reach, and where to hold it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from app.words.lamps import comparison_sentence, comparison_words
 
 @dataclass(frozen=True, slots=True)
 class LightSizes:
-    """How large pictures are on the view's screen, rows and columns of device pixels."""
+    """Sizes of the pictures on the view's screen, as rows and columns of device pixels."""
 
     row: Size = (56, 56)
     portrait: Size = (176, 160)
@@ -46,15 +46,16 @@ class LightSizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightState:
-    """What the Light screen shows.
+    """The state of the Light screen.
 
     Attributes:
-        actions: tuple of (str, str). Key and words of its buttons.
-        meter: Why the lamp in hand cannot be compared with the place, and that its brightness can
-            be typed; empty where it can be compared. In place of the schematics.
-        capturing: A lamp of one's own is being read.
-        stale: Answers for the lamp are not of what is selected; dimmed under "Computing…".
-        note: Above the list: "This lamp is too weak at 30 cm. …".
+        actions: Key and label of each button.
+        meter: Sentence that the lamp in use cannot be compared with the place and that its
+            brightness can be entered; replaces the drawings, and is empty if the lamp can be
+            compared.
+        capturing: Whether a captured lamp is being loaded.
+        stale: Whether the answers are for another selection, and so dimmed under "Computing…".
+        note: Text above the list, such as "This lamp is too weak at 30 cm. …".
     """
 
     empty: str = ""
@@ -77,13 +78,13 @@ class LightState:
 
 
 class LightView(LampSheets, Protocol):
-    """Shows a `LightState`."""
+    """A view that shows a `LightState`."""
 
     def show_state(self, state: LightState) -> None:
-        """Show it."""
+        """Show the state."""
 
     def take_lamp_focus(self) -> None:
-        """Focus the lamp."""
+        """Focus the map of lamp positions."""
 
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
@@ -93,7 +94,7 @@ _NO_LIGHT: Final = tr("No light measured yet. A lamp is placed in the light of a
 
 
 class LightPresenter(Presenter[LightView]):
-    """Resolves the screen, and handles the user's actions."""
+    """Resolves the state of the screen and handles the user's actions."""
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
@@ -111,14 +112,14 @@ class LightPresenter(Presenter[LightView]):
     # -- what the frame calls ------------------------------------------------------------------
 
     def attach(self, view: LightView) -> None:
-        """Show everything in `view` from now on."""
+        """Show the state in `view` from now on."""
         self._view = view
         self.lamps.view = view
         self.lamps.refresh()
         self._pursue()
 
     def detach(self) -> None:
-        """Stop showing anything."""
+        """Stop showing the state."""
         self._view = self.lamps.view = None
 
     def enter(self) -> None:
@@ -127,11 +128,11 @@ class LightPresenter(Presenter[LightView]):
         self._pursue()
 
     def leave(self) -> None:
-        """The screen is hidden: nothing new is begun."""
+        """Start no new jobs while the screen is hidden."""
         self._in_front = self._going = False
 
     def actions(self) -> Sequence[Action]:
-        """List the actions of this screen; those with hints come first."""
+        """Return the actions of this screen, with those that have hints first."""
         works = self._works
         way = "turn" if self.front is None else way_icon(self.front.turn_refined_deg)
         # Without a lamp there is nothing to move.
@@ -160,7 +161,7 @@ class LightPresenter(Presenter[LightView]):
     # -- what the view calls -------------------------------------------------------------------
 
     def sized(self, sizes: LightSizes) -> None:
-        """Learn how large pictures are on the screen."""
+        """Store the sizes of the pictures on the screen."""
         if sizes != self._sizes:
             self._sizes = sizes
             self._pursue()
@@ -174,29 +175,29 @@ class LightPresenter(Presenter[LightView]):
             self._begin_anew()
 
     def move_away(self, stop: int) -> None:
-        """Hold the lamp nearer or farther; the answers follow."""
+        """Set the distance of the lamp; the answers follow."""
         stop = min(max(stop, 0), len(DISTANCES_M) - 1)
         if stop != self._hand.stop and not self.lamps.fixed:
             self._hand.stop = stop
             self._begin_anew()
 
     def come_closer(self) -> None:
-        """Move the lamp to where it brings a style within reach."""
+        """Move the lamp to the shorter distance that brings a style within reach."""
         if self.work.nearer is not None:
             self.move_away(nearest_stop(self.work.nearer.distance_m))
 
     def set_arm(self, on: bool) -> None:
-        """Allow only positions within arm's reach."""
+        """Limit the positions to those within arm's reach."""
         self._hand.arm = on
         self._begin_anew()
 
     def set_floor(self, on: bool) -> None:
-        """Allow only positions above floor level."""
+        """Limit the positions to those above floor level."""
         self._hand.floor = on
         self._begin_anew()
 
     def press(self, key: str) -> None:
-        """Run the action of a button of the empty screen."""
+        """Perform the action of a button of the empty state."""
         if key == "phone":
             self.take_lamp("phone")
         elif key == "probe":
@@ -208,16 +209,17 @@ class LightPresenter(Presenter[LightView]):
             self._pursue()
 
     def choose(self, name: str) -> None:
-        """Bring a style to the front, with the lamp at its best place."""
+        """Select a style, with the lamp at its best position."""
         self._position = None
         self._services.model.choose(name)
         self._pursue()
 
     def hold_at(self, azimuth_deg: float, altitude_deg: float) -> None:
-        """Move the lamp; drawings, text and pictures follow.
+        """Move the lamp, and update the drawings, the text and the pictures.
 
-        `azimuth_deg`, `altitude_deg`: Deg, positive toward the sitter's left and upward; the latter
-        is kept within the band that is searched.
+        Args:
+            azimuth_deg: Azimuth in degrees, positive toward the sitter's left.
+            altitude_deg: Altitude in degrees, positive upward; clamped to the searched range.
         """
         position = self._now
         if position is not None:
@@ -225,14 +227,14 @@ class LightPresenter(Presenter[LightView]):
             self._hold(LampPosition(wrap(azimuth_deg), height, position.power))
 
     def step_power(self, steps: int) -> None:
-        """Turn the lamp up or down where it is held, by whole stops."""
+        """Change the power of the lamp at its current position, in whole stops."""
         position = self._now
         if position is not None and self._may_step(steps):
             powers = self._powers()
             self._hold(position._replace(power=powers[powers.index(position.power) - steps]))
 
     def go_best(self) -> None:
-        """Put the lamp back to its best place and power."""
+        """Return the lamp to its best position and power."""
         self._hold(None)
 
     def _hold(self, position: LampPosition | None) -> None:
@@ -241,12 +243,12 @@ class LightPresenter(Presenter[LightView]):
         self._refresh()
 
     def turn(self) -> None:
-        """Go to the turn that belongs to the lamp."""
+        """Go to the turn that belongs to the lamp's position."""
         self._going = True
         self._go()
 
     def _go(self) -> None:
-        """Go to the turn as soon as the match at the lamp's position is computed."""
+        """Go to the turn once the match at the lamp's position has been computed."""
         result = self._result if self._going and not self.stale else None
         match = None if result is None else result.match
         if result is None or match is None:
@@ -277,14 +279,14 @@ class LightPresenter(Presenter[LightView]):
         self._position = position
 
     def focus_lamp(self) -> None:
-        """Focus the lamp."""
+        """Focus the map of lamp positions."""
         if self._view is not None:
             self._view.take_lamp_focus()
 
-    # -- resolving -----------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> LightState:
-        """Resolve the state of the screen."""
+        """Return the state of the screen."""
         state = LightState(
             lamp=self._hand.state(), bright=self.scale.state(), capturing=self.lamps.capturing
         )
@@ -331,7 +333,7 @@ class LightPresenter(Presenter[LightView]):
         )
 
     def _hold_state(self, result: LampResult, heads: HeadsState) -> HoldState:
-        """Write the two steps; while another lamp is being tried, say so instead."""
+        """Return the two steps, or a message while another lamp is being tried."""
         hold, lamp, lamp_in_hand = (
             hold_of(result, heads),
             self._hand.lamp(),
@@ -343,14 +345,14 @@ class LightPresenter(Presenter[LightView]):
         still = tr("Still showing {lamp}.", lamp=lamp_name(lamp_in_hand))
         return replace(hold, hold=trying, hold_line=still, turn_works=False)
 
-    # -- what is worked out --------------------------------------------------------------------
+    # -- jobs ----------------------------------------------------------------------------------
 
     def _begin_anew(self) -> None:
         self._position = None
         self._pursue()
 
     def _pursue(self) -> None:
-        """Start the jobs that are missing, and show the results so far."""
+        """Start the missing jobs, and show the results so far."""
         if self._in_front and self._view is not None:
             head, lamp, question = (
                 self._services.model.head,
@@ -371,7 +373,7 @@ class LightPresenter(Presenter[LightView]):
             self.work.find_lens(result.answers, result.one)
 
     def _answered(self) -> None:
-        """Move the lamp to the best place of new answers."""
+        """Move the lamp to the best position of the new answers."""
         self._position = None
         self._pursue()
 
@@ -382,20 +384,20 @@ class LightPresenter(Presenter[LightView]):
 
     @property
     def front(self) -> LampPlacement | None:
-        """Answer for the style in front; None until there is one."""
+        """Placement for the selected style, or None until there is one."""
         if self.work.answers is None:
             return None
         return front_of(self.work.answers, self._services.model.pack_style)
 
     @property
     def _now(self) -> LampPosition | None:
-        """Where the lamp is held; None while it is not known where it belongs."""
+        """Current position of the lamp, or None while its best position is unknown."""
         one = self.front
         return self._position or (None if one is None else best_held(one))
 
     @property
     def _result(self) -> LampResult | None:
-        """The style in front with the lamp where it is held."""
+        """The selected style with the lamp at its current position."""
         answers, one, position = self.work.answers, self.front, self._now
         if answers is None or one is None or position is None:
             return None
@@ -419,7 +421,7 @@ class LightPresenter(Presenter[LightView]):
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if "light" in names or "head" in names:
-            # Of another place or sitter.
+            # The results belong to another place or sitter.
             self.work.clear()
             self.scale.place_changed()
             self._position = None

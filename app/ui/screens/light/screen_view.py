@@ -1,6 +1,6 @@
-"""The Light screen as a whole: the lamp, where to hold it, and what it does.
+"""The view of the Light screen: the lamp, its best position and its effect.
 
-The two questions of the Light screen: how bright the place is, and how bright the lamp.
+Two pages ask how bright the place and the lamp are.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ _FULL: Final = (312, 376)
 
 _COMPACT: Final = (272, 304)
 
-_USUAL: Final = (1352, 952)  # width of the whole screen, in the compact layout the second
+_USUAL: Final = (1352, 952)  # width of the whole screen; the second is for the compact layout
 
 _WIDEST: Final = 560
 
-_GROWTH: Final = 0.16  # of each column, for each pixel beyond the usual width
+_GROWTH: Final = 0.16  # growth of each column per pixel beyond the usual width
 
-_LEAST: Final = (560, 560)  # of the middle
+_LEAST: Final = (560, 560)  # of the middle column
 
 _LEAST_COMPACT: Final = (300, 520)
 
@@ -50,9 +50,10 @@ _PICTURES: Final = tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.h
 
 
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
-    """Choose the widths of the left and the right column.
+    """Return the widths of the left-hand and right-hand columns.
 
-    They grow with the window; a compact right one does not: larger pictures would hide numbers.
+    They grow with the window, except the compact right-hand one, where larger pictures would hide
+    numbers.
     """
     more = max(int((width - px(_USUAL[compact])) * _GROWTH), 0)
     if compact:
@@ -87,7 +88,7 @@ class LightScreen(SheetHost):
             StaleVeil(self.detail, COMPUTING),
         )
         self._portrait = QSize()
-        # Several sizes change with one resize; pictures are made once, after the last.
+        # One resize changes several sizes, so render the pictures only after the last.
         self._later = QTimer(self)
         self._later.setSingleShot(True)
         self._later.timeout.connect(self._tell_sizes)
@@ -96,11 +97,11 @@ class LightScreen(SheetHost):
         self._on_layout(portrait_size(width, compact))
         self._tell_sizes()
 
-    # Pages that are seldom needed are made when they are.
+    # Rarely needed pages are created on demand.
 
     @cached_property
     def question(self) -> Brightness:
-        """The page that asks how bright it is."""
+        """The page that asks for the brightness of the place."""
         return self._added(Brightness(self.presenter))
 
     @cached_property
@@ -115,7 +116,7 @@ class LightScreen(SheetHost):
     # -- what the presenter calls --------------------------------------------------------------
 
     def show_state(self, state: LightState) -> None:
-        """Show what changed."""
+        """Show the changes."""
         before, self._state = self._state, state
         self.lamp.show_state(state)
         self._show_page(state)
@@ -127,7 +128,7 @@ class LightScreen(SheetHost):
         self.detail.setVisible(bool(state.detail.key))
 
     def _show_page(self, state: LightState) -> None:
-        """Show drawings, question or empty page; the focus stays on the page."""
+        """Show the drawings, a question or the empty state, keeping the focus on that page."""
         page: QWidget = self._room
         if state.meter:
             self.meter.show_state(state.meter, state.meter_error)
@@ -146,14 +147,14 @@ class LightScreen(SheetHost):
         here = focus is self or (focus is not None and self.stack.isAncestorOf(focus))
         other = self.stack.currentWidget() is not page
         if here and other:
-            # Else Qt gives it to whatever comes next in the window.
+            # Otherwise Qt moves the focus to the next widget in the window.
             self.setFocus(Qt.FocusReason.OtherFocusReason)
         self.stack.setCurrentWidget(page)
         if here and other:
             self._first_of(page).setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _first_of(self, page: QWidget) -> QWidget:
-        """Return the first widget of a page to focus."""
+        """Return the first focusable widget of a page."""
         if page is self._room:
             return self.middle.map
         if isinstance(page, Brightness):
@@ -163,7 +164,7 @@ class LightScreen(SheetHost):
         return self.empty.button() if self._actions else self
 
     def take_lamp_focus(self) -> None:
-        """Focus the lamp."""
+        """Focus the map of lamp positions."""
         self.middle.map.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def ask_pictures(self) -> None:
@@ -172,7 +173,7 @@ class LightScreen(SheetHost):
         if paths:
             self.presenter.lamps.take(paths)
 
-    # -- over the screen -----------------------------------------------------------------------
+    # -- sheets --------------------------------------------------------------------------------
 
     def ask_capture(self, ask: CaptureAsk) -> None:
         """Open the sheet that explains how to capture a lamp."""
@@ -180,7 +181,7 @@ class LightScreen(SheetHost):
         self.put_over(sheet, sheet.name.edit)
 
     def ask_words(self, ask: WordsAsk) -> None:
-        """Open the sheet that asks for a line about the lamp."""
+        """Open the sheet that asks for a line of text about the lamp."""
         words = (ask.title, ask.label, ask.button, ask.text, ask.example)
         sheet = LineSheet(self.window(), *words)
 
@@ -192,12 +193,12 @@ class LightScreen(SheetHost):
         self.put_over(sheet)
 
     def ask_mask(self, edit: MaskEdit) -> None:
-        """Open the sheet in which the mask is painted."""
+        """Open the sheet for painting the mask."""
         sheet = MaskSheet(self.window(), edit)
         self.put_over(sheet, sheet.canvas)
 
     def say(self, sentence: str) -> None:
-        """Show in the sheet what is wrong with its answer."""
+        """Show an error in the open sheet."""
         say = getattr(self.sheet, "say", None)
         if say is not None:
             say(sentence)
@@ -209,14 +210,14 @@ class LightScreen(SheetHost):
     # -- sizes ---------------------------------------------------------------------------------
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Divide the room."""
+        """Divide the space between the columns."""
         left, right = column_widths(self.width(), self._compact)
         self.lamp.setFixedWidth(left)
         self.detail.setFixedWidth(right)
         super().resizeEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Focus the lamp, unless another widget has the focus."""
+        """Focus the map of lamp positions, unless another widget has the focus."""
         super().showEvent(event)
         QTimer.singleShot(0, self, self._take_keys)
 
@@ -226,7 +227,7 @@ class LightScreen(SheetHost):
             self.middle.map.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def event(self, event: QEvent) -> bool:
-        """Make sharper pictures on a screen with smaller pixels."""
+        """Render the pictures again when the screen's pixel density changes."""
         if event.type() == QEvent.Type.DevicePixelRatioChange:
             self._later.start()
         return super().event(event)

@@ -1,4 +1,4 @@
-"""The list of styles with the lamp: now possible, better, still out of reach."""
+"""The list of styles with the lamp: now possible, better, or still out of reach."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ from app.words.verdict import whole_of
 
 @dataclass(frozen=True, slots=True)
 class RowState:
-    """A row of the list. Equal rows look the same.
+    """A row of the list; rows that compare equal look the same.
 
-    `picture`, (h, w, 3) uint8 or None: target, sRGB; not compared.
+    Attributes:
+        picture: Target portrait, (h, w, 3) uint8 sRGB or None; not compared.
     """
 
     key: str
@@ -43,7 +44,7 @@ class RowState:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of the list: "Now possible with this lamp", "2 of 3", and its styles."""
+    """A section of the list: its title "Now possible with this lamp", its count and its styles."""
 
     title: str
     count: str
@@ -51,17 +52,17 @@ class Section:
 
 
 GAIN: Final = 10
-"""By so much a style in reach has to gain for the lamp to be worth while."""
+"""Minimum gain in match for which a lamp is worthwhile if a style is already in reach."""
 
 
 def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Return the styles that only the lamp brings within reach, the best first."""
+    """Return the styles that only the lamp brings within reach, best first."""
     winners = [one for one in placements if one.attainable and not one.before.attainable]
     return tuple(sorted(winners, key=lambda one: -one.match))
 
 
 def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Return the styles in reach that the lamp clearly improves, the largest gain first."""
+    """Return the styles in reach that the lamp clearly improves, largest gain first."""
     winners = [one for one in placements if one.before.attainable and _gain(one) >= GAIN]
     return tuple(sorted(winners, key=lambda one: (-_gain(one), -one.match)))
 
@@ -82,7 +83,7 @@ def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
 def sections_of(
     answers: Answers, front: str | None, pictures: Mapping[str, Bytes], version: int
 ) -> tuple[Section, ...]:
-    """Make the list; sections without a style are left out, except the first."""
+    """Build the list, leaving out sections without styles except the first."""
     placements = answers.placements
     styles = {style.name: style for style in answers.hand.head.pack.styles}
     out = sum(not one.before.attainable for one in placements)
@@ -117,7 +118,7 @@ def _row(one: LampPlacement, style: Style, how: str, answers: Answers) -> RowSta
     side = side_line(style)
     why = "" if one.attainable else reason_line(one.shortfall)
     if isinstance(one.shortfall, LightShortfall) and one.shortfall.cause is Cause.WEAK_LAMP:
-        # Said once for all; but a match that is enough must not stand here without a word.
+        # One sentence covers all rows, but a row with a sufficient match needs its own reason.
         soft = too_soft_words(one.strength, LIMITS.strength)
         why = soft if one.grade is None and one.match >= LIMITS.match else ""
     dims = kind and len(powers_for(answers)) > 1
@@ -152,7 +153,7 @@ def _row(one: LampPlacement, style: Style, how: str, answers: Answers) -> RowSta
 def note_of(
     answers: Answers, distance_m: float, busy: bool, coming_closer: bool, nearer: Nearer | None
 ) -> tuple[str, str]:
-    """Write the note above the list, and the label of its button; both may be empty."""
+    """Return the note above the list and the label of its button; both may be empty."""
     if all(one.before.attainable for one in answers.placements):
         return tr("Every style is in reach here. A lamp can still make some better."), ""
     if rescued(answers.placements) or busy:

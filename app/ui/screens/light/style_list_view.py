@@ -20,10 +20,10 @@ from app.ui.widgets.paint import RIGHT, STALE, put_text, text_width
 from app.ui.widgets.surfaces import Card
 
 HEIGHT: Final = 76
-"""Of a row, logical pixels at scale 1."""
+"""Height of a row in logical pixels at scale 1."""
 
 PICTURE: Final = 56
-"""Side of its picture."""
+"""Width and height of a row's picture in logical pixels at scale 1."""
 
 _PAD: Final = 8
 
@@ -50,7 +50,7 @@ class RowCard(Card):
         self._tell()
 
     def show_state(self, state: RowState, stale: bool) -> None:
-        """Show other numbers of the same style; `stale`: new ones are on their way."""
+        """Show new numbers for the same style; `stale` means that they are being recomputed."""
         if stale != self._stale:
             self._stale = stale
             self.update()
@@ -62,13 +62,13 @@ class RowCard(Card):
             self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put the picture at the left."""
+        """Place the picture at the left."""
         super().resizeEvent(event)
         side = px(PICTURE)
         self._picture.setGeometry(px(_PAD), (self.height() - side) // 2, side, side)
 
     def paint_content(self, painter: QPainter) -> None:
-        """Paint names, numbers and meter."""
+        """Paint the names, the numbers and the meter."""
         t, state = theme(), self.state
         if self._stale:
             painter.setOpacity(STALE)
@@ -88,7 +88,7 @@ class RowCard(Card):
         painter.setOpacity(1.0)
 
     def _numbers(self, painter: QPainter, line: QRectF) -> float:
-        """Paint "29 → 63" at the right; return its left edge."""
+        """Paint "29 → 63" at the right and return its left edge."""
         t, state = theme(), self.state
         strong, plain = t.font(14, 700), t.font(14)
         after, before = str(state.after), str(state.before)
@@ -108,7 +108,7 @@ class RowCard(Card):
 
 
 class SectionHeading(QWidget):
-    """The title of a part of the list, and how many there are."""
+    """The title of a section, and the number of its styles."""
 
     def __init__(self, title: str) -> None:
         super().__init__()

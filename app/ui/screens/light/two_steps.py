@@ -19,9 +19,10 @@ from app.words.phrases.turns import turn_words
 
 @dataclass(frozen=True, slots=True)
 class HoldState:
-    """The two steps, in words.
+    """The text of the two steps.
 
-    `turn`, `turn_line`: "Turn 56° counter-clockwise", and what that does.
+    Attributes:
+        turn, turn_line: "Turn 56° counter-clockwise", and the effect of that turn.
     """
 
     turn: str = ""
@@ -36,13 +37,13 @@ class HoldState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadsState:
-    """The lamp around the head.
+    """The lamp's position around the head.
 
     Attributes:
-        shape: HeadShape or None. Outlines, metres.
-        best: tuple of float or None. Best azimuth and altitude, deg.
-        place_light_deg: From where the place lights the face at the turn, azimuth as above; None
-            where its light comes from all around.
+        shape: Outlines of the head in metres, or None.
+        best: Best azimuth and altitude in degrees, or None.
+        place_light_deg: Azimuth, relative to the face, from which the place lights it at this turn;
+            None if the light comes from all around.
     """
 
     shape: HeadShape | None = field(default=None, repr=False)
@@ -58,7 +59,7 @@ _FRONT_DEG: Final = 20.0
 
 _SAME_DEG: Final = 1
 
-# Keyed by whether it moves around the head, whether it rises (1) or sinks (-1), and whether its
+# Keys: whether the lamp moves around the head, whether it rises (1) or sinks (-1), and whether its
 # power changes.
 _MOVES: Final = {
     (False, 0, False): tr("The lamp is there."),
@@ -77,14 +78,14 @@ _MOVES: Final = {
 
 
 def turn_title(turn_deg: float) -> str:
-    """Write the first step: "Turn 56° counter-clockwise"."""
+    """Return the first step, such as "Turn 56° counter-clockwise"."""
     if whole(turn_deg) == 0:
         return tr("No turn needed")
     return tr("Turn {turn}", turn=turn_words(turn_deg))
 
 
 def go_words(turn_deg: float) -> str:
-    """Return the label of the main button; there may be no turn to make."""
+    """Return the label of the main button, also for a turn of 0."""
     return tr("Hold it now") if whole(turn_deg) == 0 else tr("Turn first")
 
 
@@ -96,9 +97,11 @@ def way_icon(turn_deg: float) -> str:
 
 
 def place_words(azimuth_deg: float | None) -> str:
-    """Write from where the place lights the face after the turn.
+    """Describe the direction from which the place lights the face after the turn.
 
-    `azimuth_deg`: relative to the face, positive toward the sitter's left; None for all around.
+    Args:
+        azimuth_deg: Azimuth relative to the face, positive toward the sitter's left, or None for
+            light from all around.
     """
     if azimuth_deg is None:
         return tr("The light of the place then comes from all around.")
@@ -113,10 +116,11 @@ def place_words(azimuth_deg: float | None) -> str:
 
 
 def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
-    """Write how to move the lamp to its best place and power.
+    """Describe how to move the lamp to its best position and power.
 
     Args:
-        now, best: Azimuth toward the sitter's left and altitude, deg, and power.
+        now: Current azimuth (positive toward the sitter's left) and altitude in degrees, and power.
+        best: The same for the best position.
 
     Examples:
         >>> from app.ui.screens.light.pictures import Held, Lamp
@@ -139,7 +143,7 @@ def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
 
 
 def _way(now_deg: float, best_deg: float) -> str:
-    """Name the way around the head: forward or back, or to the other side."""
+    """Describe the way around the head: forward, back or to the other side."""
     if now_deg * best_deg < 0 or abs(now_deg) < _SAME_DEG:
         if best_deg > 0:
             return tr("to the sitter’s left (camera right)")
@@ -148,7 +152,7 @@ def _way(now_deg: float, best_deg: float) -> str:
 
 
 def hold_of(result: LampResult, heads: HeadsState) -> HoldState:
-    """Write the two steps."""
+    """Return the two steps."""
     turn, kind = result.one.turn_refined_deg, kind_of(result.answers)
     name = lamp_name(result.answers.hand.lamp)
     where, far, skin = result.spot
@@ -158,7 +162,7 @@ def hold_of(result: LampResult, heads: HeadsState) -> HoldState:
         hold = tr("Hold {lamp} {where}, {power}", lamp=name, where=where, power=power)
     map_title = tr("Where this lamp works at this turn")
     if result.position.power != result.one.power:
-        # The map is of another power than the lamp is held at.
+        # The map is for another power than the current one.
         power = power_words(result.one.power, kind)
         map_title = tr("Where this lamp works at this turn {at_power}", at_power=power)
     line = tr(

@@ -1,4 +1,4 @@
-"""The middle: two steps, drawings from above and from the side, and the map."""
+"""The middle column: the two steps, drawings from above and from the side, and the map."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ _HEIGHT_OF_VIEWS: Final = 404 / 300
 
 _WIDEST_OF_ALL: Final = 1200
 
-_MAP: Final = (164, 106)  # height of the map with the words below it, and in a small window
+_MAP: Final = (164, 106)  # height of the map and the text below it, normally and in a small window
 
-_MAP_SHARE: Final = 0.23  # of the width, where there is more room
+_MAP_SHARE: Final = 0.23  # fraction of the width, if there is more space
 
 
 class _Number(PaintedWidget):
-    """The number of a step in a ring."""
+    """The number of a step inside a ring."""
 
     def __init__(self, number: int) -> None:
         super().__init__()
@@ -53,7 +53,7 @@ class _Number(PaintedWidget):
 
 
 class Middle(QWidget):
-    """Steps, drawings and map."""
+    """The steps, the drawings and the map."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__()
@@ -71,12 +71,12 @@ class Middle(QWidget):
             plot.moved.connect(presenter.hold_at)
             plot.home_asked.connect(presenter.go_best)
             plot.power_asked.connect(presenter.step_power)
-        # One stop for Tab: the map is in sight in every layout.
+        # A single Tab stop is enough, because the map is visible in every layout.
         self.above.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.side.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._map_title = Text(tr("Where this lamp works at this turn"), 12, 600, "dim", elide=True)
         self._map_words = Text("", 12, role="dim", elide=True)
-        # Where there is no room for both, the tool tip has the second.
+        # Without room for both texts, the second moves to the tooltip.
         self._map_words.setVisible(False)
         margin = 16 if compact else _MARGIN
         inside = QWidget()
@@ -88,7 +88,7 @@ class Middle(QWidget):
 
     @property
     def plots(self) -> tuple[LampPlot, LampPlot, LampPlot]:
-        """All three on which the lamp can be moved."""
+        """The three plots on which the lamp can be moved."""
         return self.above, self.side, self.map
 
     def _steps(self) -> QGridLayout:
@@ -107,7 +107,7 @@ class Middle(QWidget):
         grid.addWidget(_Number(2), 3, 0, top)
         hold = QWidget()
         column(self._hold, self._hold_line, ..., into=hold)
-        # Words grow and shrink while the lamp is moved; the drawings must not jump.
+        # The text changes length while the lamp moves, but the drawings must not jump.
         size, lines = (16, 3) if self._compact else (20, 2)
         rest = 2 * t.line_height(12) if self._compact else t.line_height(14)
         hold.setMinimumHeight(lines * t.line_height(size) + rest)
@@ -129,7 +129,7 @@ class Middle(QWidget):
         return whole
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the map's proportions as it grows."""
+        """Keep the aspect ratio of the map."""
         super().resizeEvent(event)
         wide = min(self.width() - 2 * px(_MARGIN), px(_WIDEST_OF_ALL))
         least = px(_MAP[1] if self._compact else _MAP[0])
@@ -137,7 +137,7 @@ class Middle(QWidget):
         self.map.setFixedHeight(max(least, round(wide * share)))
 
     def show_state(self, state: LightState) -> None:
-        """Show where to turn and where to hold the lamp."""
+        """Show how far to turn and where to hold the lamp."""
         hold = state.hold
         self._turn.set_text(hold.turn)
         self._turn_line.set_text(hold.turn_line)

@@ -1,1 +1,1 @@
-"""The Probe screen: the panorama of a place and everything that makes one."""
+"""The Probe screen: the panorama of a place and the ways to measure it."""

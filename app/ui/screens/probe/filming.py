@@ -1,7 +1,7 @@
-"""Filming a turn with the live camera: its picture, the progress, and the place made of it.
+"""A film of a turn with the live camera: its picture, its progress and the resulting place.
 
-The camera's newest picture is put into a queue a few times a second; a job looks at each and keeps
-it in a video, which becomes the place's source.
+The camera's newest picture enters a queue a few times a second. A job analyses each picture and
+appends it to a video, which becomes the source of the place.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ KEY: Final = "filming"
 _EVERY_S: Final = 0.35
 _LONGEST_S: Final = 90.0
 _TOLD_S: Final = 4.0
-_WAITING: Final = 12  # pictures: a slow computer leaves some out
+_WAITING: Final = 12  # pictures; a slow computer skips some
 _TURN: Final = tr("Turn slowly, once around, with the face in the picture. Then stop.")
 
 
@@ -46,7 +46,7 @@ class _Roll:
 
 
 class Filming:
-    """Films a turn."""
+    """Films a turn and makes a place of the film."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
@@ -57,7 +57,7 @@ class Filming:
         self.live: Live | None = None
 
     def toggle(self) -> None:
-        """Start a film, or end it and find its light."""
+        """Start a film, or end it and compute its light."""
         if self.live is not None:
             self._find_light(self.live)
             return
@@ -122,7 +122,7 @@ class Filming:
 def _take(
     roll: _Roll, token: Token, report: PhraseReport
 ) -> tuple[Film, Path, tempfile.TemporaryDirectory[str]]:
-    """Read the pictures of a film; return it with its video in a temporary folder."""
+    """Read the pictures of a film, and return it with its video in a temporary folder."""
     folder = tempfile.TemporaryDirectory(prefix="turnlight-")
     video = Path(folder.name) / "film.mp4"
     due_s = _TOLD_S

@@ -1,4 +1,4 @@
-"""The lamps of the place: rows of the table under the panorama."""
+"""The lamps of the place, as rows of the table under the panorama."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class LampRow:
     Attributes:
         letter, name: "A", "Window".
         azimuth, elevation, share: "47°", "30° up", "at least 64%".
-        azimuth_deg, elevation_deg: Of the panorama as captured, deg.
-        spoken: The whole row, for a screen reader.
+        azimuth_deg, elevation_deg: Direction in the original panorama, in degrees.
+        spoken: The whole row for a screen reader.
     """
 
     letter: str
@@ -36,7 +36,7 @@ class LampRow:
 
 
 def lamp_rows(findings: Findings, front_deg: float, *, rough: bool = False) -> tuple[LampRow, ...]:
-    """Make the rows of the lamp table; at a `rough` place clipped light is a guess."""
+    """Return the rows of the table; at a `rough` place, clipped light is an estimate."""
     return tuple(_lamp_row(lamp, front_deg, rough) for lamp in findings.lamps)
 
 

@@ -37,7 +37,7 @@ _COMPACT: Final = (
 
 
 class _WholeRows(Scroll):
-    """Shows whole rows only."""
+    """A scroll area that shows only complete rows."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide a row that would be cut off."""
@@ -59,19 +59,19 @@ class LampTable(QWidget):
         self.rows: list[TableRow] = []
         head = row(TableHead(self._columns), gap=None)
         scroll = _WholeRows(boxed(self._rows), name=tr("Lamps found"))
-        # The head keeps its columns over those of the rows, which leave room for the bar.
+        # Keep the header aligned with the rows, which leave room for the scroll bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         column(head, (scroll, 1), into=self)
 
     def show_lamps(self, lamps: tuple[LampRow, ...], note: str) -> None:
-        """Show the lamps; `note` is empty where there is nothing to add."""
+        """Show the lamps; `note` may be empty."""
         while len(self.rows) > len(lamps):
             row = self.rows.pop()
             row.hide()
             row.deleteLater()
         while len(self.rows) < len(lamps):
             row = TableRow(self._columns, self._cells(lamps[len(self.rows)]))
-            # Only to be read: a lamp is not chosen by its row.
+            # The rows are for reading only and cannot be selected.
             row.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             row.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             self.rows.append(row)

@@ -1,4 +1,4 @@
-"""The left side: tools, panorama, lamps or recent places, age of the light, and where to drop."""
+"""The left-hand side: tools, panorama, lamps or recent places, age of the light and drop area."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _WIDEST: Final = 1200
 
 
 class LightColumn(QWidget):
-    """Everything about the light that is there."""
+    """The panorama and everything about its light."""
 
     def __init__(
         self,
@@ -85,12 +85,12 @@ class LightColumn(QWidget):
         margins = self._body.contentsMargins()
         width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
         most = self._most_height()
-        # The ways to begin have all the room to themselves.
+        # The start page uses the whole column.
         height = most if self._stack.currentIndex() == 2 else self.panorama.heightForWidth(width)
         self._stack.setFixedHeight(max(min(height, most), px(120)))
 
     def _keep_to_panorama(self) -> None:
-        """Align everything with the left and right edge of the panorama."""
+        """Align everything with the left and right edges of the panorama."""
         free = max(self.width() - self.widest(), 0)
         left = free // 2 if free > 2 * self._side else 0
         margins = self._body.contentsMargins()
@@ -99,19 +99,19 @@ class LightColumn(QWidget):
         self._body.setContentsMargins(margins)
 
     def widest(self) -> int:
-        """Width beyond which nothing here grows."""
+        """Return the width beyond which nothing in the column grows."""
         return px(_WIDEST) + 2 * self._side
 
     def _most_height(self) -> int:
-        """Leave room for the rest, with two rows of lamps."""
+        """Return the maximum height of the panorama, with room for two rows of lamps."""
         margins = self._body.contentsMargins()
         lower = 88 if self._lower.currentIndex() < 2 else 160
-        lower = -28 if self._lower.isHidden() else lower  # nor a scale
+        lower = -28 if self._lower.isHidden() else lower  # no scale either
         rest = 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
-        """Stack the lamp table, the recent places and the cards of the live preview."""
+        """Stack the table of lamps, the recent places and the cards of the live preview."""
         self.lamps = LampTable(self._compact)
         self.recent = RecentPlaces(self._presenter.places.open)
         self.rough = RoughCards(self._compact)
@@ -126,7 +126,7 @@ class LightColumn(QWidget):
         return line
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state; parts that have not changed are left alone."""
+        """Show the state, leaving unchanged parts alone."""
         before, self._state = self._state, state
         self.tools.show_state(state)
         self._show_panorama(state, before)
@@ -148,7 +148,7 @@ class LightColumn(QWidget):
             self.preview.set_picture(live.picture)
             self.rough.show_live(live)
         if state.running is not None and (before is None or before.running is None):
-            # While the camera exposes: then the picture shows as soon as it is there.
+            # Prepare this while the camera exposes, so that the picture appears at once.
             QTimer.singleShot(0, panorama, panorama.make_ready)
         self.start.ways[0].set_primary(not state.can_capture)
         self.empty.set(tr("Opening {name}…", name=state.opening))
@@ -160,7 +160,7 @@ class LightColumn(QWidget):
             self._lower.setCurrentIndex(lower)
             self._lower.setVisible(not nothing)
             self._give_height()
-        # The front first: a new picture of the same spot must not be seen at the old one.
+        # Set the front first, so that a new picture of the same spot never appears at the old one.
         if before is None or state.front_deg != before.front_deg:
             had_picture = before is not None and before.picture is not None
             panorama.set_front(state.front_deg, glide=had_picture)

@@ -1,7 +1,7 @@
-"""The live preview on the way to a spot: the camera's picture and the three best styles there.
+"""The live preview on the way to a spot: the camera's picture and the three best styles.
 
-One job reads the camera and puts the newest picture into a mailbox; another, one at a time, makes
-an answer of the newest there is. So a slow computer gives fewer answers, never late ones.
+One job reads the camera and puts the newest picture into a mailbox. A second job evaluates the
+newest picture, one at a time, so a slow computer gives fewer results but never late ones.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from app.words.phrases.turns import direction_words, size_words
 
 @dataclass(frozen=True, slots=True)
 class RoughCard:
-    """One of the best styles by the live preview.
+    """One of the best styles in the live preview.
 
     Attributes:
         title, side, turn, direction, grade: "Rembrandt", "sitter's left (camera right)", "96°",
             "clockwise", "in reach".
         arrow: Icon of the direction.
-        note: "rough", and whether it needs the bracket.
-        unsure: The turn depends on what the preview clips.
+        note: "rough", and whether the style needs the full bracket.
+        unsure: Whether the turn depends on parts that the preview clips.
     """
 
     title: str
@@ -59,8 +59,9 @@ class RoughCard:
 class Live:
     """The camera's live preview.
 
-    `picture`: (h, 2 h, 3) uint8 or None. SRGB; None before there is one. `trouble`: `message` says
-    what is wrong.
+    Attributes:
+        picture: (h, 2 h, 3) uint8 sRGB, or None before the first picture.
+        trouble: Whether `message` reports a problem.
     """
 
     picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
@@ -105,7 +106,7 @@ class LivePreview:
         self.live: Live | None = None
 
     def toggle(self) -> None:
-        """Open the preview of the camera in use, or close it."""
+        """Start or stop the preview of the camera in use."""
         camera = self._services.model.camera
         if self.live is not None:
             self.stop()
@@ -128,22 +129,22 @@ class LivePreview:
             self._changed()
 
     def stop(self) -> None:
-        """Close it, so that the camera is free; none being open is no fault."""
+        """Stop the preview so that the camera is free; no-op if it is not running."""
         if self.live is not None:
             self.live = None
             self._services.runner.cancel(KEY)
             if self._link is not None:
-                # Or its job would first have to hear from the camera.
+                # Otherwise the job would wait for the camera's next picture.
                 self._link.close()
             self._changed()
 
     def tick(self) -> None:
-        """Make an answer of the newest picture, unless one is being made; called by the view."""
+        """Evaluate the newest picture, unless a job is already running; called by the view."""
         if self.live is None or self._answering:
             return
         now, jpeg = self._services.clock.now(), self._pictures.get()
         if jpeg is None:
-            # Some take their time to open it: until they refuse, nothing is lost.
+            # Some cameras start slowly, so wait until they refuse.
             opening = self.live.picture is None and not self._why
             if now - self._heard_at > _SILENT_S and not opening:
                 self.live = Live(self.live.picture, message=self._why or _LOST_WORDS, trouble=True)

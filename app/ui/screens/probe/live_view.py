@@ -1,4 +1,4 @@
-"""The best styles by the live preview."""
+"""The best styles in the live preview."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _CARDS: Final = 3
 
 
 class _RoughView(OutlineBox):
-    """A style in the live preview: its name, the turn, and how certain it is."""
+    """A style in the live preview: its name, its turn and its reliability."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__("panel", "line")
@@ -51,7 +51,7 @@ class _RoughView(OutlineBox):
 
 
 class RoughCards(QWidget):
-    """The best styles by the live preview, or why there are none."""
+    """The best styles in the live preview, or the reason why there are none."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -61,15 +61,15 @@ class RoughCards(QWidget):
         line = row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self.message, 1), gap=8)
         self._compact, self._cards = compact, row(gap=8)
         column(line, self._cards, ..., into=self, gap=8)
-        # Its stack is no higher for what is seldom in front.
+        # A page that is rarely visible must not make its stack taller.
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.setAccessibleName(tr("Best styles here, roughly"))
 
     def show_live(self, live: Live) -> None:
-        """Show them."""
+        """Show the styles of the preview."""
         self.message.set_text(live.message)
         self._icon.set(*(("warning", "err") if live.trouble else ("eye", "text")))
-        if not self.views:  # they are seldom wanted: the screen comes sooner without them
+        if not self.views:  # created on first use, to open the screen faster
             self.views = [_RoughView(self._compact) for _ in range(_CARDS)]
             add(self._cards, *((view, 1) for view in self.views))
         for number, view in enumerate(self.views):

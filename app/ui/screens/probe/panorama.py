@@ -1,4 +1,4 @@
-"""The panorama of the place: its exposure, what is drawn over it, its lamps and frames."""
+"""The panorama of the place: its exposure, layers, lamps and frames."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.services import Services
 
 LAYERS = frozenset({"clipped", "lamps", "grid"})
-"""What can be drawn over the panorama."""
+"""The layers that can be drawn over the panorama."""
 
 
 class PlacePanorama:
     """The panorama of the open place.
 
     Attributes:
-        picture: (h, 2 h, 3) uint8 or None. At the exposure reached so far, sRGB; None without a
-            place.
-        findings: Lamps and clip mask; None until they are computed.
-        frames: (h, 2 h, 3) uint8 or None for each frame of the capture, sRGB; empty until read.
-        target_ev: Exposure that the user chose, stops.
+        picture: The panorama at the latest rendered exposure, (h, 2 h, 3) uint8 sRGB, or None
+            without a place.
+        findings: Lamps and clip mask, or None until they are computed.
+        frames: For each frame of the capture, (h, 2 h, 3) uint8 sRGB or None; empty until loaded.
+        target_ev: Exposure chosen by the user, in stops.
     """
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
@@ -42,7 +42,7 @@ class PlacePanorama:
         self.layers: frozenset[str] = LAYERS - {"grid"}
 
     def show_light(self) -> None:
-        """Show the light of the open place; jobs find its lamps and read its frames."""
+        """Show the open place, and start jobs to find its lamps and load its frames."""
         model = self._services.model
         light, place, folder = model.light, model.place, model.place_folder
         self._light = light
@@ -67,7 +67,7 @@ class PlacePanorama:
             )
 
     def expose(self, stops: float) -> None:
-        """Show the panorama brighter, or darker for negative stops."""
+        """Change the exposure of the panorama by a number of stops, positive for brighter."""
         self.target_ev = stops
         self._expose()
         self._changed()
@@ -90,7 +90,7 @@ class PlacePanorama:
             self._changed()
 
     def _expose(self) -> None:
-        """Make the picture at the chosen exposure, one at a time: the next is the newest choice."""
+        """Render the picture at the chosen exposure, one job at a time for the newest choice."""
         light, stops = self._light, self.target_ev
         if light is None or self._exposing or stops == self._exposure_ev:
             return

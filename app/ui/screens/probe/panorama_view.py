@@ -1,4 +1,4 @@
-"""The tools over the panorama: zoom, exposure and layers."""
+"""The tools above the panorama: zoom, exposure and layers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.ui.widgets.layouts import row
 from app.ui.widgets.paint import text_width
 from app.words.phrases.quantities import ev_words
 
-_ROOMY = 800  # wide enough for icons beside the words
+_ROOMY = 800  # minimum width for icons beside the labels
 
 _LAYERS = (
     ("clipped", tr("Clipped"), "hatch", tr("Hatch areas too bright for every frame")),
@@ -30,7 +30,7 @@ _LAYERS = (
 
 
 class PanoramaTools(QWidget):
-    """One line of 32."""
+    """The tools on a single line, 32 pixels high."""
 
     def __init__(self, presenter: ProbePresenter, panorama: PanoramaView, compact: bool) -> None:
         super().__init__()
@@ -69,7 +69,7 @@ class PanoramaTools(QWidget):
         Roving(self).set_members(list(self.layers.values()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave out the icons beside words where there is little room."""
+        """Hide the icons beside the labels when space is short."""
         super().resizeEvent(event)
         roomy = self.width() >= px(_ROOMY)
         for key, words, icon, _ in _LAYERS:
@@ -78,7 +78,7 @@ class PanoramaTools(QWidget):
                 button.set_text(words, icon if roomy else "")
 
     def show_state(self, state: ProbeState) -> None:
-        """Show exposure and layers."""
+        """Show the exposure and the layers."""
         self.exposure.set_value(state.exposure_ev)
         for key, button in self.layers.items():
             button.setChecked(key in state.layers)

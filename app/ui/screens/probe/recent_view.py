@@ -30,7 +30,7 @@ _WIDEST_ROW: Final = 304
 
 
 class _Tile(Card):
-    """A place: small picture, name, and its time or what is missing."""
+    """A place: its thumbnail, its name, and its time or the parts that are missing."""
 
     preferred_size = (_WIDEST_ROW, _HIGH)
 
@@ -65,7 +65,8 @@ class _Tile(Card):
 class RecentPlaces(QWidget):
     """Tiles of recent places under a heading, hidden when there are none.
 
-    `open_place` takes the folder of the place that is chosen.
+    Attributes:
+        open_place: Called with the folder of the selected place.
     """
 
     def __init__(self, open_place: Callable[[Path], None]) -> None:
@@ -79,7 +80,7 @@ class RecentPlaces(QWidget):
         self._title.hide()
 
     def show_rows(self, rows: tuple[PlacesListRow, ...]) -> None:
-        """Show as many as there is room for."""
+        """Show as many places as fit."""
         clear(self._line)
         self.tiles = [_Tile(row) for row in rows]
         for tile in self.tiles:
@@ -88,7 +89,7 @@ class RecentPlaces(QWidget):
         self._line.addStretch()
         self._title.setVisible(bool(rows))
         self._fit()
-        # Messages that lie over the window make way.
+        # Messages over the window move out of the way.
         QCoreApplication.postEvent(self.window(), QEvent(QEvent.Type.LayoutRequest))
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -1,4 +1,4 @@
-"""The probe: from a camera, files or a folder to the light of a place."""
+"""The Probe screen: measures the light of a place with a camera, files or a folder."""
 
 from __future__ import annotations
 
@@ -35,14 +35,13 @@ from app.words.portrait.age import age_words
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeState:
-    """Everything on the screen.
+    """The state of the whole screen.
 
     Attributes:
-        picture: (h, 2 h, 3) uint8 or None. Panorama at the chosen exposure, sRGB; None before there
-            is one.
-        findings: Its lamps and clip mask; None while they are looked for.
-        front_deg: Azimuth at which the photographer stands, deg.
-        exposure_ev: Of the picture, stops.
+        picture: Panorama at the chosen exposure, (h, 2 h, 3) uint8 sRGB, or None without one.
+        findings: Lamps and clip mask, or None while they are computed.
+        front_deg: Azimuth at which the photographer stands, in degrees.
+        exposure_ev: Exposure of the picture in stops.
     """
 
     picture: NDArray[np.uint8] | None = field(default=None, repr=False)
@@ -76,13 +75,13 @@ class ProbeState:
 
 
 class ProbeView(Protocol):
-    """Shows a `ProbeState`."""
+    """A view that shows a `ProbeState`."""
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state; parts that have not changed are left alone."""
+        """Show the state, leaving unchanged parts alone."""
 
     def zoom_by(self, steps: float) -> None:
-        """Zoom the panorama, positive is nearer."""
+        """Zoom the panorama by a number of steps, positive to zoom in."""
 
     def take_marker(self) -> None:
         """Focus the marker."""
@@ -95,10 +94,10 @@ class ProbeView(Protocol):
 
 
 BEAT_MS: Final = 100
-"""How often a capture that is seen is asked for what it has to show."""
+"""Interval between updates while the screen shows a capture, in milliseconds."""
 
 SLOW_BEAT_MS: Final = 1000
-"""How often a view should call `ProbePresenter.tick`."""
+"""Interval at which a view should call `ProbePresenter.tick`, in milliseconds."""
 
 _AGE_S: Final = 15.0
 
@@ -149,7 +148,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self._refresh()
 
     def leave(self) -> None:
-        """Stop searching, and the preview; a capture continues."""
+        """Stop the search and the preview; a capture continues."""
         self.cameras.pause()
         self.live.stop()
         self.filming.stop()
@@ -164,7 +163,7 @@ class ProbePresenter(Presenter[ProbeView]):
             self._refresh()
 
     def actions(self) -> Sequence[Action]:
-        """List the actions of this screen."""
+        """Return the actions of this screen."""
 
         def has_light() -> bool:
             return self._services.model.light is not None
@@ -189,13 +188,13 @@ class ProbePresenter(Presenter[ProbeView]):
         )  # fmt: skip
 
     def _on_view(self, act: Callable[[ProbeView], None]) -> Callable[[], None]:
-        """Make an action of the view's, which does nothing while none is attached."""
+        """Return an action that runs on the attached view, or does nothing without one."""
         return lambda: None if self._view is None else act(self._view)
 
     # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> ProbeState:
-        """Resolve the state of the screen."""
+        """Return the state of the screen."""
         model = self._services.model
         place, light, settings = model.place, model.light, model.settings
         block = self.cameras.block()
@@ -206,7 +205,7 @@ class ProbePresenter(Presenter[ProbeView]):
         rough = place is not None and place.capture is not None and place.capture.plan == "rough"
         why_not = tr("The camera asks for a password.") if block.asks_password else ""
         why_not = tr("There is no camera yet.") if block.missing else why_not
-        # Files can always be asked for.
+        # Files can be opened at any time.
         why_not = why_not if settings.measure_with == "camera" else ""
         lamps_note = ""
         if light is not None and findings is None:
@@ -264,7 +263,7 @@ class ProbePresenter(Presenter[ProbeView]):
         place = self._services.model.place
         if place is None or place.measured_at is None or self._services.model.light is None:
             return None
-        # It is unknown when a panorama from a file was measured.
+        # The capture time of a panorama from a file is unknown.
         if place.capture is not None and place.capture.plan == "panorama":
             return None
         return light_age(
@@ -274,10 +273,10 @@ class ProbePresenter(Presenter[ProbeView]):
             place.location.sun_elevation_deg,
         )
 
-    # -- what the user does --------------------------------------------------------------------
+    # -- user actions --------------------------------------------------------------------------
 
     def main(self) -> None:
-        """Run the action of the amber button."""
+        """Perform the action of the amber button."""
         if self._services.model.light is not None and not self.taking.active:
             self.see_styles()
         elif self.resolve().can_capture or self.taking.active:
@@ -305,7 +304,7 @@ class ProbePresenter(Presenter[ProbeView]):
             self.live.toggle()
 
     def press(self, key: str) -> None:
-        """Run the action of one of the notice's buttons."""
+        """Perform the action of a button on the notice."""
         settings = self._services.model.settings
         if key == "capture-full":
             self.taking.start("full", self.resolve().timer_s)
@@ -315,27 +314,27 @@ class ProbePresenter(Presenter[ProbeView]):
             self.taking.press(key, settings.plan, self.resolve().timer_s)
 
     def set(self, key: str, value: object) -> None:
-        """Change a setting, such as the plan; it stays chosen."""
+        """Change a setting, such as the plan, and save it."""
         self._services.model.set(key, value)
 
     def set_timer(self, seconds: int) -> None:
-        """Change the self-timer."""
+        """Set the self-timer."""
         self.set("self_timer_s", seconds)
 
     def tick_off(self, key: str) -> None:
-        """Tick or untick a line of the checklist."""
+        """Tick or untick an item of the checklist."""
         self._ticked = self._ticked ^ {key}
         self._refresh()
 
     def show_state(self, state: PlacesListState) -> None:
-        """Show the list of recent places again: it has changed."""
+        """Show the changed list of recent places."""
         del state
         self._refresh()
 
-    # -- inside --------------------------------------------------------------------------------
+    # -- internal ------------------------------------------------------------------------------
 
     def _watch_as_set(self) -> None:
-        """Watch the folder of the settings, once for each new one."""
+        """Watch the folder from the settings, starting once for each new folder."""
         folder = self._services.model.settings.watch_folder
         if folder and folder != self._watched:
             self._watched = folder
@@ -353,7 +352,7 @@ class ProbePresenter(Presenter[ProbeView]):
             self._refresh()
 
     def _look_for_places(self) -> None:
-        """Read which places can be opened, while none is."""
+        """List the places that can be opened while none is open."""
         if self._services.model.light is None:
             self.places.attach(self)
 
@@ -372,7 +371,7 @@ class ProbePresenter(Presenter[ProbeView]):
 
 
 def _kind(place: Place, findings: Findings | None) -> Kind:
-    """Return what lights the place, which decides how soon its light is old."""
+    """Return the kind of light at the place, which determines how soon it is out of date."""
     location = place.location
     if location.sun:
         return "sun"

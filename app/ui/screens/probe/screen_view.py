@@ -1,4 +1,4 @@
-"""The Probe screen as a whole: the light at the left, everything about the camera at the right."""
+"""The view of the Probe screen: the light on the left, and the camera on the right."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.layouts import row, stacked
 from app.ui.widgets.surfaces import Room
 
-_LEAST = (512, 480)  # of the left side
+_LEAST = (512, 480)  # of the left-hand side
 
 
 class ProbeScreen(QWidget):
@@ -33,17 +33,17 @@ class ProbeScreen(QWidget):
         self.sign = CaptureSign()
         self._left = stacked(Room(self.light, *_LEAST), self.sign)
         row((self._left, 1), self.camera, into=self)
-        self._busy = False  # capturing or previewing
+        self._busy = False  # whether a capture or a preview is running
         self._beat = QTimer(self)
         self._beat.timeout.connect(presenter.tick)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Widen the right column by what the panorama leaves."""
+        """Widen the right-hand column by the space that the panorama leaves free."""
         super().resizeEvent(event)
         self.camera.take_width(self.width() - self.light.widest())
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state; parts that have not changed are left alone."""
+        """Show the state, leaving unchanged parts alone."""
         self.light.show_state(state)
         self.camera.show_state(state)
         self._left.setCurrentIndex(0 if state.running is None else 1)
@@ -56,7 +56,7 @@ class ProbeScreen(QWidget):
     def _keep_time(self) -> None:
         """Update often only while the camera is busy and the screen is visible.
 
-        Otherwise only the age of the light changes, and that where it can be seen.
+        At other times only the age of the light changes, so slow updates are enough.
         """
         visible = self.isVisible()
         if self._busy or visible:
@@ -76,7 +76,7 @@ class ProbeScreen(QWidget):
         self._keep_time()
 
     def zoom_by(self, steps: float) -> None:
-        """Zoom the panorama, positive is nearer."""
+        """Zoom the panorama by a number of steps, positive to zoom in."""
         self.light.panorama.zoom_by(steps)
 
     def take_marker(self) -> None:

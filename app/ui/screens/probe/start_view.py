@@ -1,4 +1,4 @@
-"""The start: three ways to begin, before there is any light."""
+"""The start page: three ways to begin while there is no light."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.ui.widgets.paint import box
 
 
 class _WayButton(Pressable):
-    """A way to begin: an icon, its name, and what it needs."""
+    """A button for one way to begin, with its icon, its name and its requirements."""
 
     def __init__(
         self, title: str, words: str, icon: str, do: Callable[[], None], compact: bool
@@ -36,7 +36,7 @@ class _WayButton(Pressable):
         column(picture, edge // 2, self._name, self.more, ..., into=self, gap=4, margins=edge)
 
     def set_primary(self, primary: bool) -> None:
-        """Mark it as the main button, or not."""
+        """Set whether this is the main button."""
         if primary != self._primary:
             self._primary = primary
             self.drawing.set(self.drawing.name, "onamber" if primary else "text")
@@ -51,7 +51,7 @@ class _WayButton(Pressable):
 
 
 class Start(QWidget):
-    """What the program does, in one sentence, and three ways to begin."""
+    """The purpose of the program in one sentence, and three ways to begin."""
 
     def __init__(
         self,
@@ -85,7 +85,7 @@ class Start(QWidget):
         self.setAccessibleDescription(what)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the details if there is little room."""
+        """Hide the details when space is short."""
         super().resizeEvent(event)
         for part in (self._more, *(part for way in self.ways for part in (way.drawing, way.more))):
             part.setVisible(self.height() >= px(330))

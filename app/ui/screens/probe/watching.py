@@ -1,4 +1,4 @@
-"""A watched folder: brackets that arrive in it become places."""
+"""A watched folder, whose incoming brackets become places."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KEY: Final = "watch"
 
 
 class _Relay(Token):
-    """The token of whichever job is waiting now: the wait continues over several of them."""
+    """A token that passes on the current job's, because one wait spans several jobs."""
 
     __slots__ = ("brackets", "job")
 
@@ -28,16 +28,16 @@ class _Relay(Token):
 
     @property
     def cancelled(self) -> bool:
-        """Whether the job that waits was asked to stop."""
+        """Whether the waiting job was asked to stop."""
         return self.job.cancelled
 
     def check(self) -> None:
-        """Stop here if it was."""
+        """Raise if the waiting job was cancelled."""
         self.job.check()
 
 
 class Watching:
-    """One folder at a time."""
+    """Watches one folder at a time."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
@@ -49,7 +49,7 @@ class Watching:
         self._relay = _Relay()
 
     def start(self, folder: Path) -> None:
-        """Watch a folder; files already in it are ignored."""
+        """Watch a folder, ignoring the files already in it."""
         self.stop()
         self.folder = folder
         self._relay = _Relay()
@@ -104,7 +104,7 @@ class Watching:
         self._services.notify.tell_error(error)
 
     def _ended(self, relay: _Relay) -> None:
-        # Not of a wait that another one of the same folder has followed.
+        # Ignore a wait that was replaced by a newer one for the same folder.
         if relay is self._relay and self.folder is not None:
             self.folder = None
             self._changed()

@@ -1,4 +1,4 @@
-"""The ways to measure light, and what each needs."""
+"""The ways to measure light, and the requirements of each."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """How light is measured.
+    """A way to measure light.
 
     Attributes:
-        steps: What to do, in this order.
-        button, files: Words of the button that asks for files, and which files; the camera's way
-            has none.
-        live: Words that begin what the camera sees and end it, and a tip; nothing without that.
+        steps: Instructions, in order.
+        button, files: Label of the button that asks for files, and their filter; not used for the
+            camera.
+        live: Labels that start and stop recording with the live camera, and a tip; may be empty.
     """
 
     title: str
@@ -79,4 +79,4 @@ WAYS: Final = {
         tr("Panoramas and photos (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"),
     ),
 }
-"""The ways to measure, by the setting's key."""
+"""The ways to measure, by key of the setting."""

@@ -66,8 +66,7 @@ class BackgroundStrip(Plot):
 
         Args:
             picture: (h, w, 3) uint8 sRGB, 150° of background centred behind the sitter at the goal,
-                or
-                None until rendered.
+                or None until rendered.
         """
         if picture is not self._picture:
             self._picture = picture

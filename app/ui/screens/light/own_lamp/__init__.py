@@ -1,1 +1,1 @@
-"""A lamp of the user's own: its capture, its mask, and changes of its files."""
+"""Lamps captured by the user: capture, mask and changes to their files."""

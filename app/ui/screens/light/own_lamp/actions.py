@@ -1,4 +1,4 @@
-"""Rename, correct, mask or delete a captured lamp."""
+"""The actions for a captured lamp: rename, correct, mask and delete."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _QUESTIONS: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
 
 
 class LampActions:
-    """Changes the files of the lamp in hand, one after the other."""
+    """Changes the files of the lamp in use, one change at a time."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, lamps: LampList
@@ -58,13 +58,13 @@ class LampActions:
 
     @property
     def trouble(self) -> str:
-        """The error in the last answer about the lamp in hand."""
+        """The error in the latest answer about the lamp in use."""
         about, sentence = self._trouble
         own = self._lamps.own
         return sentence if own is not None and own.name == about else ""
 
     def actions(self) -> Sequence[Action]:
-        """List the actions for a captured lamp."""
+        """Return the actions for a captured lamp."""
         own = self._has_own
         return (
             Action("lamp-rename", tr("Rename the lamp…"), lambda: self.ask("rename"),
@@ -80,10 +80,10 @@ class LampActions:
     def _has_own(self) -> bool:
         return self._lamps.own is not None
 
-    # -- a line --------------------------------------------------------------------------------
+    # -- edits of one value --------------------------------------------------------------------
 
     def ask(self, wish: WordsWish) -> None:
-        """Ask for another name, distance or brightness of the lamp in hand."""
+        """Ask for a new name, distance or brightness for the lamp in use."""
         lamp = self._lamps.own
         view = self._lamps.view
         if lamp is None or view is None:
@@ -97,7 +97,7 @@ class LampActions:
         view.ask_words(WordsAsk(wish, title, label, button, text, example))
 
     def answer(self, wish: WordsWish, text: str) -> None:
-        """Apply the typed line; an error shows beside it."""
+        """Apply the typed text, or show an error beside it."""
         lamp, folder = self._lamps.own, self._lamps.folder
         if lamp is None:
             return
@@ -141,10 +141,10 @@ class LampActions:
             self._lamps.view.say(sentence)
         self._lamps.changed()
 
-    # -- all of it -----------------------------------------------------------------------------
+    # -- mask and deletion ---------------------------------------------------------------------
 
     def ask_mask(self) -> None:
-        """Open the sheet in which the mask is painted."""
+        """Open the sheet for painting the mask."""
         lamp, lamps = self._lamps.own, self._lamps
         if lamp is None:
             return
@@ -158,7 +158,7 @@ class LampActions:
         self._services.runner.submit("light-mask-look", lambda *_: look_at_mask(lamp), done=ready)
 
     def delete(self) -> None:
-        """Delete the lamp in hand; undo restores it."""
+        """Delete the lamp in use; undo restores it."""
         lamp, lamps = self._lamps.own, self._lamps
         if lamp is None:
             return

@@ -21,7 +21,7 @@ _ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it
 
 
 class CaptureSheet(KeysSheet):
-    """Explains how to capture a lamp, and asks for its name and distance."""
+    """The instructions for capturing a lamp, with fields for its name and its distance."""
 
     def __init__(self, host: QWidget, presenter: LightPresenter, ask: CaptureAsk) -> None:
         super().__init__(host, tr("Capture a lamp of your own"), 600)
@@ -45,11 +45,11 @@ class CaptureSheet(KeysSheet):
         self.add_button(self.place)
         self.add_button(self.files)
         if not ask.place:
-            # Hidden only: what is shown before it has a parent opens as a window.
+            # Hide it only now, because a widget that is shown without a parent opens as a window.
             self.place.hide()
 
     def say(self, sentence: str) -> None:
-        """Show what is wrong with the distance; an empty sentence closes the sheet."""
+        """Show an error in the distance, or close the sheet if the sentence is empty."""
         self.distance.set_error(sentence)
         if not sentence:
             self.shut()

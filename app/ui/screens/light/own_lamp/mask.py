@@ -1,4 +1,4 @@
-"""The mask of a captured lamp: painted, found again, saved."""
+"""The mask of a captured lamp: painting, detection and saving."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.words.phrases.quantities import lux_words
 Point: TypeAlias = tuple[float, float]
 
 RADII_DEG: Final = (0.5, 12.0)
-"""Smallest and largest brush."""
+"""Smallest and largest radius of the brush, in degrees."""
 
 _FIND: Final = "light-mask"
 
@@ -33,17 +33,17 @@ _MEASURE: Final = "light-mask-lux"
 
 _MOST_UNDONE: Final = 50
 
-_DEEP: Final = 2000.0  # the lamp's level over the darkest that is still told apart
+_DEEP: Final = 2000.0  # ratio of the lamp's level to the darkest level that stays visible
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MaskState:
-    """What the sheet shows.
+    """The contents of the sheet.
 
     Attributes:
-        picture: (H, 2 H, 3) uint8. The capture, sRGB, its dark parts lifted.
-        alpha: (H, 2 H) float32. The mask as it is painted now.
-        centre: Azimuth and elevation of the lamp, where looking begins, deg.
+        picture: The capture with raised shadows, (H, 2 H, 3) uint8 sRGB.
+        alpha: The mask as currently painted, (H, 2 H) float32.
+        centre: Azimuth and elevation of the lamp in degrees, where the view starts.
         gives: "gives 640 lx where the camera stood".
     """
 
@@ -61,19 +61,20 @@ class MaskState:
 
 
 class MaskView(Protocol):
-    """Shows a `MaskState`."""
+    """A view that shows a `MaskState`."""
 
     def show_state(self, state: MaskState) -> None:
-        """Show it."""
+        """Show the state."""
 
     def shut(self) -> None:
-        """Close: it is saved."""
+        """Close the sheet after saving."""
 
 
 class MaskLook(NamedTuple):
-    """What the sheet shows first, from `look_at_mask`.
+    """The sheet's initial contents, from `look_at_mask`.
 
-    `picture`, (H, 2 H, 3) uint8: see `MaskState`.
+    Attributes:
+        picture: (H, 2 H, 3) uint8, as in `MaskState`.
     """
 
     picture: Bytes
@@ -82,7 +83,7 @@ class MaskLook(NamedTuple):
 
 
 class _Patch(NamedTuple):
-    """A part of a mask as it was before something was done to it."""
+    """A part of a mask before a change."""
 
     rows: slice
     columns: slice
@@ -90,12 +91,12 @@ class _Patch(NamedTuple):
 
 
 def look_at_mask(lamp: CapturedLamp) -> MaskLook:
-    """Prepare the sheet of a lamp's mask; takes a moment."""
+    """Prepare the sheet for a lamp's mask, which takes a moment."""
     return MaskLook(_picture(lamp), centroid(lamp.light), _size_words(lamp, lamp.alpha))
 
 
 class MaskEdit:
-    """A lamp's mask under the brush."""
+    """The mask of a lamp while it is edited."""
 
     def __init__(
         self,
@@ -119,23 +120,23 @@ class MaskEdit:
         self._state = MaskState(lamp.title, picture, lamp.alpha, centre, gives=gives)
 
     def attach(self, view: MaskView) -> None:
-        """Show everything in `view` from now on."""
+        """Show the state in `view` from now on."""
         self._view = view
         self._show()
 
     def detach(self) -> None:
-        """Close; unsaved changes are lost."""
+        """Close the sheet and discard unsaved changes."""
         self._view = None
         self._services.runner.cancel(_FIND)
         self._services.runner.cancel(_MEASURE)
 
     def state(self) -> MaskState:
-        """Resolve the sheet."""
+        """Return the state of the sheet."""
         changed = self._state.alpha is not self._lamp.alpha
         return replace(self._state, can_undo=bool(self._before), changed=changed)
 
     def _show(self, **changes: Any) -> None:
-        """Change fields of the `MaskState`."""
+        """Change fields of the `MaskState` and show it."""
         self._state = replace(self._state, **changes)
         if self._view is not None:
             self._view.show_state(self.state())
@@ -145,11 +146,11 @@ class MaskEdit:
         self._show(adds_lamp=adds_lamp)
 
     def set_radius(self, radius_deg: float) -> None:
-        """Make the brush smaller or larger, deg."""
+        """Set the radius of the brush in degrees."""
         self._show(radius_deg=min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1]))
 
     def press(self, at: Point) -> None:
-        """Start a stroke at an azimuth and elevation, deg; it is undone as a whole."""
+        """Start a stroke at an azimuth and elevation in degrees; undo removes the whole stroke."""
         if self._state.busy:
             return
         self._untouched = self._state.alpha
@@ -176,12 +177,12 @@ class MaskEdit:
             *self._before, patch = self._before
             earlier = self._state.alpha.copy()
             earlier[patch.rows, patch.columns] = patch.alpha
-            # As it was kept: nothing is left to save.
+            # The mask is the saved one again, so there is nothing to save.
             same = np.array_equal(earlier, self._lamp.alpha)
             self._settled(alpha=self._lamp.alpha if same else earlier)
 
     def find_again(self) -> None:
-        """Detect the lamp again; can be undone."""
+        """Detect the lamp again; the user can undo it."""
         radiance = self._lamp.radiance
         self._show(busy=True)
         self._services.runner.submit(
@@ -189,7 +190,7 @@ class MaskEdit:
         )
 
     def save(self) -> None:
-        """Save the mask with the lamp; the old one is moved to the trash."""
+        """Save the mask with the lamp, and move the old mask to the trash."""
         lamp, alpha, folder = self._lamp, self._state.alpha, self._folder
         if self._state.busy or alpha is lamp.alpha:
             return
@@ -230,7 +231,7 @@ class MaskEdit:
         self._settled()
 
     def _settled(self, **changes: Any) -> None:
-        """Show the change, and compute the lamp's illuminance."""
+        """Show the change and compute the lamp's illuminance."""
         self._show(busy=False, error="", **changes)
         lamp, alpha = self._lamp, self._state.alpha
         self._services.runner.submit(
@@ -240,7 +241,7 @@ class MaskEdit:
         )
 
     def _remember(self, before: Float32) -> None:
-        """Remember the changed part, for undo."""
+        """Store the changed part for undo."""
         changed = before != self._state.alpha
         rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
         if not rows.size:
@@ -269,7 +270,7 @@ class MaskEdit:
 
 
 def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
-    """Write the illuminance of a lamp with a mask; empty if its exposure is unknown."""
+    """Return the illuminance of a lamp with a mask as text, or empty if its exposure is unknown."""
     if lamp.white_cd_m2 is None:
         return ""
     draft = replace(lamp, alpha=alpha)
@@ -278,7 +279,7 @@ def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
 
 
 def _picture(lamp: CapturedLamp) -> Bytes:
-    """Make the picture of a capture: the lamp keeps its shape, and the dark room is visible."""
+    """Render a capture so that the lamp keeps its shape and the dark room is visible."""
     light = lamp.radiance @ np.array(LUMINANCE_WEIGHTS, np.float32)
     lamp_pixels = light[lamp.alpha > 0.5]
     top = float(np.percentile(lamp_pixels, 95.0)) if lamp_pixels.size else float(light.max())

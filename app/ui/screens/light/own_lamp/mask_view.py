@@ -25,7 +25,7 @@ _TOOLS: Final = (("lamp", tr("+ Lamp")), ("not", tr("− Not the lamp")))
 
 
 class MaskSheet(KeysSheet):
-    """Shows a `MaskState` and tells the presenter what the user does."""
+    """Shows a `MaskState` and passes the user's actions to the presenter."""
 
     def __init__(self, host: QWidget, edit: MaskEdit) -> None:
         super().__init__(host, tr("Where the lamp is"), 840)
@@ -59,7 +59,7 @@ class MaskSheet(KeysSheet):
         edit.attach(self)
 
     def show_state(self, state: MaskState) -> None:
-        """Show it."""
+        """Show the state."""
         self.set_title(tr("Where “{title}” is", title=state.title))
         self.canvas.show_state(state)
         self.tool.choose("lamp" if state.adds_lamp else "not")

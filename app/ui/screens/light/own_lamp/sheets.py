@@ -1,4 +1,4 @@
-"""What the sheets about a captured lamp ask."""
+"""The questions in the sheets about a captured lamp."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Literal, Protocol, TypeAlias
 from app.ui.screens.light.own_lamp.mask import MaskEdit
 
 WordsWish: TypeAlias = Literal["rename", "distance", "lux"]
-"""What is asked about a captured lamp."""
+"""The values of a captured lamp that can be edited as text."""
 
 
 @dataclass(frozen=True, slots=True)
 class WordsAsk:
-    """A line that is asked for about a captured lamp."""
+    """A text field for one value of a captured lamp."""
 
     wish: WordsWish
     title: str
@@ -25,7 +25,7 @@ class WordsAsk:
 
 @dataclass(frozen=True, slots=True)
 class CaptureAsk:
-    """How a lamp is captured, and what can be made one now."""
+    """Instructions for capturing a lamp, and the sources available now."""
 
     guide: tuple[str, ...]
     other: str = ""
@@ -34,19 +34,19 @@ class CaptureAsk:
 
 
 class LampSheets(Protocol):
-    """Shows sheets about a captured lamp."""
+    """A view that opens sheets about a captured lamp."""
 
     def ask_capture(self, ask: CaptureAsk) -> None:
-        """Explain how to capture a lamp; the answer goes to `LampList.capture`."""
+        """Explain how to capture a lamp, and pass the answer to `LampList.capture`."""
 
     def ask_pictures(self) -> None:
-        """Ask for the photos of a lamp; the answer goes to `LampList.take`."""
+        """Ask for the photos of a lamp, and pass them to `LampList.take`."""
 
     def ask_words(self, ask: WordsAsk) -> None:
-        """Ask for a line; the answer goes to `LampActions.answer`."""
+        """Ask for a line of text, and pass it to `LampActions.answer`."""
 
     def say(self, sentence: str) -> None:
-        """Show in the sheet what is wrong with its answer; an empty sentence closes it."""
+        """Show an error in the open sheet, or close it if the sentence is empty."""
 
     def ask_mask(self, edit: MaskEdit) -> None:
-        """Open the sheet in which the mask is painted."""
+        """Open the sheet for painting the mask."""

@@ -1,1 +1,1 @@
-"""Where a lamp belongs for every style: the search in the background, and its pictures."""
+"""The best position of a lamp for each style: the background search and its pictures."""

@@ -1,4 +1,4 @@
-"""A lamp placed for every style: the question and the answers."""
+"""The search for a lamp's best position: its question and its results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
 
 
 class LampPosition(NamedTuple):
-    """Where and how a lamp is held."""
+    """The position and the power of a lamp."""
 
     azimuth_deg: float
     altitude_deg: float
@@ -38,7 +38,7 @@ class LampPosition(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InHand:
-    """A lamp, ready to be placed around a head."""
+    """A lamp prepared for placement around a head."""
 
     head: Head
     shape: HeadShape = field(repr=False)
@@ -52,7 +52,11 @@ class InHand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampQuestion:
-    """The question of a search. `gain`: luminance of radiance 1, cd/m2."""
+    """The question for a search.
+
+    Attributes:
+        gain: Luminance of radiance 1, in cd/m2.
+    """
 
     light: PlaceLight
     gain: float
@@ -65,16 +69,17 @@ class LampQuestion:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Equal keys have equal answers."""
+        """Cache key: questions with equal keys have equal answers."""
         values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
         return (self.light, *values, self.objective, self.lens)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answers:
-    """Where a lamp belongs for every style.
+    """The best position of a lamp for each style.
 
-    `is_open`, (576,) bool: placements that can be reached.
+    Attributes:
+        is_open: Whether each placement can be reached, (576,) bool.
     """
 
     hand: InHand
@@ -83,13 +88,13 @@ class Answers:
     is_open: NDArray[np.bool_] = field(repr=False)
 
     def of(self, name: str | None) -> LampPlacement | None:
-        """Return the answer for a style; None if there is none."""
+        """Return the placement for a style, or None if there is none."""
         return next((one for one in self.placements if one.name == name), None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearer:
-    """What a lamp that rescues nothing does from nearer by."""
+    """The effect of a lamp at a shorter distance, when it rescues no style at the current one."""
 
     answers: Answers
     one: LampPlacement
@@ -97,26 +102,26 @@ class Nearer:
 
 
 def powers_for(answers: Answers) -> tuple[float, ...]:
-    """Return the powers that the lamp of some answers was tried at, the strongest first."""
+    """Return the powers that were searched, from strongest to weakest."""
     return lamp_powers(answers.hand.lamp, answers.question.objective)
 
 
 def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
-    """Return the powers to try; the paper's objective tries full power only."""
+    """Return the powers to search; the paper's objective uses full power only."""
     if objective == "paper" or not isinstance(lamp, NumbersLamp):
         return FULL
     return powers_of(lamp.kind)
 
 
 def best_held(placement: LampPlacement) -> LampPosition:
-    """Return the best position and power, refined between the placements of the search."""
+    """Return the best position and power, interpolated between the placements of the search."""
     return LampPosition(
         placement.lamp_azimuth_refined_deg, placement.lamp_altitude_refined_deg, placement.power
     )
 
 
 def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
-    """Return the answer with the lens where the match is best, within the limits set."""
+    """Return the placement with the lens where the match is best, within the user's limits."""
     hand, head, question = answers.hand, answers.hand.head, answers.question
     if not head.views:
         return one
@@ -127,7 +132,7 @@ def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
 
 
 def kind_of(answers: Answers) -> str:
-    """Return the kind of the lamp; empty for a captured one."""
+    """Return the kind of the lamp, or empty for a captured one."""
     lamp = answers.hand.lamp
     return lamp.kind if isinstance(lamp, NumbersLamp) else ""
 
@@ -140,13 +145,14 @@ def take_in_hand(
     report: Report,
     grey: bool = False,
 ) -> InHand:
-    """Prepare a lamp; the head's part is reused from `hand` if possible.
+    """Prepare a lamp, reusing the head's data from `hand` if possible.
 
-    With `grey` it is searched without its colours, as in the paper.
+    Args:
+        grey: Whether to ignore the lamp's colours in the search, as the paper does.
 
     Raises:
         CoreError: If the head's shape is missing, or the lamp cannot be used.
-        Cancelled: When the token says so.
+        Cancelled: If the token is cancelled.
     """
     if hand is not None and hand.head is head:
         shape, near, face = hand.shape, hand.near, hand.face
@@ -170,7 +176,7 @@ def take_in_hand(
 
 
 def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
-    """Place a lamp for every style, or for some."""
+    """Place a lamp for all of the styles, or for some."""
     is_open = _open_spots(question)
     placements = place_all(
         hand.head.pack,
@@ -200,9 +206,10 @@ def _open_spots(question: LampQuestion) -> NDArray[np.bool_]:
 def closer(
     answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
 ) -> LampPlacement | None:
-    """Find the style that a lamp would bring within reach from nearer by.
+    """Return the style that a lamp suits best at a shorter distance.
 
-    Returns the style that comes out best; None without any.
+    Returns:
+        The best placement, preferably one within reach, or None without any.
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     placements = ask(hand, answers.question, names).placements

@@ -1,4 +1,4 @@
-"""The jobs of the Light screen: trying a lamp, placing it, making pictures."""
+"""The jobs of the Light screen: preparing a lamp, placing it and rendering pictures."""
 
 from __future__ import annotations
 
@@ -59,9 +59,11 @@ _LITTLE_M: Final = 0.02
 
 
 class LightWork:
-    """Tries lamps, places them and makes pictures; nothing is computed twice.
+    """Prepares lamps, places them and renders pictures, without computing anything twice.
 
-    `rows` are the target portraits for the list, `version` counts how often they were made.
+    Attributes:
+        rows: Target portraits for the list.
+        version: Number of times that `rows` was rendered.
     """
 
     def __init__(
@@ -86,14 +88,14 @@ class LightWork:
 
     @property
     def busy(self) -> bool:
-        """Whether new answers are on their way."""
+        """Whether new answers are being computed."""
         runner = self._services.runner
         return runner.running(_LAMP) or runner.running(_PLACES)
 
     def is_current(
         self, head: Head | None, lamp: Lamp | None, question: LampQuestion | None
     ) -> bool:
-        """Whether the answers are for this head, lamp and question."""
+        """Return whether the answers are for this head, lamp and question."""
         answers = self.answers
         if answers is None or question is None:
             return answers is None
@@ -102,28 +104,28 @@ class LightWork:
 
     @property
     def coming_closer(self) -> bool:
-        """Whether the search from nearer by is running."""
+        """Whether the search at a shorter distance is running."""
         return self._services.runner.running(_CLOSER)
 
     @property
     def nearer(self) -> Nearer | None:
-        """What the lamp does from nearer by, where it rescues nothing."""
+        """The effect of the lamp at a shorter distance, if it rescues no style where it is."""
         nearer = self._nearer
         return nearer if nearer is not None and nearer.answers is self.answers else None
 
     def clear(self) -> None:
-        """Forget the results for another place or sitter."""
+        """Discard the results because the place or the sitter has changed."""
         self.answers = self.view = self._view_key = None
 
     def forget(self) -> None:
-        """Forget the last question, so that it is asked again."""
+        """Discard the last question so that it is asked again."""
         self._asked_lamp = self._asked_places = ()
         self.trouble = ""
 
     # -- the list's pictures --------------------------------------------------------------------
 
     def make_rows(self, head: Head, size: Size) -> None:
-        """Make the target portraits of all styles."""
+        """Render the target portraits of all styles."""
         if self._rows_key == (head, size):
             return
         self._rows_key = (head, size)
@@ -135,11 +137,11 @@ class LightWork:
 
         self._services.runner.submit(_ROWS, lambda *_: targets(head, size), done=done)
 
-    # -- lamp and places -----------------------------------------------------------------------
+    # -- lamp and positions --------------------------------------------------------------------
 
     def place(self, head: Head, lamp: Lamp, question: LampQuestion) -> None:
-        """Try a lamp, unless that was done, and place it."""
-        # Lamps from numbers are white.
+        """Place a lamp, preparing it first if necessary."""
+        # Lamps defined by specifications are white.
         grey = question.objective == "paper" and not isinstance(lamp, NumbersLamp)
         if self._asked_lamp != (head, lamp, grey):
             self._try(head, lamp, grey)
@@ -174,7 +176,7 @@ class LightWork:
         self._changed()
 
     def _stopped(self) -> None:
-        """Report that the user cancelled, unless a newer lamp is being tried."""
+        """Report that the user cancelled, unless a newer lamp is being prepared."""
         if not self._services.runner.running(_LAMP):
             self.trouble = tr("Stopped before all places were tried.")
             self._changed()
@@ -195,7 +197,7 @@ class LightWork:
             self._answered()
 
     def _come_closer(self, answers: Answers) -> None:
-        """If a lamp brings nothing within reach, try it from half the distance."""
+        """Try a lamp at half the distance if it brings nothing within reach."""
         lamp = answers.hand.lamp
         out = [one.name for one in answers.placements if not one.before.attainable]
         if rescued(answers.placements) or not out or not isinstance(lamp, NumbersLamp):
@@ -217,11 +219,11 @@ class LightWork:
         )
 
     def lens_of(self, one: LampPlacement) -> LampPlacement | None:
-        """Return the answer with the lens aside; None until it is computed."""
+        """Return the placement with the lens off the nose's axis, or None until it is computed."""
         return self._lens[1] if self._lens[0] is one else None
 
     def find_lens(self, answers: Answers, one: LampPlacement) -> None:
-        """Find where the lens sees a style best, if it may be off the nose."""
+        """Find the best lens position for a style, if the lens may leave the nose's axis."""
         if answers.question.lens == STRAIGHT or self._lens[0] is one:
             return
         self._lens = (one, None)
@@ -240,7 +242,7 @@ class LightWork:
     def plan(
         self, result: LampResult, match: float, hold: HoldState, done: Callable[[LampPlan], None]
     ) -> None:
-        """Make the plan of turning first and then holding the lamp; `done` is called with it."""
+        """Build the plan to turn first and then hold the lamp, and pass it to `done`."""
         answers, name, position = result.answers, result.one.name, result.position
 
         def work() -> LampPlan:
@@ -255,9 +257,9 @@ class LightWork:
     # -- pictures ------------------------------------------------------------------------------
 
     def look_at(self, answers: Answers, name: str, position: LampPosition, size: Size) -> None:
-        """Make pictures; while some are being made, only the newest wish is remembered.
+        """Render pictures; while a job runs, only the newest request is queued.
 
-        A hand that moves all the time would otherwise cancel every picture before it is done.
+        If each movement of the lamp cancelled the running job, no picture would ever be finished.
         """
         self._view_key = (answers, name, position, size)
         view = self.view

@@ -1,4 +1,4 @@
-"""Pictures of the face with a lamp held somewhere."""
+"""Pictures of the face with a lamp at a position."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ from app.ui.screens.light.placement.answers import (
 )
 
 Size: TypeAlias = tuple[int, int]
-"""Rows and columns, device pixels."""
+"""Rows and columns in device pixels."""
 
 _ROWS: Final = len(ALTITUDES_DEG)
 _STEP_DEG: Final = 5.625
 
-_HARDLY_LESS: Final = 0.97  # of the best match: the rule of the tolerance arc
+_HARDLY_LESS: Final = 0.97  # fraction of the best match, as for the tolerance arc
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampView:
-    """A style with the lamp at one spot.
+    """A style with the lamp at one position.
 
     Attributes:
-        with_lamp: (h, w, 3) uint8. sRGB.
-        without: (h, w, 3) uint8. Of the place alone, at its own best turn.
-        target: (h, w, 3) uint8. Of the style.
+        with_lamp: With the place and the lamp, (h, w, 3) uint8 sRGB.
+        without: With the place alone at its own best turn, (h, w, 3) uint8 sRGB.
+        target: The style's target, (h, w, 3) uint8 sRGB.
     """
 
     answers: Answers
@@ -68,14 +68,14 @@ class LampView:
 
 
 def result_with(answers: Answers, name: str, position: LampPosition, match: float) -> StyleResult:
-    """Answer for a style with the lamp held at a spot, whatever the turn."""
+    """Return the result for a style at every turn, with the lamp at a fixed position."""
     one = answers.of(name)
     if one is None:
         raise KeyError(name)
     question = answers.question
     facing = wrap(one.turn_refined_deg + question.front_deg)
     curve = _match_curve(answers, name, position)
-    # The search looks at whole steps and rounds a little otherwise: the number shown counts.
+    # The search uses whole steps and rounds differently, so shift the curve to the displayed match.
     curve = np.clip(curve + (match - value_at(curve, facing)), -100.0, 100.0)
     if position == best_held(one):
         curve = np.minimum(curve, match)
@@ -94,7 +94,7 @@ def result_with(answers: Answers, name: str, position: LampPosition, match: floa
 
 
 def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64:
-    """(64,) match with the lamp held at a spot, the sitter facing azimuth 5.625 k deg."""
+    """Return the (64,) matches with the lamp fixed and the sitter facing azimuth 5.625° * k."""
     hand, question = answers.hand, answers.question
     transport = hand.head.transport
     lamp, hidden = _of_lamp(hand, position)
@@ -111,7 +111,7 @@ def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64
 
 
 def _matches(head: Head, name: str, grey: Float64) -> Float64:
-    """(n,) match of pictures (P, n), luminance, over the face region."""
+    """Return the (n,) matches of pictures (P, n), luminance, over the face region."""
     root = np.sqrt(head.pack.region_on(head.transport))
     flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
     target = less_mean(luminance(flat), root)
@@ -121,7 +121,7 @@ def _matches(head: Head, name: str, grey: Float64) -> Float64:
 
 
 def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
-    """Return the arc around a turn where a curve is at least `least`, deg."""
+    """Return the arc around a turn on which a curve is at least `least`, in degrees."""
     steps = np.arange(360)
     nodes = np.arange(TURNS + 1) * _STEP_DEG
     around = np.interp((turn_deg + steps) % 360.0, nodes, np.append(curve, curve[0])) >= least
@@ -132,7 +132,7 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
 
 
 def portrait_with(answers: Answers, position: LampPosition, facing_deg: float, size: Size) -> Bytes:
-    """Portrait with the lamp held somewhere, the face at an azimuth of the panorama."""
+    """Render a portrait with the lamp at a position, facing an azimuth of the panorama."""
     hand, question = answers.hand, answers.question
     parts = _parts(hand, question, position, facing_deg)
     return _picture(hand, position, Facing(question.light, facing_deg), parts, size)
@@ -141,7 +141,7 @@ def portrait_with(answers: Answers, position: LampPosition, facing_deg: float, s
 def _parts(
     hand: InHand, question: LampQuestion, position: LampPosition, facing_deg: float
 ) -> list[Float32]:
-    """Pictures (P, 3) of the place and of the lamp alone, both in the unit of the place's light."""
+    """Return pictures (P, 3) of the place and the lamp alone, in the unit of the place's light."""
     lamp, hidden = _of_lamp(hand, position)
     place = turned(question.light, facing_deg, hand.head.transport.environment_shape)
     picture = render(hand.head.transport, place * (1.0 - hidden)[..., None])
@@ -151,7 +151,7 @@ def _parts(
 def _picture(
     hand: InHand, position: LampPosition, here: Facing, parts: Sequence[Float32], size: Size
 ) -> Bytes:
-    """Make the portrait from `_parts`."""
+    """Combine the pictures from `_parts` into the portrait."""
     pictures = [to_image(hand.head.transport, part) for part in parts]
     return hand.head.portrait_with(here, [*pictures, _far(hand, position)], size)
 
@@ -169,7 +169,7 @@ def _far(hand: InHand, position: LampPosition) -> FloatImage:
 
 
 def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
-    """Make the target portraits of styles, of all by default: sRGB, by name."""
+    """Render the target portraits of some styles, or of all by default; sRGB, keyed by name."""
     pack = head.pack
     style_names = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in style_names])
@@ -180,7 +180,7 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
 def look(
     answers: Answers, name: str, position: LampPosition, size: Size, before: LampView | None
 ) -> LampView:
-    """Make the pictures of a style with the lamp at a spot, and without it.
+    """Render a style with the lamp at a position, and without it.
 
     Raises:
         KeyError: If there is no answer for the style.
@@ -216,7 +216,7 @@ def look(
 
 
 def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
-    """Picture (P, 3) under the lamp alone, cd/m2, and the share (H, W) of texels it hides."""
+    """Return the lamp's picture (P, 3) in cd/m2, and the fraction (H, W) of each texel it hides."""
     lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         light, hidden = placed_at(lamp, *spot)
@@ -226,7 +226,7 @@ def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
 
 
 def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
-    """Share of each texel that is hidden, between the four placements around a spot."""
+    """Return the hidden fraction of each texel, interpolated from the four nearest placements."""
     columns = len(alpha) // _ROWS
     across = spot[0] / _STEP_DEG
     up = (spot[1] - float(ALTITUDES_DEG[0])) / float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
@@ -244,7 +244,7 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
 
 
 def _without(answers: Answers, one: LampPlacement, size: Size) -> Bytes:
-    """Portrait in the place's own light, at the best turn that it has without a lamp."""
+    """Render a portrait in the place's own light, at its best turn without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
     return head.portrait(picture_at(head.transport, light, facing), size, Facing(light, facing))

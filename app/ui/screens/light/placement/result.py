@@ -1,4 +1,4 @@
-"""The style in front, with the lamp where it is held."""
+"""The selected style, with the lamp at its current position."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _AT_BEST_DEG: Final = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampResult:
-    """What is in front: a style, and the lamp where it is held."""
+    """The selected style, and the lamp at its current position."""
 
     answers: Answers
     one: LampPlacement
@@ -29,7 +29,7 @@ class LampResult:
 
     @property
     def at_best(self) -> bool:
-        """Whether the lamp is at its best place and power, as far as whole degrees show."""
+        """Whether the lamp is at its best position and power, to within whole degrees."""
         best, position = best_held(self.one), self.position
         across = abs(wrap(position.azimuth_deg - best.azimuth_deg))
         near = (
@@ -39,7 +39,7 @@ class LampResult:
 
     @property
     def view(self) -> LampView | None:
-        """The newest pictures, where they are of this style and of these answers."""
+        """The newest pictures, if they belong to this style and these answers."""
         view = self.newest
         is_current = (
             view is not None and view.answers is self.answers and view.name == self.one.name
@@ -48,7 +48,7 @@ class LampResult:
 
     @property
     def match(self) -> float | None:
-        """Match with the lamp where it is held; None while that is worked out."""
+        """Match with the lamp at its current position, or None while it is computed."""
         if self.at_best:
             return self.one.match
         view = self.view
@@ -61,7 +61,7 @@ class LampResult:
 
     @property
     def spot(self) -> tuple[str, str, str]:
-        """Where the lamp is held: direction in words, distance from head and from skin."""
+        """Position of the lamp: direction in words, and distances from the head and the skin."""
         place = direction(*self.position[:2]) * self.distance_m
         skin = self.answers.hand.shape.distance_to_skin(place)
         azimuth, altitude = (float(whole(angle)) for angle in self.position[:2])

@@ -1,4 +1,4 @@
-"""The map of matches over all directions of the lamp."""
+"""The map of the match over all directions of the lamp."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SkyState:
-    """Matches over all directions of the lamp at the turn that is shown.
+    """The match for every direction of the lamp, at the current turn.
 
     Attributes:
-        tones: (h, w) uint8 or None. Brighter is better; azimuth −180 at the left to 180 at the
-            right, which is the sitter's left; altitude from the top down.
-        closed: (h, w) bool or None. Where the lamp may not be held.
-        line: (n, 4) float32. Pieces of the line of the limit: azimuth and altitude of both ends,
-            deg.
+        tones: (h, w) uint8 or None. Brighter is better; azimuths run from −180° at the left to 180°
+            at the right, the sitter's left, and altitudes from the top down.
+        closed: (h, w) bool or None. Directions in which the lamp may not be held.
+        line: (n, 4) float32. Segments of the contour at the limit: azimuth and altitude of both
+            ends, in degrees.
     """
 
     tones: Bytes | None = field(default=None, repr=False)
@@ -50,15 +50,15 @@ def sky_of(
     limit: float | None,
     is_open: NDArray[np.bool_] | None = None,
 ) -> SkyState:
-    """Draw up the map.
+    """Build the map.
 
     Args:
-        values: (9, 64) float. Objective at one turn: altitudes upward, azimuths from in front
-            toward the sitter's left.
-        limit: Where the line runs; None for no line.
+        values: (9, 64) float. Objective at one turn, with altitudes upward and azimuths from the
+            front toward the sitter's left.
+        limit: Value of the contour, or None for no contour.
         is_open: (576,) bool or None. Placements that can be reached.
     """
-    # Left to right −180 to 180: the sitter's right, in front, the sitter's left.
+    # Left to right from −180° to 180°: the sitter's right, the front, the sitter's left.
     around = np.roll(np.asarray(values, np.float64), _COLUMNS // 2, axis=1)
     fine, azimuths, altitudes = _finer(around)
     low = max(float(around.min()), 0.0)
@@ -72,7 +72,7 @@ def sky_of(
     closed = None
     if is_open is not None and not is_open.all():
         shut = np.roll(~is_open.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
-        # Texels of a placement lie around it: half of the first column is at the right end.
+        # Texels are centred on a placement, so half of the first column wraps to the right edge.
         closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
     if closed is not None:
         words = tr("{words} Hatched is out of reach.", words=words)
@@ -81,7 +81,7 @@ def sky_of(
 
 
 def _finer(values: Float64) -> tuple[Float64, Float64, Float64]:
-    """Read the map between placements: texels' azimuths from −180 on, altitudes upward, deg."""
+    """Return the interpolated map with its azimuths from −180° on and its altitudes upward."""
     step, rise = 360.0 / _COLUMNS, float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
     fine_columns = _FINER * 2 * _COLUMNS
     azimuths = -180.0 + (np.arange(fine_columns) + 0.5) * 360.0 / fine_columns
@@ -96,7 +96,7 @@ def _finer(values: Float64) -> tuple[Float64, Float64, Float64]:
 
 
 def _cubic(values: Float64, places: Float64) -> Float64:
-    """Read (n, m) along its first axis at places in [1, n - 2], by Catmull-Rom's curve."""
+    """Interpolate (n, m) values along axis 0 at places in [1, n - 2] with a Catmull-Rom spline."""
     first = np.clip(np.floor(places).astype(np.intp), 1, len(values) - 3)
     t = (places - first)[:, None]
     a, b, c, d = (values[first + offset] for offset in (-1, 0, 1, 2))
@@ -105,7 +105,7 @@ def _cubic(values: Float64, places: Float64) -> Float64:
 
 
 def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
-    """Pieces of the line where a map is 0: two triangles to each cell, one piece to each."""
+    """Return the zero contour of a map as segments, from two triangles per cell."""
     above = (over >= 0).astype(np.int8)
     sides = above[:-1] + above[1:]
     # Only a few cells have corners on both sides.
@@ -119,11 +119,11 @@ def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
 
 
 def _through(*corners: tuple[Float64, ...]) -> Float64:
-    """Cut triangles, each corner (x, y, value): (n, 4) pieces where the value is 0."""
+    """Return the (n, 4) segments where triangles with corners (x, y, value) cross zero."""
     above = np.stack([corner[2] >= 0 for corner in corners])
     count = above.sum(axis=0)
     cut = np.flatnonzero((count == 1) | (count == 2))
-    # The corner that stands alone is joined to both others.
+    # The corner with a sign of its own is connected to both others.
     alone = np.argmax(np.where(count[cut] == 1, above[:, cut], ~above[:, cut]), axis=0)
     values = np.stack([np.stack(corner) for corner in corners])[:, :, cut]
     index = np.arange(len(cut))

@@ -1,1 +1,1 @@
-"""The right side of the Probe screen: camera, way to measure, and the capture that runs."""
+"""The right-hand side of the Probe screen: camera, way to measure and running capture."""

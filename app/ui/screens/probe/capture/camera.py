@@ -1,4 +1,4 @@
-"""The 360 camera: the search for it, the choice of one, its password and its status."""
+"""The 360 camera: search, selection, password and status."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from app.ui.screens.probe.capture.checklist import ChoiceRow
 
 @dataclass(frozen=True, slots=True)
 class CameraBlock:
-    """The camera, and the panel in which another one is chosen.
+    """The camera, and the panel for choosing another one.
 
     Attributes:
         title, second: "RICOH THETA V", "Wi-Fi, battery 82%, 1.9 GB free".
-        missing: Whether there is no camera; `second` says what to do then.
+        missing: Whether there is no camera, in which case `second` says what to do.
     """
 
     title: str = tr("No camera")
@@ -56,15 +56,15 @@ _LOOPBACK: Final = ("127.", "localhost", "::1")
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address is this computer's own."""
+    """Return whether an address belongs to this computer."""
     return host.startswith(_LOOPBACK)
 
 
 def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
-    """Write the camera's status: "Wi-Fi, battery 82%, 1.9 GB free", or "82%, 1.9 GB free"."""
+    """Return the camera's status: "Wi-Fi, battery 82%, 1.9 GB free", or "82%, 1.9 GB free"."""
     parts = []
     if not short:
-        # Every such camera speaks over Wi-Fi, its own or somebody's; a simulated one does not.
+        # Every 360 camera is on Wi-Fi, but a simulated one runs on this computer.
         parts.append(tr("Local") if is_loopback(camera.device.endpoint.host) else tr("Wi-Fi"))
     if camera.battery is not None:
         charge = percent(camera.battery)
@@ -82,7 +82,7 @@ _BOTH: Final = tr("Type both the user name and the password.")
 
 
 class CameraFinder:
-    """Which camera is used."""
+    """Finds cameras and keeps track of the one in use."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
@@ -91,12 +91,12 @@ class CameraFinder:
         self._keys: dict[str, Credentials] = {}
         self._searched = False
         self._missing = ""
-        self._block = CameraBlock()  # of its fields, those that do not come from the cameras
+        self._block = CameraBlock()  # holds only the fields that do not come from the cameras
 
-    # -- what is shown -------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     def block(self) -> CameraBlock:
-        """Resolve the camera block."""
+        """Return the state of the camera block."""
         status, block = self._services.model.camera, self._block
         block = replace(block, rows=tuple(_row(camera) for camera in self._cameras))
         if status is None:
@@ -118,18 +118,18 @@ class CameraFinder:
         )
 
     def _say(self, **changes: Any) -> None:
-        """Change fields of the `CameraBlock`."""
+        """Change fields of the `CameraBlock` and show it."""
         self._block = replace(self._block, **changes)
         self._changed()
 
     def credentials(self, camera: FoundCamera) -> Credentials | None:
-        """Return user name and password for a camera, where they are known; never waits."""
+        """Return the stored user name and password for a camera, or None; never blocks."""
         return self._keys.get(_account(camera))
 
-    # -- what the user does --------------------------------------------------------------------
+    # -- user actions --------------------------------------------------------------------------
 
     def toggle_panel(self) -> None:
-        """Open or close the panel in which the camera is chosen."""
+        """Open or close the panel for choosing a camera."""
         self._say(open=not self._block.open, address_error="")
 
     def connect(self) -> None:
@@ -138,14 +138,14 @@ class CameraFinder:
         self.search()
 
     def ask_password(self, error: Exception) -> None:
-        """Ask for a password: the camera needs one, or refused the last one."""
+        """Ask for a password because the camera needs one or refused the last one."""
         camera = self._services.model.camera
         again = camera is not None and self.credentials(camera.device) is not None
         wrong = getattr(error, "message", str(error)) if again else ""
         self._say(open=True, asks_password=True, password_error=wrong)
 
     def search(self) -> None:
-        """Look for cameras."""
+        """Search for cameras."""
         devices = self._services.devices
         self._say(busy=tr("Looking for cameras…"), note="", address_error="")
         self._find(lambda token, _: devices.discover(token), self._discovered, self._not_found)
@@ -160,11 +160,11 @@ class CameraFinder:
         self._services.runner.submit("cameras", work, done=done, failed=failed, cancelled=on_cancel)
 
     def pause(self) -> None:
-        """Stop searching: the list is closed."""
+        """Stop searching when the list is closed."""
         self._services.runner.cancel("cameras")
 
     def begin(self) -> None:
-        """Search if there is no camera yet, otherwise refresh its status."""
+        """Search if there is no camera yet; otherwise refresh its status."""
         if self._services.model.camera is None:
             if not self._services.runner.running("cameras"):
                 self.search()
@@ -172,7 +172,7 @@ class CameraFinder:
             self.refresh()
 
     def look_at(self, address: str) -> None:
-        """Look for a camera at a typed address."""
+        """Look for a camera at the typed address."""
         devices = self._services.devices
         if not address.strip():
             self._say(address_error=tr("Type an address, for example 192.168.1.1."))
@@ -185,14 +185,14 @@ class CameraFinder:
         )
 
     def choose(self, key: str) -> None:
-        """Use one of the cameras in the list."""
+        """Switch to a camera from the list."""
         for camera in self._cameras:
             if _key(camera) == key:
                 self._use(camera)
                 self._changed()
 
     def give_password(self, user: str, password: str) -> None:
-        """Try a password; a correct one is saved in the system's keyring and nowhere else."""
+        """Try a password; a correct one is saved only in the system's keyring."""
         camera = self._services.model.camera
         if camera is None:
             return
@@ -210,13 +210,13 @@ class CameraFinder:
             self._read(camera.device)
 
     def worked(self, camera: FoundCamera) -> None:
-        """Remember a camera that took a bracket, for the next start."""
-        # A simulated camera on this computer is not there the next time.
+        """Remember a camera that has captured a bracket for the next start."""
+        # A simulated camera on this computer will not exist after a restart.
         if not is_loopback(camera.endpoint.host):
             home = self._services.folders.home
             self._services.runner.submit("remember-camera", lambda *_: remember(camera, home))
 
-    # -- answers -------------------------------------------------------------------------------
+    # -- results -------------------------------------------------------------------------------
 
     def _discovered(self, discovery: Discovery) -> None:
         self._cameras = discovery.cameras
@@ -258,7 +258,7 @@ class CameraFinder:
         self._say(address_error=str(error), open=True, busy="")
 
     def _given_up(self, key: str, note: str) -> None:
-        # One that a newer one has followed has nothing to say of it.
+        # A job that was replaced by a newer one must not change the status.
         if not self._services.runner.running(key):
             self._say(busy="", note=note)
 
@@ -320,7 +320,7 @@ class CameraFinder:
 
 
 def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: Token) -> CameraSeen:
-    """Read a camera's status; try again after a cut or garbled reply."""
+    """Read a camera's status, retrying after an incomplete or garbled reply."""
     first = FirstContact(clock, silences=1)
     while True:
         try:
@@ -332,7 +332,7 @@ def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: To
 
 
 def _ask(client: OscClient, camera: FoundCamera) -> CameraSeen:
-    """Read a camera's model, battery and free space; what it does not report is left out."""
+    """Read a camera's model, battery and free space, leaving out anything it does not report."""
     info = client.info()
     with contextlib.suppress(DeviceError):
         client.use_api_2()

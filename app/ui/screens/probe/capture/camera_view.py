@@ -1,4 +1,4 @@
-"""The camera: its name and status, and the panel in which another is chosen."""
+"""The camera: name, status and the panel for choosing another one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COLUMNS = (Column("", 12), Column(""), Column("", 150))
 
 
 class CameraHead(QWidget):
-    """Name, how it is, and Change."""
+    """The camera's name and status, and the *Change* button."""
 
     def __init__(self, cameras: CameraFinder, compact: bool) -> None:
         super().__init__()
@@ -41,7 +41,7 @@ class CameraHead(QWidget):
         row(badge, (words, 1), change, into=self, gap=16)
 
     def show_block(self, block: CameraBlock) -> None:
-        """Show it."""
+        """Show the camera."""
         self.title.set_text(block.title)
         words = block.short if self._compact and block.short else block.second
         second = f"{block.second}. {block.warning}" if block.warning else block.second
@@ -57,7 +57,7 @@ class CameraHead(QWidget):
 
 
 class CameraPanel(QWidget):
-    """The list of cameras, a field for an address, and the password if one is needed."""
+    """The list of cameras, an address field, and a password form if needed."""
 
     def __init__(self, cameras: CameraFinder) -> None:
         super().__init__()
@@ -67,7 +67,7 @@ class CameraPanel(QWidget):
         self.hide()
 
     def _build(self) -> None:
-        """Make the controls, late: a camera found right away never needs them."""
+        """Create the controls on demand, because a camera found at once never needs them."""
         cameras = self._cameras
         self.trouble = Text("", 14, wrap=True)
         self.note = Text("", 12, role="dim", wrap=True)
@@ -95,7 +95,7 @@ class CameraPanel(QWidget):
         self._cameras.give_password(self.user.text(), self.password.text())
 
     def show_block(self, block: CameraBlock) -> None:
-        """Show the block; typed text stays."""
+        """Show the cameras, leaving typed text alone."""
         before, self._block = self._block, block
         if before == block or not (block.open or self.layout()):
             return

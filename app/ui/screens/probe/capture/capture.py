@@ -1,4 +1,4 @@
-"""The capture from the screen: start, stop, resume, and a new capture of the same spot."""
+"""Captures from the screen: start, stop, resume, and repeat at the same spot."""
 
 from __future__ import annotations
 
@@ -42,9 +42,10 @@ from app.words.remarks import remark_words
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A capture that is under way.
+    """A capture in progress.
 
-    `stopping`: it was asked to stop and is giving the camera its settings back.
+    Attributes:
+        stopping: Whether the capture was asked to stop and is restoring the camera's settings.
     """
 
     rough: str = ""
@@ -61,7 +62,7 @@ _STOPPING: Final = tr("Restoring the camera’s settings")
 
 @dataclass(frozen=True, slots=True)
 class _CarryOver:
-    """What a new capture of the same spot keeps from the last one."""
+    """The data that a new capture of the same spot takes from the last one."""
 
     folder: Path
     place: Place
@@ -92,7 +93,7 @@ class CaptureControl:
         self._progress: CaptureProgress | None = None
         self._stopping = False
         self._exposes_at = 0.0
-        self._count = 0  # seconds of the self-timer that are still to go
+        self._count = 0  # seconds left on the self-timer
         self._last_words = ""
         self._trouble: Notice | None = None
         self._offers: tuple[UnfinishedPlace, ...] = ()
@@ -102,16 +103,16 @@ class CaptureControl:
         services.model.changed.connect(self._model_changed)
         place_controller.finisher = self.finish
 
-    # -- what is shown -------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     @property
     def active(self) -> bool:
-        """Whether a capture runs."""
+        """Whether a capture is running."""
         return self._recording is not None
 
     @property
     def notice(self) -> Notice | None:
-        """What went wrong, or which capture can be gone on with."""
+        """The notice about an error or about a capture that can be resumed, or None."""
         if self._trouble is not None:
             return self._trouble
         offers = self._open_offers()
@@ -123,7 +124,7 @@ class CaptureControl:
         return [each for each in self._offers if (each.session or each.folder) not in self._skips]
 
     def running(self) -> Running | None:
-        """Resolve the running capture; None if none runs."""
+        """Return the running capture, or None."""
         recording, progress = self._recording, self._progress
         if recording is None:
             return None
@@ -138,7 +139,7 @@ class CaptureControl:
         )
 
     def tiles(self) -> tuple[FrameTile, ...]:
-        """Describe the frames of the running capture, brightest first."""
+        """Return the frames of the running capture, brightest first."""
         progress = self._progress
         if self._recording is None or progress is None:
             return ()
@@ -155,12 +156,15 @@ class CaptureControl:
             tiles.append((shot.ev_offset, tile))
         return tuple(tile for _, tile in sorted(tiles, key=lambda each: -each[0]))
 
-    # -- what the user does --------------------------------------------------------------------
+    # -- user actions --------------------------------------------------------------------------
 
     def start(self, plan: str, delay_s: int, *, back: bool = False) -> None:
-        """Start a capture; if a place is open, its name, spot and notes are kept.
+        """Start a capture; an open place passes on its name, spot and notes.
 
-        `back`: lead to the styles again afterwards.
+        Args:
+            plan: Key of the plan.
+            delay_s: Length of the self-timer in seconds.
+            back: Whether to return to the styles afterwards.
         """
         model = self._services.model
         if self.active or model.camera is None:
@@ -175,14 +179,14 @@ class CaptureControl:
         self._run(order)
 
     def cancel(self) -> None:
-        """Stop it; the camera gets its settings back."""
+        """Stop the capture and restore the camera's settings."""
         if self.active:
             self._stopping = True
             self._services.runner.cancel(KEY)
             self._changed()
 
     def press(self, key: str, plan: str, delay_s: int) -> None:
-        """Run the action of one of the notice's buttons."""
+        """Perform the action of a button on the notice."""
         if key == "again":
             self.start(plan, delay_s)
         elif key in ("resume", "merge") and self._last is not None:
@@ -193,7 +197,7 @@ class CaptureControl:
             self._take_offer(key)
 
     def finish(self, offer: UnfinishedPlace) -> None:
-        """Resume a capture; if frames are missing, offer the choices first."""
+        """Resume a capture, or offer the choices first if frames are missing."""
         if self.active or offer.session is None:
             return
         self._trouble = None
@@ -205,7 +209,7 @@ class CaptureControl:
         self._changed()
 
     def look_for_unfinished(self) -> None:
-        """Look for interrupted captures, as after a crash."""
+        """Look for captures that were interrupted, for example by a crash."""
         places = self._services.folders.places
         self._services.runner.submit(
             "unfinished",
@@ -215,7 +219,7 @@ class CaptureControl:
         )
 
     def tick(self) -> bool:
-        """Read the capture's progress; return whether anything changed."""
+        """Read the capture's progress and return whether anything has changed."""
         recording, now = self._recording, self._services.clock.now()
         if recording is None:
             return False
@@ -305,7 +309,7 @@ class CaptureControl:
     def _done(self, capture: CapturedPlace) -> None:
         self.tick()
         if self._recording is not None:
-            # Else what was merged would stay in memory until the next capture.
+            # Without this, the merged panorama would stay in memory until the next capture.
             self._recording.capture = None
         self._end()
         camera = self._services.model.camera
@@ -339,7 +343,7 @@ class CaptureControl:
     def _cancelled(self) -> None:
         recording = self._recording
         if recording is not None and recording.capture is not None:
-            # It had ended already when it was to stop.
+            # The capture had finished before it could be stopped.
             self._done(recording.capture)
             return
         self._end()
@@ -363,8 +367,7 @@ class CaptureControl:
 
     def _offer(self, offers: tuple[UnfinishedPlace, ...]) -> None:
         last = None if self._last is None else self._last.folder
-        # What is said in its own words already is not offered a second time, nor what is shown
-        # and just being kept.
+        # Leave out the failed capture, which has its own notice, and the place being saved.
         folders = {last, self._services.model.place_folder}
         self._offers = tuple(each for each in offers if each.folder not in folders)
         self._changed()
@@ -388,7 +391,7 @@ class CaptureControl:
                 words = f"{words} {registration_words(registration)}"
             self._services.notify.tell(words, kind="warning")
             return
-        # Turns count from the photographer, who stands where they stood: they stay as they are.
+        # Turns are relative to the photographer, who has not moved, so they stay the same.
         model.update(
             place=replace(model.place, spot=carry_over.place.spot, notes=carry_over.place.notes),
             front_deg=wrap(registration.carried(carry_over.front_deg)),

@@ -1,4 +1,4 @@
-"""The right column: ways to measure, camera, plan, checklist, frames, notice and buttons."""
+"""The right-hand column: ways to measure, camera, plan, checklist, frames, notice and buttons."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _TIMERS: Final = (("0", tr("Off")), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
 class CameraColumn(Surface):
-    """Everything about measuring."""
+    """The controls for measuring light."""
 
     def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
         super().__init__("panel", ("left",))
@@ -87,7 +87,7 @@ class CameraColumn(Surface):
         self.banner.pressed.connect(lambda number: presenter.press(self._keys[number]))
 
     def take_width(self, free: int) -> None:
-        """Grow into the room that is left, so many logical pixels."""
+        """Grow into the free width, given in logical pixels."""
         least = px(_COMPACT_WIDTH if self._compact else _WIDTH)
         most = least if self._compact else px(_WIDEST)
         self.setFixedWidth(min(max(free, least), most))
@@ -120,7 +120,7 @@ class CameraColumn(Surface):
         return content
 
     def _headed(self, words: str, *parts: Item) -> QWidget:
-        """Put parts under their heading; the narrow layout has no room for it."""
+        """Put widgets under a heading, which the narrow layout leaves out."""
         head = [] if self._compact else [Text(words, 12, 600, "dim")]
         return boxed(column(*head, *parts, gap=6))
 
@@ -168,7 +168,7 @@ class CameraColumn(Surface):
         return boxed((row if fits else column)(*parts, gap=8))
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state; parts that have not changed are left alone."""
+        """Show the state, leaving unchanged parts alone."""
         before, self._state = self._state, state
         if before is None or state.way != before.way:
             self._show_way(state.way)
@@ -191,7 +191,7 @@ class CameraColumn(Surface):
         self._show_buttons(state)
 
     def _show_way(self, key: str) -> None:
-        """Show only what this way to measure needs."""
+        """Show only the controls that this way of measuring needs."""
         way, camera = WAYS[key], key == "camera"
         self.way.choose(key)
         clear(self._steps)
@@ -218,7 +218,7 @@ class CameraColumn(Surface):
     def _show_running(self, state: ProbeState) -> None:
         running = state.running
         self.rough.say("" if running is None else running.rough)
-        # When all exposures are made it is no longer needed, and advice needs its room.
+        # Once all exposures are taken, the panel gives its space to the advice.
         advised = running is None and bool(state.frames) and state.notice is not None
         over = advised or (running is not None and (running.sign.kind == "move" or self._compact))
         camera = state.way == "camera"
@@ -250,7 +250,7 @@ class CameraColumn(Surface):
         mine = (self, self.capture, self.again, self.styles, self.stop)
         had_focus = any(widget.hasFocus() for widget in mine)
         if had_focus:
-            # Or the next control would get it, and the next key press would press that.
+            # Otherwise the next control would get the focus and react to the next key press.
             self.setFocus()
         self.capture.setVisible(idle and not state.has_place)
         self.again.setVisible(idle and state.has_place)

@@ -1,4 +1,4 @@
-"""The checklist before a capture, and rows to choose from."""
+"""The checklist before a capture, and the rows of its lists."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True)
 class ChoiceRow:
-    """A line of the list before pressing, a plan ("Quick", "3 frames, 9 s"), or a camera."""
+    """A checklist item, a plan ("Quick", "3 frames, 9 s") or a camera."""
 
     key: str
     title: str
@@ -22,4 +22,4 @@ CHECKS = (
     ChoiceRow("kneel", tr("Kneel under the camera")),
     ChoiceRow("no-obstacle", tr("Nothing in front of the lights")),
 )
-"""The list before pressing."""
+"""The checklist to complete before a capture."""

@@ -21,7 +21,7 @@ _TILE: Final = 48
 
 
 class CheckTile(Pressable):
-    """A line of the list before pressing, with its drawing; it can be ticked."""
+    """A checklist item with its drawing, which the user can tick."""
 
     def __init__(self, check: ChoiceRow, compact: bool) -> None:
         super().__init__(check.title, tip=check.title if compact else "")
@@ -35,11 +35,11 @@ class CheckTile(Pressable):
         if not compact:
             words = Text(check.title, 12, wrap=True)
             words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-            # Three lines of a longer language make it higher.
+            # Three lines of text in a longer language make the tile higher.
             row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self, margins=(0, 6, 0, 6))
 
     def show_ticked(self, ticked: bool) -> None:
-        """Tick it without telling anybody."""
+        """Set the tick without emitting a signal."""
         self.setChecked(ticked)
         self.setAccessibleDescription(tr("done") if ticked else tr("not yet done"))
 
@@ -47,7 +47,7 @@ class CheckTile(Pressable):
         """Leave the tick to the presenter."""
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the tile in the current theme."""
         fill = hover_fill(t) if self.hovered() and t.contrast else t.c.raised
         edge, width = (t.c.line, t.line_width) if t.contrast else (None, 1)
         if self.isDown() or (self.hovered() and not t.contrast):

@@ -1,4 +1,4 @@
-"""The sign that is read from three metres during a capture."""
+"""The sign shown during a capture, readable from three metres away."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from app.words.progress import progress_words
 
 @dataclass(frozen=True, slots=True)
 class DistantSign:
-    """The sign for somebody who kneels under the camera, three metres away.
+    """The sign for a photographer who kneels under the camera, three metres away.
 
     Attributes:
-        kind: Of its colours: "wait", "act" (kneel and stay) or "move".
+        kind: Meaning of the colours: "wait", "act" (kneel and stay) or "move".
         big, caption: "Frame 3 of 6", "Stay down".
-        fraction: Of the exposures, 0 to 1; None while none is made.
-        spoken: What a voice says when it has changed; empty for nothing.
-        picture: (h, 2 h, 3) uint8 or None. Metered panorama, the first panorama; sRGB.
+        fraction: Fraction of the exposures taken, from 0 to 1, or None before the first.
+        spoken: Sentence to speak when it changes, or empty for silence.
+        picture: First panorama, taken for metering, (h, 2 h, 3) uint8 sRGB or None.
     """
 
     kind: Literal["wait", "act", "move"] = "wait"
@@ -46,7 +46,7 @@ _SHOOTING: Final = (Stage.METERING, Stage.EXPOSING)
 
 
 def sign_of(status: Status, count: int, delay_s: int) -> DistantSign:
-    """Make the sign; `count`: seconds left on the self-timer."""
+    """Build the sign; `count` is the number of seconds left on the self-timer."""
     message, early = _timed(progress_words(status.message), status), status.stage in _BEFORE
     if not early and (status.may_move or status.stage not in _SHOOTING):
         return DistantSign("move", _MOVE, message, spoken=_MOVE)
@@ -55,7 +55,7 @@ def sign_of(status: Status, count: int, delay_s: int) -> DistantSign:
     if early:
         return DistantSign(caption=message)
     if count:
-        # The seconds stand in large type already.
+        # The seconds are already displayed in large type.
         spoken = NUMBERS[count] if count <= _COUNT_ALOUD else _KNEEL
         return DistantSign("act", str(count), _KNEEL, spoken=spoken)
     if status.shot:

@@ -1,4 +1,4 @@
-"""The sign that is read from three metres, with the panorama that was metered."""
+"""The sign that can be read from three metres away, with the metered panorama."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _BAR: Final = 16
 
 
 class _Face(PaintedWidget):
-    """The sign's text, as large as it fits, on a colour of the same meaning."""
+    """The sign's text, as large as it fits, on a colour with the same meaning."""
 
     least = (240, 160)
 
@@ -68,7 +68,7 @@ class _Face(PaintedWidget):
 
 
 def _fitting(words: str, room: QRectF) -> int:
-    """Find the largest type in which words fit, before the theme's scale."""
+    """Return the largest font size at which text fits, before the theme's scale."""
     t = theme()
     width = QFontMetricsF(t.font(100, 700)).horizontalAdvance(words)
     most = 0.98 * min(room.width() / max(width, 1.0), room.height() / (1.25 * t.px(100)))
@@ -87,12 +87,12 @@ class CaptureSign(QWidget):
         self.picture.hide()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave the larger part to the words."""
+        """Keep most of the height for the text."""
         super().resizeEvent(event)
         self.picture.setFixedHeight(min((self.width() - px(32)) // 2, self.height() * 9 // 20))
 
     def show_sign(self, sign: DistantSign) -> None:
-        """Show it."""
+        """Show the sign."""
         self._face.show_sign(sign)
         self.picture.set_picture(sign.picture)
         self.picture.setVisible(sign.picture is not None)

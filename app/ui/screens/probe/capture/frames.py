@@ -1,4 +1,4 @@
-"""The frames of a capture: one tile for each exposure."""
+"""The frames of a capture, with one tile per exposure."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class FrameTile:
     """One exposure.
 
     Attributes:
-        ev, shutter, clipped: "+2 EV", "1/15 s", "41% clipped"; empty where not known.
-        picture: (h, 2 h, 3) uint8 or None. SRGB, small; not compared.
-        arrived: Share of its file that is here, 0 to 1.
+        ev, shutter, clipped: "+2 EV", "1/15 s", "41% clipped"; empty if unknown.
+        picture: Thumbnail, (h, 2 h, 3) uint8 sRGB or None; not compared.
+        arrived: Fraction of the file received, from 0 to 1.
     """
 
     ev: str = ""
@@ -37,7 +37,7 @@ class FrameTile:
 def tile_of(
     ev: float, shutter_s: float, clipped: float | None, picture: object = None, arrived: float = 1.0
 ) -> FrameTile:
-    """Describe an exposure; `clipped` is None where it is not known yet."""
+    """Describe an exposure; `clipped` is None while it is unknown."""
     words = ev_words(ev), shutter_words(shutter_s) if shutter_s else ""
     clip, brief = ("", "") if clipped is None else _clip_words(clipped)
     return FrameTile(
@@ -51,7 +51,7 @@ def tile_of(
 
 
 def _clip_words(share: float) -> tuple[str, str]:
-    """Write the clipped share of a frame, in full and short for a narrow tile."""
+    """Return the clipped fraction of a frame as text, in full and shortened for a narrow tile."""
     if share <= 0.0:
         return tr("nothing clipped"), tr("nothing")
     of_hundred = 100.0 * share
@@ -61,7 +61,7 @@ def _clip_words(share: float) -> tuple[str, str]:
 
 
 def frames_note(place: Place, today: datetime) -> str:
-    """Write how the frames were taken: "ISO 100, f/2, taken 14:05"."""
+    """Return how the frames were taken: "ISO 100, f/2, taken 14:05"."""
     capture = place.capture
     if capture is None or not capture.frames:
         return ""

@@ -1,4 +1,4 @@
-"""The frames side by side."""
+"""The frames of a capture side by side."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.ui.widgets.layouts import clear, column, grid, row
 
 
 class _FrameView(QWidget):
-    """One exposure: small picture, EV, shutter, clip share."""
+    """One exposure: thumbnail, EV, shutter speed and clipped percentage."""
 
     def __init__(self, narrow: bool) -> None:
         super().__init__()
@@ -30,7 +30,7 @@ class _FrameView(QWidget):
         self._bar.setMinimumWidth(0)
         self._bar.setMaximumWidth(px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        # Under the exposure, or where there is room at its right.
+        # below the exposure, or to its right if there is room
         first = [self.ev, self.shutter] if narrow else [row(self.ev, ..., self.shutter, gap=None)]
         second = row(self._clip_icon, (self.clipped, 1), gap=4)
         column(self.picture, 4, self._bar, *first, second, into=self)
@@ -54,7 +54,7 @@ class _FrameView(QWidget):
 
 
 class FramesGrid(QWidget):
-    """The exposures side by side, three or four in a line."""
+    """The exposures side by side, with three or four in a row."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -65,7 +65,7 @@ class FramesGrid(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def resizeEvent(self, event: object) -> None:
-        """Keep all pictures at 2:1 and the same height."""
+        """Keep all thumbnails at 2:1 and at the same height."""
         self._fit()
 
     def _fit(self) -> None:
@@ -75,7 +75,7 @@ class FramesGrid(QWidget):
             view.picture.setFixedHeight(max(width // 2, 8))
 
     def show_tiles(self, tiles: tuple[FrameTile, ...]) -> None:
-        """Show as many as there are."""
+        """Show all the frames."""
         columns = 3 if len(tiles) <= 3 else 4
         if len(tiles) != len(self.views):
             clear(self._grid)

@@ -1,4 +1,4 @@
-"""The notice in the right column: errors, advice, and captures to resume."""
+"""The notice in the right-hand column: errors, advice and captures to resume."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """A message in the right column, with buttons.
+    """A message in the right-hand column, with buttons.
 
-    `buttons`: tuple of (str, str). Key for `ProbePresenter.press`, and words.
+    Attributes:
+        buttons: Key for `ProbePresenter.press` and label of each button.
     """
 
     tone: Tone
@@ -47,7 +48,7 @@ NUMBERS: Final = (
     *(tr("five"), tr("six"), tr("seven"), tr("eight"), tr("nine")),
 )
 
-# Keyed by whether only one frame is here, and whether only one is missing.
+# Keys: whether only one frame was taken, and whether only one is missing.
 _RECONNECT: Final = {
     (True, True): tr("Reconnect and take the {ordinal}."),
     (True, False): tr("Reconnect and take the rest."),
@@ -71,7 +72,7 @@ class HowFar:
 
 
 def trouble_notice(error: Exception, far: HowFar) -> Notice:
-    """Make the notice for a failed capture."""
+    """Build the notice for a failed capture."""
     if getattr(error, "code", "") in DISK or is_full(error):
         return _disk(far)
     if isinstance(error, Unreachable) or (
@@ -87,7 +88,7 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
 
 
 def offer_notice(offer: UnfinishedPlace, when: str) -> Notice:
-    """Offer to finish a place that was interrupted."""
+    """Build the notice that offers to finish an interrupted place."""
     here, total = offer.here, offer.total
     whole = bool(offer.files) or (total > 0 and here == total)
     frames = tr("It stopped before the first frame.")
@@ -165,7 +166,7 @@ _MOST: Final = 0.5
 def advice_notice(
     place: Place | None, findings: Findings | None, full: ChoiceRow | None, camera: CameraBlock
 ) -> Notice | None:
-    """Make the notice with advice about a capture; None if there is none."""
+    """Build the notice with advice about a capture, or return None if there is no advice."""
     capture = None if place is None else place.capture
     if capture is None or findings is None:
         return None
@@ -175,11 +176,11 @@ def advice_notice(
         if capture.doubtful:
             body.append(tr("The style cards show which turns depend on that."))
         return Notice("advice", title, " ".join((*sentences(capture.warnings), *body)))
-    # How finely a ball resolves, and what it does not show.
+    # the resolution of a mirror ball, and the directions it does not cover
     notes = capture.notes if capture.plan == "ball" else ()
     if findings.clipped_lamps and capture.frames:
         notice = _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
-        # What was done to the sun is in it already.
+        # The notice about clipping already covers the sun.
         more = sentences(note for note in notes if not isinstance(note, SunRestored))
         return replace(notice, body=" ".join((notice.body, *more)))
     words = sentences((*capture.warnings, *notes))
@@ -215,7 +216,7 @@ def _clipped_notice(
             "It gives {share} of the light here, and may be brighter than it looks.", share=share
         )
     )
-    # Number and unit stay on one line.
+    # Keep the number and its unit on the same line.
     where = where.replace(" ", "\N{NO-BREAK SPACE}")
     title = STILL_CLIPPED[lamp.kind].format(letter=lamp.letter, where=where)
     if capture.plan != "paper" or full is None:

@@ -1,4 +1,4 @@
-"""How many frames and seconds each plan takes."""
+"""The number of frames and the time that each plan takes."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from app.ui.presenters.window_model import CameraSeen
 from app.ui.screens.probe.capture.checklist import ChoiceRow
 
 _USUAL: Final = Exposure(1.0 / 60.0, 100.0, 2.0)
-"""Of a bright room: what is planned with before anything was metered."""
+"""Exposure of a bright room, used to estimate a plan before metering."""
 
 _LIKELY: Final = tuple(Exposure(1.0 / part, 100.0, 2.0) for part in (1000, 250, 60, 15, 4))
-"""From a place in the sun to a dim room."""
+"""Exposures from full sun to a dim room."""
 
 PLAN_TITLES: Final[dict[str, str]] = {"paper": tr("Quick"), "full": tr("Full range")}
 
 
 def plan_parts(camera: CameraSeen | None, auto_exposure: Exposure | None) -> tuple[ChoiceRow, ...]:
-    """Make a row for each plan: "3 frames, 9 s"."""
+    """Return a row for each plan, such as "3 frames, 9 s"."""
     model = camera.device.model if camera is not None else ""
     parts = []
     for kind in ("paper", "full"):
-        # How many the light asks for is known once it is metered; before, how many at most.
+        # The number of frames depends on the metering; before that, show the maximum.
         unsure = auto_exposure is None and kind == "full"
         plans = [
             one
@@ -65,7 +65,7 @@ def _estimate(model: str, auto_exposure: Exposure, kind: Literal["paper", "full"
 
 
 def metered_of(capture: CaptureFacts | None) -> Exposure | None:
-    """Return the metered exposure, read from the frames; None if it is not among them."""
+    """Return the metered exposure from the frames, or None if it is not among them."""
     for frame in () if capture is None else capture.frames:
         if abs(frame.ev) < 0.1 and frame.iso > 0 and frame.aperture > 0 and frame.shutter_s > 0:
             return Exposure(frame.shutter_s, frame.iso, frame.aperture)

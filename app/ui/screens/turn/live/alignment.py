@@ -40,8 +40,7 @@ class AlignmentState:
         mode: ``overlay``, ``split`` or ``blink``.
         swaps: Whether a button swaps Live and Goal, because blinking is switched off.
         opacity: Opacity of Live over Goal in per cent, or the percentage of the width that Live
-            takes
-            in a split.
+            takes in a split.
     """
 
     on: bool = False
