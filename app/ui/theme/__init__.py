@@ -1,4 +1,4 @@
-"""Theme of the desktop app: colours, type, icons, and the look of what Qt paints itself."""
+"""The theme of the app: colours, fonts, icons and the look of Qt's own widgets."""
 
 from __future__ import annotations
 

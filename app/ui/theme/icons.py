@@ -1,8 +1,8 @@
-"""One set of icons, drawn from vectors at the screen's own scale in the colour of the text.
+"""The icon set, rendered from vectors at the screen's own scale in the colour of the text.
 
-The drawings are in ``resources/icons``: SVG on a grid of 24, lines of 1.75 with round ends. They
-use ``currentColor``; the logo's half disc is written in the dark theme's amber and takes that
-of the current one.
+The drawings are in ``resources/icons``: SVG on a 24-unit grid, with lines 1.75 wide and round ends.
+They use ``currentColor``. The logo's half disc uses the dark theme's amber, which is replaced with
+that of the current theme.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from app.core.text import tr
 from app.ui.theme.theme import PALETTES, theme
 
 ICONS: Final = tuple(sorted(file.stem for file in (resources() / "icons").glob("*.svg")))
-"""Names of all icons, in alphabetical order."""
+"""Names of all icons in alphabetical order."""
 
 _SIZES: Final = (16, 20, 24, 28, 40)
 _OPAQUE: Final = 255
@@ -38,7 +38,7 @@ def _source(name: str) -> str:
 
 
 def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
-    """Draw an icon into a square of device pixels."""
+    """Render an icon to a square of device pixels."""
     text = _source(name).replace("currentColor", colour.name())
     text = text.replace(PALETTES["dark"]["amberfill"], theme().c.amberfill.name())
     pixmap = QPixmap(pixels, pixels)
@@ -46,7 +46,7 @@ def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
     painter = QPainter(pixmap)
     QSvgRenderer(QByteArray(text.encode())).render(painter, QRectF(0, 0, pixels, pixels))
     if colour.alpha() < _OPAQUE:
-        # Transparency of the whole drawing, so that crossing lines do not add up.
+        # Apply the opacity to the whole drawing, so that crossing lines do not add up.
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_DestinationIn)
         painter.fillRect(pixmap.rect(), colour)
     painter.end()
@@ -54,14 +54,15 @@ def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
 
 
 def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixmap:
-    """Draw an icon at the screen's own scale, or take it from the cache.
+    """Return an icon rendered at the screen's own scale, from the cache if possible.
 
-    `size` is in logical pixels, already scaled (``theme().px(20)``); the picture has
-    ``round(size * dpr)`` device pixels a side.
+    Args:
+        size: Width and height in scaled logical pixels (``theme().px(20)``); the result has
+            ``round(size * dpr)`` device pixels per side.
 
     Raises:
-        KeyError: When there is no such icon.
-        CoreError: When its file is missing.
+        KeyError: If there is no such icon.
+        CoreError: If its file is missing.
     """
     pixels = max(1, round(size * dpr))
     key = f"turnlight/{name}/{pixels}/{dpr}/{colour.rgba():x}/{theme().c.amberfill.rgb():x}"
@@ -76,19 +77,19 @@ def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixm
 def draw_icon(
     painter: QPainter, name: str, rect: QRect | QRectF, size: int, colour: QColor
 ) -> None:
-    """Draw an icon in the middle of a rectangle; its size is already scaled."""
-    # Not the widget's own ratio: a widget may also be painted into a picture of another scale.
+    """Draw an icon in the middle of a rectangle, at a size that is already scaled."""
+    # Not the widget's ratio, because the painter's target may have another scale.
     dpr = painter.deviceTransform().m11()
     pixmap = icon_pixmap(name, size, colour, dpr)
     centre = QRectF(rect).center()
-    # On whole device pixels, or the lines are smeared.
+    # Align it with whole device pixels to keep the lines sharp.
     x = round((centre.x() - size / 2) * dpr) / dpr
     y = round((centre.y() - size / 2) * dpr) / dpr
     painter.drawPixmap(QPointF(x, y), pixmap)
 
 
 def icon(name: str, colour: QColor | None = None) -> QIcon:
-    """Give an icon for Qt's own parts, such as menu entries, with its disabled look."""
+    """Return an icon for Qt's own widgets, such as menu entries, with its disabled look."""
     t = theme()
     result = QIcon()
     for size in _SIZES:

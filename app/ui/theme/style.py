@@ -1,4 +1,4 @@
-"""What no widget paints: palette, font, tool tips, menus, scroll bars, and the focus ring."""
+"""The look of Qt's own parts: palette, font, tooltips, menus, scroll bars and the focus ring."""
 
 from __future__ import annotations
 
@@ -45,23 +45,23 @@ _STYLED: Final = "turnlight styled"
 
 
 class _Style(QProxyStyle):
-    """Fusion, with tool tips of our own.
+    """Fusion with custom tooltips.
 
-    A style sheet for the whole application would do the same, but Qt would then look up every
-    widget in it, each time that one is put into another. Qt itself paints the tips: Python would
-    at times collect garbage meanwhile, and with it the tip's owner and the tip in painting.
+    A style sheet for the whole application would have the same effect, but Qt would match it
+    against every widget on each change of parent. Qt paints the tooltips itself, because garbage
+    collection during a Python paint could destroy the tooltip or its owner.
     """
 
     def polish(self, what: Any) -> Any:
-        """Dress tool tips, whose words are plain text wherever they come from.
+        """Style a tooltip, and treat its text as plain text from any source.
 
-        Left to itself Qt takes words that look like HTML for HTML, and opens the pictures in
-        them: the title of a style from somebody else would read any file, or ask a network share.
+        By default Qt renders text that looks like HTML and loads its images. The title of somebody
+        else's style could then read any file or contact a network share.
         """
         if isinstance(what, QLabel) and what.inherits("QTipLabel"):
             what.setTextFormat(Qt.TextFormat.PlainText)
             t = theme()
-            # Qt adds a margin of its own, and takes the role of the words for the edge.
+            # Qt adds its own margin and takes the border colour from the text role.
             qts = 1 + self.pixelMetric(QStyle.PixelMetric.PM_ToolTipLabelFrameWidth)
             around = t.px(4) + t.line_width - qts
             aside = around + t.px(4)
@@ -71,12 +71,12 @@ class _Style(QProxyStyle):
 
 
 def show_tip(at: QPoint, words: str, owner: QWidget) -> None:
-    """Show a tool tip whose words differ from the widget's own, at a place on the screen."""
+    """Show a tooltip at a screen position with a text other than the widget's own."""
     QToolTip.showText(at, words, owner)
 
 
 def palette(t: Theme) -> QPalette:
-    """Give the palette that Qt's own parts are painted with."""
+    """Return the palette for Qt's own parts."""
     c, role, group = t.c, QPalette.ColorRole, QPalette.ColorGroup
     colours = {
         role.Window: c.bg,
@@ -114,7 +114,7 @@ def _lengths(t: Theme) -> dict[str, int]:
 
 
 def bar_sheet(t: Theme) -> str:
-    """Give the style sheet of a scroll bar."""
+    """Return the style sheet of a scroll bar."""
     gap = t.px(2)
     return _BARS.format(
         **_lengths(t),
@@ -127,9 +127,9 @@ def bar_sheet(t: Theme) -> str:
 
 
 def round_corners(popup: QWidget) -> int:
-    """Let a popup have round corners where nothing black can show in them; give their radius.
+    """Round the corners of a popup where they would not be black, and return their radius.
 
-    On X11 what lies behind is only seen with a compositor, and Qt does not say if there is one.
+    On X11 transparency needs a compositor, and Qt does not report whether one is running.
     """
     safe = QGuiApplication.platformName() not in _MAYBE_BLACK
     popup.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground, safe)
@@ -137,14 +137,14 @@ def round_corners(popup: QWidget) -> int:
 
 
 def dress_menu(menu: QWidget) -> None:
-    """Give a menu the theme's look, without a frame or shadow of the system's."""
+    """Apply the theme to a menu, without the system's frame or shadow."""
     menu.setWindowFlag(Qt.WindowType.FramelessWindowHint)
     menu.setWindowFlag(Qt.WindowType.NoDropShadowWindowHint)
     menu.setStyleSheet(menu_sheet(theme(), round_corners(menu)))
 
 
 def menu_sheet(t: Theme, radius: int = 0) -> str:
-    """Give the style sheet of a menu."""
+    """Return the style sheet of a menu."""
     c = t.c
     return _MENU.format(
         **_lengths(t),
@@ -162,7 +162,7 @@ def menu_sheet(t: Theme, radius: int = 0) -> str:
 
 
 def dress_bars(area: QAbstractScrollArea) -> None:
-    """Give an area's scroll bars the theme's look."""
+    """Apply the theme to the scroll bars of an area."""
     sheet, never = bar_sheet(theme()), Qt.ScrollBarPolicy.ScrollBarAlwaysOff
     area.verticalScrollBar().setStyleSheet(sheet)
     if area.horizontalScrollBarPolicy() != never:
@@ -184,7 +184,7 @@ _MOVES: Final = frozenset(
 
 
 class _Ring(QWidget):
-    """The focus ring, 2 px wide and 2 px away; never in the way of the mouse."""
+    """The focus ring, 2 px wide at a distance of 2 px, which ignores the mouse."""
 
     def __init__(self, host: QWidget) -> None:
         super().__init__(host)
@@ -204,7 +204,7 @@ class _Ring(QWidget):
 
 
 def _host(widget: QWidget) -> QWidget:
-    """Find the widget that the ring must stay inside."""
+    """Return the widget that the ring must stay inside."""
     up = widget.parentWidget()
     while up is not None:
         grand = up.parentWidget()
@@ -224,16 +224,16 @@ def _shape(widget: QWidget) -> tuple[QRect, int]:
 
 
 class FocusRing(QObject):
-    """Moves the ring to where the keyboard is.
+    """Moves the focus ring to the focused widget.
 
-    It lies outside the control, so no control can paint it itself. One transparent widget is
-    moved to where the focus is, inside the nearest window, sheet or scrolled area, and is cut off
-    by that. It shows when the focus came by keyboard, or as soon as somebody types.
+    The ring lies outside the control, so no control can paint it itself. One transparent widget
+    moves to the focus inside the nearest window, sheet or scroll area, which clips it. It appears
+    when the focus was moved with the keyboard, or as soon as the user types.
 
-    A widget whose shape is not its whole rectangle offers ``focus_shape() -> (QRect, int)``:
-    rectangle in its own coordinates and corner radius, both in logical pixels. One that shows the
-    focus by itself has the dynamic property ``noFocusRing``; one that the ring should stay inside
-    has ``focusHost``.
+    A widget whose shape is not its whole rectangle provides ``focus_shape() -> (QRect, int)``,
+    which returns a rectangle in its own coordinates and a corner radius, both in logical pixels. A
+    widget that shows the focus itself has the dynamic property ``noFocusRing``, and one that should
+    contain the ring has ``focusHost``.
     """
 
     def __init__(self, app: QApplication) -> None:
@@ -248,10 +248,10 @@ class FocusRing(QObject):
         app.focusChanged.connect(self._focus_moved)
 
     def _focus_moved(self) -> None:
-        """Follow it among our own widgets.
+        """Follow the focus among the app's own widgets.
 
-        It also moves while a dialog of Qt's own is half destroyed: neither what Qt says had the
-        focus may be touched here, nor what stands around a widget that is not ours.
+        The focus also moves while one of Qt's own dialogs is half destroyed. Neither the widget
+        that Qt reports as the old focus nor the parents of a foreign widget may be touched then.
         """
         new = QApplication.focusWidget()
         if new is not None and not shiboken6.createdByPython(new):
@@ -275,10 +275,10 @@ class FocusRing(QObject):
         self._place()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Notice movements, typing and clicks; nothing is ever held back."""
+        """Watch for movement, typing and clicks, without blocking any event."""
         kind = event.type()
         if kind in _MOVES or (kind == QEvent.Type.Paint and watched is self._target):
-            # Its shape may have changed with what it shows; not now, it is being painted.
+            # The shape may change with the content, but the widget is being painted right now.
             self._later.start()
         elif kind == QEvent.Type.KeyPress and not self._by_keyboard:
             self._by_keyboard = True
@@ -323,16 +323,16 @@ class FocusRing(QObject):
 
 
 def install(app: QApplication) -> FocusRing:
-    """Give the application its focus ring, once."""
+    """Install the application's focus ring once and return it."""
     ring = app.findChild(FocusRing)
     return ring if isinstance(ring, FocusRing) else FocusRing(app)
 
 
 def apply(app: QApplication) -> None:
-    """Give the whole application the current theme's palette, font, tool tips and focus ring.
+    """Apply the current theme's palette, font, tooltips and focus ring to the application.
 
     Raises:
-        CoreError: When the interface font is missing.
+        CoreError: If the interface font is missing.
     """
     t = theme()
     if not app.property(_STYLED):

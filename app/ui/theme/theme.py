@@ -1,11 +1,11 @@
-"""The current theme: colours, type and sizes for everything that is painted.
+"""The current theme: colours, fonts and sizes for everything that is painted.
 
-A widget asks `theme` when it is made and when it paints. A change of theme or scale rebuilds
-the views, so nothing has to restyle itself.
+A widget calls `theme` when it is created and when it paints. A change of theme or scale rebuilds
+the views, so no widget has to restyle itself.
 
-Every surface has equal red, green and blue, so that tone can be judged beside it, and pictures
-lie on the same `Colours.well` in all themes. Amber means light, turn and selection, and nothing
-else; green and red never stand without an icon.
+Every surface has equal red, green and blue, so that tones can be judged beside it, and pictures are
+on the same `Colours.well` in all themes. Amber is reserved for light, turn and selection, and green
+and red always come with an icon.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from PySide6.QtGui import QColor, QFont
 from app.export.canvas import FAMILY, load_fonts
 
 ThemeName: TypeAlias = Literal["dark", "light", "contrast"]
-"""Name of a theme, as it stands in the settings."""
+"""Name of a theme, as in the settings."""
 
 SCALES: Final = (1.0, 2.0)
 """Smallest and largest scale of text and controls."""
 
 LINE_HEIGHTS: Final = {12: 16, 14: 20, 16: 24, 20: 28, 28: 36, 36: 44, 48: 52, 56: 64, 224: 176}
-"""Line height of each type size, logical pixels."""
+"""Line height of each font size in logical pixels."""
 
 _DISPLAY: Final = 36  # type sizes from here on are set closer
-_TIGHT: Final = 0.025  # of the type size
+_TIGHT: Final = 0.025  # fraction of the font size
 
 
 @dataclass(frozen=True, slots=True)
 class Colours:
-    """The colours of a theme; never change one.
+    """The colours of a theme, which must not be modified.
 
-    `bg` is the window's, `panel` that of rail, bars, columns and cards, `raised` that of what is
-    selected, pressed or typed into. Each is written for dark, light and contrast.
+    `bg` is the window's colour, `panel` that of rail, bars, columns and cards, and `raised` that of
+    selected, pressed and editable parts. Each has a value for dark, light and contrast.
     """
 
     bg: Annotated[QColor, "#161616", "#e4e4e4", "#ffffff"]
@@ -70,7 +70,7 @@ PALETTES: Final[dict[ThemeName, dict[str, str]]] = {
     name: {token: hint.__metadata__[number] for token, hint in _TOKENS.items()}
     for number, name in enumerate(_THEMES)
 }
-"""The colours of each theme as ``#rrggbb`` in sRGB, by what they are for."""
+"""Colours of each theme as ``#rrggbb`` in sRGB, keyed by purpose."""
 
 
 @lru_cache(maxsize=256)
@@ -79,15 +79,18 @@ def _font(pixels: int, weight: int) -> QFont:
     font = QFont(FAMILY)
     font.setPixelSize(pixels)
     font.setWeight(QFont.Weight(weight))
-    # A number that counts must not make the words beside it jump.
+    # A number that counts must not shift the text beside it.
     font.setFeature(QFont.Tag("tnum"), 1)
     return font
 
 
 class Theme:
-    """One theme at one scale; KeyError when there is none of that name.
+    """One theme at one scale.
 
-    Edges and dividers are `line_width` wide: 2 in "contrast", otherwise 1.
+    Borders and dividers are `line_width` wide: 2 pixels in "contrast", otherwise 1.
+
+    Raises:
+        KeyError: If there is no theme with that name.
     """
 
     def __init__(self, name: ThemeName = "dark", scale: float = 1.0) -> None:
@@ -98,27 +101,27 @@ class Theme:
 
     @cached_property
     def contrast(self) -> bool:
-        """Whether edges are 2 px black and what is chosen is white on black."""
+        """Whether this is the high-contrast theme, with 2 px borders and inverted selection."""
         return self.name == "contrast"
 
     def px(self, length: float) -> int:
-        """Scale a designed length in logical pixels to a whole number of them."""
+        """Scale a designed length in logical pixels and round it."""
         return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
 
     def font(self, size: int, weight: int = 400) -> QFont:
-        """Give Inter with tabular figures for a designed em; from 36 on a little closer.
+        """Return Inter with tabular figures at a size, spaced more tightly from 36 pixels up.
 
         Raises:
-            CoreError: When the font's files are missing or damaged.
+            CoreError: If the font's files are missing or damaged.
         """
         font = QFont(_font(max(1, self.px(size)), weight))
         if size >= _DISPLAY:
-            # Figures of equal width stand too far apart when they are large.
+            # Tabular figures look too widely spaced at large sizes.
             font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, -_TIGHT * self.px(size))
         return font
 
     def line_height(self, size: int) -> int:
-        """Give the distance of base lines for a designed em: from a table, or else 1.4 em."""
+        """Return the line height for a font size, from a table or else 1.4 times the size."""
         return self.px(LINE_HEIGHTS.get(size, size * 1.4))
 
 
@@ -126,7 +129,7 @@ _current: list[Theme] = []
 
 
 def theme() -> Theme:
-    """Give the theme that everything is painted with now; dark at scale 1 until one is set."""
+    """Return the current theme, which is dark at scale 1 until another one is set."""
     if not _current:
         _current.append(Theme())
     return _current[0]
@@ -138,7 +141,7 @@ def px(length: float) -> int:
 
 
 def set_theme(name: ThemeName, scale: float = 1.0) -> Theme:
-    """Change the current theme; what is already on screen must be rebuilt by its owner."""
+    """Change the current theme; the caller must rebuild the views on screen."""
     new = Theme(name, scale)
     _current[:] = [new]
     return new

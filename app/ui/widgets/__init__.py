@@ -1,1 +1,1 @@
-"""Small components: each has an accessible name, a focus ring, its states, and the keyboard."""
+"""Basic controls, each with an accessible name, a focus ring, its states and keyboard support."""

@@ -1,4 +1,4 @@
-"""Accessible names and roles of controls, and moving between them by keyboard."""
+"""Accessible names and roles of controls, and moving between them with the keyboard."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ROLE: Final = "spokenAs"
 
 
 def give_role(widget: QWidget, role: QAccessible.Role) -> None:
-    """Set the accessible role of a widget that Qt has none for: a slider, a picture, a pane."""
+    """Set an accessible role that Qt does not assign: a slider, a picture or a pane."""
     if not _installed:
         QAccessible.installFactory(_interface)
         _installed.append(True)
@@ -47,7 +47,7 @@ class OwnKeys(QObject):
             widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Claim the keys."""
+        """Claim Enter and Esc before they trigger a shortcut."""
         claimed = (
             event.type() is QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
@@ -67,10 +67,10 @@ _WAYS = {
 
 
 class Roving(QObject):
-    """Makes widgets one stop for Tab, with arrows, Home and End between them.
+    """Makes a group of widgets a single Tab stop, with arrows, Home and End inside.
 
-    Where an arrow leads is decided by where the widgets lie, so that a grid may have any
-    number of columns.
+    An arrow moves to the nearest widget in its direction on screen, so a grid may have any number
+    of columns.
     """
 
     moved = Signal(QWidget)
@@ -80,7 +80,7 @@ class Roving(QObject):
         self._members: list[QWidget] = []
 
     def set_members(self, members: Sequence[QWidget]) -> None:
-        """Set the group's widgets in reading order; the Tab stop stays."""
+        """Set the group's widgets in reading order, keeping the Tab stop."""
         stop = self.stop
         for old in self._members:
             if shiboken6.isValid(old):
@@ -99,7 +99,7 @@ class Roving(QObject):
         return next((m for m in living if m.focusPolicy() & tabbed), None)
 
     def set_stop(self, stop: QWidget | None) -> None:
-        """Set the Tab stop; None leaves it."""
+        """Set the Tab stop, or keep the current one if it is None."""
         if stop is None:
             return
         for member in self._members:
@@ -107,7 +107,7 @@ class Roving(QObject):
             member.setFocusPolicy(Qt.FocusPolicy.StrongFocus if here else Qt.FocusPolicy.ClickFocus)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle arrows, Home and End; a focused member becomes the Tab stop."""
+        """Handle arrows, Home and End, and make a focused member the Tab stop."""
         if event.type() == QEvent.Type.FocusIn and isinstance(watched, QWidget):
             self.set_stop(watched)
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
@@ -131,7 +131,7 @@ class Roving(QObject):
 
     @staticmethod
     def _neighbour(here: QWidget, usable: list[QWidget], way: tuple[int, int]) -> QWidget | None:
-        """Find the nearest member in a direction."""
+        """Return the nearest usable member in a direction."""
         start = _place(here)
         straight: list[tuple[int, QWidget]] = []
         slanted: list[tuple[int, QWidget]] = []
@@ -140,17 +140,17 @@ class Roving(QObject):
             off = place.center() - start.center()
             ahead = off.x() * way[0] + off.y() * way[1]
             aside = abs(off.x() * way[1] + off.y() * way[0])
-            # In the same row or column: what they span sideways overlaps.
+            # Members in the same row or column overlap across the direction of movement.
             span = (start.height() + place.height()) if way[0] else (start.width() + place.width())
             if ahead > 0 and other is not here:
                 (straight if 2 * aside < span else slanted).append((2 * ahead + aside, other))
         if straight:
             return min(straight, key=lambda pair: pair[0])[1]
         if way[0]:
-            # At the end of a row, on to the next one, as one reads.
+            # At the end of a row, continue with the next row, as in reading.
             number = usable.index(here) + way[0] if here in usable else 0
             return usable[min(max(number, 0), len(usable) - 1)]
-        # Nothing straight below in a shorter row: its nearest one.
+        # If a shorter row has nothing straight below, use its nearest member.
         return min(slanted, key=lambda pair: pair[0])[1] if slanted else None
 
 
@@ -162,13 +162,13 @@ _LINE: Final = 52
 
 
 def _wrapped(text: str) -> str:
-    """Break a long sentence, since a plain tool tip is one line."""
+    """Break a long sentence into lines, because a plain tooltip has only one."""
     lines = visible(text).splitlines()
     return "\n".join(line if len(line) <= _LINE else textwrap.fill(line, _LINE) for line in lines)
 
 
 def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = None) -> None:
-    """Set the accessible name and the tool tip."""
+    """Set the accessible name and the tooltip."""
     widget.setAccessibleName(visible(name))
     text = name if tip is None else tip
     text = f"{text} ({shortcut})" if shortcut and text else text
@@ -179,7 +179,7 @@ def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = N
 
 
 def set_available(widget: QWidget, available: bool, why: str = "") -> None:
-    """Enable or disable a control; when disabled its tool tip shows why."""
+    """Enable or disable a control; its tooltip then explains why it is disabled."""
     widget.setEnabled(available)
     tip = str(widget.property("tip") or "")
     widget.setToolTip(tip if available or not why else _wrapped(why))

@@ -1,4 +1,4 @@
-"""Buttons: with words, with an icon only, and chips; and the look that all share."""
+"""Buttons with text, with an icon only, and chips, with their common look."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _GAP: Final = 8
 
 
 Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
-"""Outlined is the usual one; primary is amber, one per screen; quiet has no edge."""
+"""Kinds of buttons: outlined is the default, primary is amber, and quiet has no border."""
 
 Size: TypeAlias = Literal["normal", "main", "small"]
-"""40, 48 or 32 high."""
+"""Heights of buttons: 40, 48 or 32 pixels."""
 
 Do: TypeAlias = Callable[..., object] | Signal | SignalInstance | None
-"""What a control does when it is used, as `connect` takes it."""
+"""A callable without arguments, as `connect` accepts it."""
 
 _HEIGHT: Final[dict[Size, int]] = {"normal": 40, "main": 48, "small": 32}
 _FONT: Final[dict[Size, int]] = {"normal": 14, "main": 16, "small": 13}
@@ -44,7 +44,7 @@ _ARROWS: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Colours of a control in one state, and the width of its edge; None paints nothing."""
+    """The colours and the border width of a control in one state; None paints nothing."""
 
     fill: QColor | None
     edge: QColor | None
@@ -53,10 +53,10 @@ class Look:
 
 
 class Pressable(Paints, QAbstractButton):
-    """A button that knows its states and paints nothing yet; `do` is done when it is pressed."""
+    """The base class of buttons, which call `do` when pressed; subclasses paint it."""
 
     selected = False
-    """Whether it is the chosen one; not the same as pressed in."""
+    """Whether this is the selected button of its group, independently of being pressed."""
 
     def __init__(self, name: str, tip: str | None = None, do: Do = None) -> None:
         super().__init__()
@@ -67,33 +67,33 @@ class Pressable(Paints, QAbstractButton):
             self.clicked.connect(do)
 
     def setText(self, text: str) -> None:
-        """Change the words; a "&" in them is a letter and makes no shortcut."""
+        """Change the text, showing any "&" literally instead of making it a shortcut."""
         super().setText(visible(text))
         self.setShortcut(QKeySequence())
 
     def set_available(self, available: bool, why: str = "") -> None:
-        """Enable or disable it; while it is disabled, its tool tip says why."""
+        """Enable or disable the button; its tooltip then explains why it is disabled."""
         set_available(self, available, why)
 
     def set_tip(self, tip: str, shortcut: str = "") -> None:
-        """Change the tool tip; the accessible name stays."""
+        """Change the tooltip, keeping the accessible name."""
         describe(self, self.accessibleName(), shortcut, tip)
 
     def set_selected(self, selected: bool) -> None:
-        """Show whether it is the chosen one."""
+        """Set whether the button is the selected one."""
         if selected != self.selected:
             self.selected = selected
             self.setAccessibleDescription(tr("chosen") if selected else "")
             self.update()
 
     def hovered(self) -> bool:
-        """Whether the mouse is over it and it can be used."""
+        """Return whether the mouse is over the button and the button is enabled."""
         return self.underMouse() and self.isEnabled()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Press it by Enter as by Space; arrows are left to its group."""
+        """Press the button on Enter as well as Space, and leave the arrows to its group."""
         if event.key() in _ARROWS:
-            # Qt would move the focus to a neighbour of its own choice.
+            # Otherwise Qt would move the focus to a neighbour of its own choice.
             event.ignore()
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             self.click()
@@ -101,7 +101,7 @@ class Pressable(Paints, QAbstractButton):
             super().keyPressEvent(event)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius for the focus ring."""
+        """Return the rectangle and the corner radius of the focus ring."""
         return self.rect(), px(8)
 
 
@@ -113,7 +113,7 @@ def _primary_look(t: Theme, button: Pressable) -> Look:
 
 
 def button_look(button: Pressable, kind: Kind = "outlined") -> Look:
-    """Decide how a button looks in its present state."""
+    """Return the look of a button in its current state."""
     t = theme()
     c = t.c
     if not button.isEnabled():
@@ -132,7 +132,7 @@ def button_look(button: Pressable, kind: Kind = "outlined") -> Look:
 
 
 class Button(Pressable):
-    """A button with words, and an icon before or after them."""
+    """A button with text, and optionally an icon before or after it."""
 
     def __init__(
         self,
@@ -158,7 +158,7 @@ class Button(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def set_text(self, text: str, icon: str | None = None) -> None:
-        """Change the words, and the icon before them; None keeps the icon."""
+        """Change the text, and the icon before it; None keeps the icon."""
         if text != self.text() or icon not in (None, self._icon):
             self._icon = self._icon if icon is None else icon
             self.setText(text)
@@ -167,7 +167,7 @@ class Button(Pressable):
             self.update()
 
     def set_busy(self, label: str | None) -> None:
-        """Show "Saving…" and a spinner, and ignore presses; None ends that."""
+        """Show a label such as "Saving…" with a spinner and ignore presses, or None to end that."""
         if label is not None and self._busy is None:
             self._last_size = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label
@@ -178,21 +178,21 @@ class Button(Pressable):
 
     @property
     def busy(self) -> bool:
-        """Whether its action is running."""
+        """Whether the button's action is running."""
         return self._busy is not None
 
     def hitButton(self, pos: QPoint) -> bool:
-        """Not while it is busy."""
+        """Ignore clicks while the button is busy."""
         return not self.busy and super().hitButton(pos)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Handle its keys."""
+        """Ignore Space and Enter while the button is busy."""
         if self.busy and event.key() in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):
             return
         super().keyPressEvent(event)
 
     def sizeHint(self) -> QSize:
-        """Room for icons and words, at the height of its size."""
+        """Return the size of icons and text, at the height for the button's size."""
         if self._busy is not None and not self._last_size.isEmpty():
             return self._last_size
         size = self._size
@@ -201,35 +201,35 @@ class Button(Pressable):
         return QSize(width, px(_HEIGHT[size]))
 
     def minimumSizeHint(self) -> QSize:
-        """Its words are never cut unless somebody fixes its width."""
+        """Return the size of the full text, which is cut only if the width is fixed."""
         return self.sizeHint()
 
     def room(self) -> int:
-        """Return the width left for its text."""
+        """Return the width left for the text in pixels."""
         icons = bool(self._icon or self.busy) + bool(self._trailing and not self.busy)
         return max(self.width() - 2 * px(8) - icons * px(_ICON[self._size] + 8), 0)
 
     def whole_tip(self) -> str:
-        """Return the tool tip; it starts with the text if that is cut off."""
+        """Return the tooltip, beginning with the full text if the button cuts it off."""
         cut = text_width(self.font(), self.text()) > self.room()
         return f"{self.text()}\n{self.toolTip()}".rstrip() if cut else self.toolTip()
 
     def event(self, event: QEvent) -> bool:
-        """Show the whole tool tip."""
+        """Show the full tooltip."""
         if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
             show_tip(event.globalPos(), self.whole_tip(), self)
             return True
         return super().event(event)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the button in the current theme."""
         look = button_look(self, self.kind)
         box(painter, self.rect(), px(8), look.fill, look.edge, look.width)
         label = self.text() if self._busy is None else self._busy
         self._paint_content(painter, label, look.ink, self.font())
 
     def _paint_content(self, painter: QPainter, label: str, ink: QColor, font: QFont) -> None:
-        """Paint icon, words and icon, together in the middle."""
+        """Paint the icon, the text and the second icon as a centred group."""
         side, gap = px(_ICON[self._size]), px(8) if label else 0
         lead = side + gap if self._icon or self.busy else 0
         trail = side + gap if self._trailing and not self.busy else 0
@@ -249,7 +249,7 @@ class Button(Pressable):
 
 
 class IconButton(Pressable):
-    """A square button with an icon only; its tool tip says what it does."""
+    """A square button with only an icon, explained by its tooltip."""
 
     def __init__(
         self,
@@ -279,7 +279,7 @@ class IconButton(Pressable):
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the button in the current theme."""
         look = button_look(self, self._kind)
         box(painter, self.rect(), px(8), look.fill, look.edge, look.width)
         draw_icon(painter, self._icon, self.rect(), px(_ICON[self._size]), look.ink)
@@ -292,14 +292,14 @@ _STEPS: Final = {
 
 
 def name_step(button: IconButton, verb: Literal["undo", "redo"], what: str) -> None:
-    """Set the tip of an undo or redo button: "Undo delete My Rembrandt"."""
+    """Set the tooltip of an undo or redo button: "Undo delete My Rembrandt"."""
     bare, whole, nothing, shortcut = _STEPS[verb]
     button.set_tip(whole.format(step=what) if what else bare, shortcut)
     button.set_available(bool(what), nothing)
 
 
 class Chip(Pressable):
-    """A chip with icon and words; it can be pressed."""
+    """A pressable chip with an icon and text."""
 
     def __init__(self, icon: str, text: str, menu: bool = False, do: Do = None) -> None:
         super().__init__(text, tip="", do=do)
@@ -310,7 +310,7 @@ class Chip(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set(self, icon: str, text: str, warning: str = "") -> None:
-        """Change its text."""
+        """Change the icon, the text and whether it is a warning."""
         if (icon, text, warning) == (self._icon, self.text(), self._warning):
             return
         self._icon, self._warning = icon, warning
@@ -324,7 +324,7 @@ class Chip(Pressable):
         self.update()
 
     def _pieces(self) -> list[tuple[str, str]]:
-        """List icons and words from left to right as (icon or "", words or "")."""
+        """Return icons and text from left to right, as (icon or "", text or "")."""
         pieces = [(self._icon, "")] if self._icon else []
         if self.text():
             pieces.append(("", self.text()))
@@ -338,7 +338,7 @@ class Chip(Pressable):
         return text_width(theme().font(13), words) if words else px(_CHIP_ICON)
 
     def sizeHint(self) -> QSize:
-        """Return the design's size."""
+        """Return the size of the icons and the text."""
         pieces = self._pieces()
         inner = sum(self._width(words) for _icon, words in pieces)
         inner += px(_GAP) * max(len(pieces) - 1, 0)
@@ -350,11 +350,11 @@ class Chip(Pressable):
         return self.sizeHint()
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the shape for the focus ring."""
+        """Return the rectangle and the corner radius of the focus ring."""
         return self.rect(), self.height() // 2
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the chip in the current theme."""
         look = button_look(self)
         box(painter, self.rect(), self.height() / 2, look.fill, look.edge, look.width)
         x = float(px(_CHIP_PADDING))

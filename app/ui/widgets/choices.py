@@ -1,4 +1,4 @@
-"""One of a few, side by side, and sliders with their value in words."""
+"""A choice between a few options side by side, and sliders that show their value as text."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ _FAST: Final = 10
 
 
 class LabelledSlider(Paints, QSlider):
-    """A slider with label and value above the rail, or before and after it.
+    """A slider with its label and value above the track, or beside it.
 
-    Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
-    ends, a double click goes back to the default.
+    The wheel and the arrows move by one step, Page Up and Page Down by ten, Home and End go to the
+    ends, and a double click restores the default.
 
     Raises:
-        ValueError: When the ends or the step leave nothing to choose.
+        ValueError: If the limits and the step leave no values to choose from.
     """
 
     changed = Signal(float)
@@ -80,11 +80,11 @@ class LabelledSlider(Paints, QSlider):
 
     @property
     def amount(self) -> float:
-        """The value now."""
+        """The current value."""
         return self._low + self.value() * self._step
 
     def set_value(self, value: float) -> None:
-        """Move the knob without telling anybody."""
+        """Move the knob without emitting a signal."""
         if not self.isSliderDown() and math.isfinite(value):
             self._put(round((value - self._low) / self._step))
 
@@ -97,7 +97,7 @@ class LabelledSlider(Paints, QSlider):
         return self.value() != before
 
     def _move(self, position: int, settle: bool = True) -> None:
-        """Move the knob for the user."""
+        """Move the knob for the user and emit the signals."""
         if self._put(position):
             self.changed.emit(self.amount)
             if settle:
@@ -108,19 +108,19 @@ class LabelledSlider(Paints, QSlider):
         self._move(round((self._default - self._low) / self._step))
 
     def sizeHint(self) -> QSize:
-        """Room for label, rail and value."""
+        """Return the size of label, track and value."""
         label = text_width(theme().font(14), self.accessibleName())
         if self._inline:
             return QSize(label + self._value_width + px(168), px(_HIT))
         return QSize(max(label + self._value_width + px(_GAP), px(120)), px(44))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size: a label above the rail may be shortened."""
+        """Return the smallest useful size; a label above the track may be shortened."""
         hint = self.sizeHint()
         return QSize(hint.width() - px(88) if self._inline else px(120), hint.height())
 
     def _rail(self) -> QRectF:
-        """Return the rail between the outermost edges of the knob."""
+        """Return the track between the outermost edges of the knob."""
         t = theme()
         left, right = 0.0, float(self.width())
         if self._inline:
@@ -136,7 +136,7 @@ class LabelledSlider(Paints, QSlider):
         return QRectF(left, rail.center().y() - side / 2, side, side)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the knob, which the keys move."""
+        """Return the rectangle of the knob, which the keys move."""
         knob = self._knob().toAlignedRect()
         return knob, knob.height() // 2
 
@@ -146,7 +146,7 @@ class LabelledSlider(Paints, QSlider):
         return round(min(max(share, 0.0), 1.0) * self.maximum())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grab the knob, or move it to the pressed point of the rail."""
+        """Grab the knob, or move it to the pressed point on the track."""
         rail, reach = self._rail(), px(_HIT) / 2
         here = event.position()
         outside = abs(here.y() - rail.center().y()) > reach
@@ -158,22 +158,22 @@ class LabelledSlider(Paints, QSlider):
             self._move(self._position_at(here.x()), settle=False)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Follow a drag."""
+        """Follow the drag."""
         if self.isSliderDown():
             self._move(self._position_at(event.position().x()), settle=False)
 
     def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
-        """End a click or drag."""
+        """End the click or the drag."""
         if self.isSliderDown():
             self.setSliderDown(False)
             self.settled.emit(self.amount)
 
     def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
-        """Go back to the default."""
+        """Restore the default."""
         self.reset()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Step once per notch; finer wheels are added up."""
+        """Move by one step per notch, adding up the fractions of finer wheels."""
         self._wheel += event.angleDelta().y() or event.angleDelta().x()
         steps = int(self._wheel / _WHEEL_STEP)
         self._wheel -= steps * _WHEEL_STEP
@@ -182,7 +182,7 @@ class LabelledSlider(Paints, QSlider):
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Step with arrows, page keys, Home and End."""
+        """Move with arrows, page keys, Home and End."""
         key = Qt.Key(event.key())
         fast = max(1, min(_FAST, self.maximum() // 4))
         jumps = {Qt.Key.Key_PageDown: -fast, Qt.Key.Key_PageUp: fast}
@@ -197,7 +197,7 @@ class LabelledSlider(Paints, QSlider):
             event.ignore()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the slider in the current theme."""
         on = self.isEnabled()
         top = QRectF(0, 0, self.width(), self.height() if self._inline else px(_LABEL))
         ink = t.c.text if on else t.c.dis
@@ -227,7 +227,7 @@ _ON: Final = frozenset({Qt.Key.Key_Right, Qt.Key.Key_Down})
 
 
 class _Part(Pressable):
-    """One of the parts."""
+    """One of the options."""
 
     def __init__(self, text: str, second: str) -> None:
         super().__init__(text, tip="")
@@ -249,19 +249,19 @@ class _Part(Pressable):
 
     def sizeHint(self) -> QSize:
         t = theme()
-        # The chosen part is bolder; none may change its width when it is chosen.
+        # The selected option is bolder, which must not change its width.
         width = max(text_width(t.font(14, 600), self.text()), text_width(t.font(12), self.second))
         height = 48 if self.second else 32
         return QSize(width + 2 * px(_PADDING), px(height))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size: the whole text with smaller margins."""
+        """Return the size of the full text with smaller margins."""
         t, full = theme(), self.sizeHint()
-        # Half of the padding, and what a wider edge takes.
+        # half of the padding, minus the extra width of the border
         return full - QSize(px(_PADDING), 2 * (t.line_width - 1))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put text that is cut off into the tool tip."""
+        """Copy text that is cut off to the tooltip."""
         super().resizeEvent(event)
         cut = self.width() < self.minimumSizeHint().width()
         describe(self, self.accessibleName(), tip=None if cut else "")
@@ -296,10 +296,14 @@ class _Part(Pressable):
 
 
 class SegmentedChoice(PaintedWidget):
-    """A choice of one among a few, one stop for Tab; arrows move inside it.
+    """A choice of one option among a few, with a single Tab stop and arrow keys inside.
 
-    The first of the items, (key, text) or (key, text, second line), is chosen. With `equal` all
-    parts are equally wide and fill the width there is. `do` takes the key of what is chosen.
+    The first option is selected initially.
+
+    Args:
+        items: Options as (key, text) or (key, text, second line).
+        equal: Whether all the options have the same width and fill the available width.
+        do: Called with the key of the selected option.
     """
 
     chosen = Signal(str)
@@ -330,29 +334,33 @@ class SegmentedChoice(PaintedWidget):
 
     @property
     def key(self) -> str:
-        """Key of the part that is chosen."""
+        """Key of the selected option."""
         return next(key for key, part in self._parts.items() if part.isChecked())
 
     def choose(self, key: str) -> None:
-        """Choose a part without a signal; KeyError when there is none."""
+        """Select an option without emitting a signal.
+
+        Raises:
+            KeyError: If there is no such option.
+        """
         self._parts[key].setChecked(True)
         for other, part in self._parts.items():
             alone = other == key
             part.setFocusPolicy(Qt.FocusPolicy.StrongFocus if alone else Qt.FocusPolicy.ClickFocus)
 
     def set_text(self, key: str, text: str, second: str | None = None) -> None:
-        """Change the words of a part; None keeps its second line."""
+        """Change the text of an option; None keeps its second line."""
         part = self._parts[key]
         words = part.second if second is None else second
         if (part.text(), part.second) != (text, words):
             part.set_words(text, words)
 
     def part(self, key: str) -> Pressable:
-        """Return the button of a part, for example to disable it."""
+        """Return the button of an option, for example to disable it."""
         return self._parts[key]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Arrows choose the neighbour, Home and End the first and the last."""
+        """Select the neighbour with an arrow, or the first or last option with Home or End."""
         keys = [key for key, part in self._parts.items() if part.isEnabled()]
         here = keys.index(self.key) if self.key in keys else 0
         there = self._target(Qt.Key(event.key()), here, len(keys))
@@ -373,6 +381,6 @@ class SegmentedChoice(PaintedWidget):
         return {Qt.Key.Key_Home: 0, Qt.Key.Key_End: count - 1}.get(key)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the options in the current theme."""
         edge = t.c.ctl if self.isEnabled() else t.c.line
         box(painter, self.rect(), px(8), t.c.panel, edge, t.line_width)

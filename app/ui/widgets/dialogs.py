@@ -1,4 +1,4 @@
-"""Sheets over the window for what needs attention for a moment, and the system’s file dialogs."""
+"""Sheets over the window for brief tasks, and the system's file dialogs."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ from app.ui.widgets.paint import PaintedWidget, faint, pen, put_text, text_width
 from app.ui.widgets.surfaces import OutlineBox
 from app.words.explanations import EXPLANATIONS
 
-# A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
-# it down in the middle of its own event loop.
+# A dialog belongs to the window, because a screen that is rebuilt meanwhile would destroy its open
+# dialog inside the dialog's own event loop.
 
 
 def ask_files(asker: QWidget, title: str, filters: str) -> list[Path]:
-    """Ask for existing files; empty if the dialog is dismissed."""
+    """Ask for existing files; empty if the user cancels."""
     names, _ = QFileDialog.getOpenFileNames(asker.window(), title, "", filters)
     return [path_from_library(name) for name in names]
 
 
 def ask_file(asker: QWidget, title: str, filters: str) -> Path | None:
-    """Ask for an existing file."""
+    """Ask for an existing file; None if the user cancels."""
     name, _ = QFileDialog.getOpenFileName(asker.window(), title, "", filters)
     return path_from_library(name) if name else None
 
 
 def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
-    """Ask for an existing folder."""
+    """Ask for an existing folder; None if the user cancels."""
     name = QFileDialog.getExistingDirectory(asker.window(), title, start)
     return path_from_library(name) if name else None
 
 
 def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path | None:
-    """Ask for a file to write, first among the user's pictures; it may be replaced."""
+    """Ask for a file to write, starting in the user's pictures folder; it may be overwritten."""
     pictures = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.PicturesLocation)
     start = str(Path(pictures) / suggested) if Path(pictures).is_dir() else suggested
     name, _ = QFileDialog.getSaveFileName(asker.window(), title, start, filters)
@@ -60,7 +60,7 @@ def show_folder(folder: Path) -> None:
 
 
 def path_of(url: QUrl) -> Path:
-    """Return the path of a file URL, whatever bytes its name has."""
+    """Return the path of a file URL, even if its name is not valid text."""
     if os.name == "nt":
         return Path(url.toLocalFile())
     return path_in_url(bytes(url.toEncoded().data()))
@@ -73,21 +73,21 @@ _MARGIN: Final = 24
 
 
 class Sheet(PaintedWidget):
-    """A panel with title and close button over a darkened window.
+    """A panel with a title and a close button over a darkened window.
 
-    It opens only because the user asked for it: in the middle, near the top, or as a column at
-    the right edge. Esc and a click beside it close it; Tab stays inside; closing gives the
-    keyboard back. One `under` a button leaves the window as bright as it is, so
-    that what it changes can be seen.
+    It opens only at the user's request: in the middle, near the top, or as a column at the right
+    edge. Esc or a click outside closes it, Tab stays inside, and closing restores the focus. With
+    `under`, it appears below a button and does not darken the window, so that changes remain
+    visible.
     """
 
     closed = Signal()
-    # Weak: a sheet that goes with its window, still open, must not keep the whole screen.
+    # Weak references, so that a sheet that closes with its window does not keep its screen alive.
     _open: ClassVar[list[weakref.ref[Sheet]]] = []
 
     @classmethod
     def over(cls, host: QWidget) -> list[Sheet]:
-        """List the open sheets of a window, the uppermost last."""
+        """Return the open sheets of a window, uppermost last."""
         sheets = [one for one in (each() for each in cls._open) if one is not None]
         visible = [one for one in sheets if shiboken6.isValid(one) and not one.isHidden()]
         cls._open[:] = map(weakref.ref, visible)
@@ -125,11 +125,11 @@ class Sheet(PaintedWidget):
         self.setAccessibleName(title)
 
     def add_button(self, button: Button) -> None:
-        """Put a button into the foot, to the right of those already there."""
+        """Add a button at the bottom, to the right of the existing ones."""
         self.foot.addWidget(button)
 
     def open(self, focus: QWidget | None = None) -> None:
-        """Show it over everything in the window."""
+        """Show the sheet over everything in the window."""
         self._back = self.window().focusWidget()
         self.setGeometry(self._host.rect())
         self.show()
@@ -141,14 +141,15 @@ class Sheet(PaintedWidget):
         first.setFocus(Qt.FocusReason.TabFocusReason)
 
     def shut(self) -> None:
-        """Close it."""
+        """Close the sheet."""
         if not self.isHidden():
             self.hide()
             if self._back is not None and shiboken6.isValid(self._back):
                 self._back.setFocus(Qt.FocusReason.OtherFocusReason)
             focus = QApplication.focusWidget()
             if focus is not None and self.isAncestorOf(focus):
-                # What had the keyboard is gone or hidden. Left in here, keys would reach nothing.
+                # The previous focus widget is gone or hidden, and keys must not go to a closed
+                # sheet.
                 focus.clearFocus()
             self._back = None
             self.closed.emit()
@@ -174,7 +175,7 @@ class Sheet(PaintedWidget):
         self._panel.setGeometry(QRect(left, top, wide, high))
 
     def _stops(self) -> list[QWidget]:
-        """List the Tab stops in order, the close button last."""
+        """Return the Tab stops in order, with the close button last."""
         stops: list[QWidget] = []
         widget = self.nextInFocusChain()
         while widget is not None and widget is not self:
@@ -187,7 +188,7 @@ class Sheet(PaintedWidget):
         return [*stops, self._close]
 
     def focusNextPrevChild(self, forward: bool) -> bool:
-        """Keep Tab inside."""
+        """Keep Tab inside the sheet."""
         stops = self._stops()
         here = self.window().focusWidget()
         place = stops.index(here) if here in stops else -1
@@ -204,19 +205,19 @@ class Sheet(PaintedWidget):
         return False
 
     def event(self, event: QEvent) -> bool:
-        """Lay the panel out again when its content changes height."""
+        """Update the layout when the content changes its height."""
         if event.type() == QEvent.Type.LayoutRequest and not self.isHidden():
             self._lay()
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc closes; no other key gets through to the window."""
+        """Close the sheet on Esc, and keep all other keys from the window."""
         if event.key() == Qt.Key.Key_Escape:
             self.shut()
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Close on a click beside the panel."""
+        """Close the sheet on a click outside the panel."""
         if not self._panel.geometry().contains(event.position().toPoint()):
             self.shut()
         event.accept()
@@ -228,12 +229,12 @@ class Sheet(PaintedWidget):
 
 
 class SheetHost(QWidget):
-    """A screen with one sheet over it at most, which closes when the screen is hidden."""
+    """A screen with at most one sheet over it, which closes when the screen is hidden."""
 
     sheet: Sheet | None = None
 
     def put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
-        """Open a sheet in the place of any other; it is deleted when it closes."""
+        """Open a sheet, replacing any other; it is deleted when it closes."""
         self.take_back()
         self.sheet = sheet
         sheet.closed.connect(self._sheet_closed)
@@ -250,16 +251,16 @@ class SheetHost(QWidget):
             sheet.deleteLater()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Close the sheets above it."""
+        """Close the open sheet."""
         super().hideEvent(event)
         self.take_back()
 
 
 class KeysSheet(Sheet):
-    """A sheet in which no key is a shortcut of the screen behind it."""
+    """A sheet that keeps all keys from the shortcuts of the screen behind it."""
 
     def event(self, event: QEvent) -> bool:
-        """Keep all keys here."""
+        """Keep all keys in the sheet."""
         if event.type() == QEvent.Type.ShortcutOverride:
             event.accept()
             return True
@@ -267,9 +268,10 @@ class KeysSheet(Sheet):
 
 
 class LineSheet(KeysSheet):
-    """A field, and a button that submits it.
+    """A text field with a button that submits it.
 
-    `taken`: Signal(str). The line, by the button or Enter; not while it is busy.
+    Attributes:
+        taken: Signal(str). Emitted with the text on Enter or the button, unless the sheet is busy.
     """
 
     taken = Signal(str)
@@ -290,14 +292,14 @@ class LineSheet(KeysSheet):
         self.field.changed.connect(lambda _text: self.field.set_error(""))
 
     def say(self, sentence: str) -> None:
-        """Show what is wrong with the line; an empty sentence closes the sheet."""
+        """Show an error in the text, or close the sheet if the sentence is empty."""
         self.show_busy(False)
         self.field.set_error(sentence)
         if not sentence:
             self.shut()
 
     def show_busy(self, saving: bool) -> None:
-        """Show that the line is being saved."""
+        """Show that the text is being saved."""
         if saving != self.take.busy:
             self.take.set_busy(tr("Saving…") if saving else None)
 
@@ -307,7 +309,7 @@ class LineSheet(KeysSheet):
 
 
 class Term(Pressable):
-    """The name of a number; a press explains it (see `EXPLANATIONS`)."""
+    """The name of a number, explained when pressed (see `EXPLANATIONS`)."""
 
     def __init__(
         self, key: str, words: str = "", look: tuple[int, int, Role] = (12, 400, "dim")
@@ -318,7 +320,7 @@ class Term(Pressable):
         self.say(words)
 
     def say(self, words: str, key: str = "") -> None:
-        """Change the name and its term; hidden if empty."""
+        """Change the name and its term, and hide both if empty."""
         self.key = key or self.key
         self.setText(words)
         question = tr("{name}: what does it mean?", name=words)
@@ -336,15 +338,15 @@ class Term(Pressable):
         return QSize(text_width(self._font(), self.text()), theme().line_height(self._look[0]))
 
     def minimumSizeHint(self) -> QSize:
-        """Allow the text to be shortened."""
+        """Return a width that allows the text to be shortened."""
         return QSize(min(self.sizeHint().width(), px(24)), self.sizeHint().height())
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the text only."""
+        """Return the area of the text only."""
         return QRect(0, 0, min(self.width(), self.sizeHint().width()), self.height()), px(4)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint the words, dotted underneath; under the mouse the line is whole."""
+        """Paint the text with a dotted underline, which is solid under the mouse."""
         ink = getattr(t.c, self._look[2])
         put_text(painter, self.rect(), self.text(), self._font(), ink)
         line = pen(ink if self.hovered() else t.c.ctl, 1, () if self.hovered() else (1, 2))

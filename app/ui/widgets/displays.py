@@ -1,4 +1,4 @@
-"""Displays: pictures, meters and progress."""
+"""Displays for pictures, values and progress."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SPAN_DEG: Final = 100
 
 
 def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg: float) -> None:
-    """Paint the ring of something busy; its moving part starts clockwise from the top."""
+    """Paint the ring of a busy indicator; its moving part starts clockwise from the top."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -36,7 +36,7 @@ def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg
 
 
 class Beat(QObject):
-    """A timer that repaints a widget while it is busy and can be seen."""
+    """A timer that repaints a widget while it is busy and visible."""
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__()
@@ -46,10 +46,10 @@ class Beat(QObject):
         self._timer: QTimer | None = None
 
     def run(self, on: bool) -> None:
-        """Start or stop."""
+        """Start or stop the animation."""
         self._is_on = on
         if on and self._timer is None:
-            # Every button has a beat, and few are ever busy.
+            # Create the timer on demand, because every button has one and few are ever busy.
             self._timer = QTimer(self._widget)
             self._timer.setInterval(_TICK_MS)
             self._timer.timeout.connect(self._advance)
@@ -57,7 +57,7 @@ class Beat(QObject):
         self._follow()
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Stop the animation while hidden."""
+        """Pause the animation while the widget is hidden."""
         if event.type() in (QEvent.Type.Show, QEvent.Type.Hide):
             self._follow()
         return False
@@ -74,7 +74,7 @@ class Beat(QObject):
 
 
 class Spinner(PaintedWidget):
-    """A ring that turns while something is under way."""
+    """A ring that turns while a task is running."""
 
     def __init__(self, name: str = tr("Working")) -> None:
         super().__init__()
@@ -85,12 +85,12 @@ class Spinner(PaintedWidget):
         self._beat.run(True)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the ring in the current theme."""
         draw_ring(painter, self.rect(), t.c.text, self._beat.phase_deg)
 
 
 class Bar(Paints, QProgressBar):
-    """A bar of 160 x 4 in neutral colours."""
+    """A progress bar of 160 x 4 pixels in neutral colours."""
 
     def __init__(self, name: str = tr("Progress")) -> None:
         super().__init__()
@@ -102,16 +102,16 @@ class Bar(Paints, QProgressBar):
         self._beat = Beat(self)
 
     def set(self, fraction: float | None) -> None:
-        """Show how much is done, 0 to 1; None shows a part that moves along."""
+        """Show progress from 0 to 1, or a moving part if it is None."""
         self._unknown = fraction is None
         self._beat.run(self._unknown)
-        # Qt would paint it at once, and all else in the window that waits to be painted.
+        # Otherwise Qt would repaint the bar and all other pending parts of the window at once.
         self.setUpdatesEnabled(False)
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
         self.setUpdatesEnabled(True)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the bar in the current theme."""
         c, area = t.c, QRectF(self.rect())
         radius = area.height() / 2
         box(painter, area, radius, c.track2)
@@ -140,7 +140,7 @@ def draw_meter(
     before: float | None = None,
     fill: QColor | None = None,
 ) -> None:
-    """Paint a meter of 0 to 100 into the middle of a rectangle; a limit of None has no tick."""
+    """Paint a meter from 0 to 100 in a rectangle, without a tick if `limit` is None."""
     t = theme()
     ink = fill or t.c.text
     area, high = QRectF(rect), float(px(_RAIL))
@@ -155,7 +155,7 @@ def draw_meter(
         wide, tall = px(2), px(_TICK)
         x = round(area.left() + area.width() * limit / _FULL - wide / 2)
         tick = QRectF(x, top - (tall - high) / 2, wide, tall)
-        # A gap in the colour underneath keeps the tick visible on the filled part.
+        # A gap in the background colour keeps the tick visible on the filled part.
         painter.fillRect(tick.adjusted(-px(1), 0, px(1), 0), t.c.panel)
         painter.fillRect(tick, t.c.dim)
 
@@ -169,7 +169,7 @@ def _part(painter: QPainter, rail: QRectF, value: float, colour: QColor) -> None
 
 
 class Meter(PaintedWidget):
-    """A meter 4 high."""
+    """A meter that is 4 pixels high."""
 
     preferred_size, least = (120, _TICK), (24, _TICK)
 
@@ -181,7 +181,7 @@ class Meter(PaintedWidget):
         self._describe()
 
     def set(self, value: float, limit: float | None = 45, before: float | None = None) -> None:
-        """Show a value of 0 to 100; a limit of None has no tick."""
+        """Show a value from 0 to 100, without a tick if `limit` is None."""
         if (value, limit, before) != self._values:
             self._values = (value, limit, before)
             self._describe()
@@ -195,7 +195,7 @@ class Meter(PaintedWidget):
         self.setAccessibleName(words)
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the meter in the current theme."""
         value, limit, before = self._values
         draw_meter(painter, self.rect(), value, limit, before)
 
@@ -206,10 +206,10 @@ _TAG_INSET: Final = 8
 
 
 def to_image(picture: NDArray[np.uint8]) -> QImage:
-    """Copy an sRGB array, (h, w, 3) uint8 with row 0 on top, into an image that Qt can paint.
+    """Copy an sRGB array, (h, w, 3) uint8 with row 0 at the top, to an image that Qt can paint.
 
     Raises:
-        ValueError: When the array has another shape or type.
+        ValueError: If the array has another shape or type.
     """
     if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8:
         raise ValueError(f"not an (h, w, 3) uint8 picture: {picture.shape} {picture.dtype}")
@@ -220,7 +220,7 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
 
 
 class Picture(PaintedWidget):
-    """A picture, cropped to fill the place it has."""
+    """A picture that is cropped to fill its area."""
 
     preferred_size, least = (94, 68), (24, 16)
 
@@ -235,10 +235,10 @@ class Picture(PaintedWidget):
         self._tags: dict[Corner, str] = {}
 
     def set_picture(self, picture: NDArray[np.uint8] | None) -> None:
-        """Show an sRGB array, (h, w, 3) uint8, not to be changed later; None leaves the well empty.
+        """Show an sRGB array, (h, w, 3) uint8, not to be modified later, or None for an empty well.
 
         Raises:
-            ValueError: When the array has another shape or type.
+            ValueError: If the array has another shape or type.
         """
         if picture is not None and picture is self._array:
             return
@@ -247,7 +247,7 @@ class Picture(PaintedWidget):
         self._changed()
 
     def set_tag(self, text: str, corner: Corner = "bl") -> None:
-        """Put a label into a corner."""
+        """Show a label in a corner."""
         if self._tags.get(corner, "") != text:
             self._tags[corner] = text
             self.update()
@@ -257,7 +257,7 @@ class Picture(PaintedWidget):
         self.update()
 
     def _prepare(self, dpr: float) -> QPixmap | None:
-        """Crop, scale and round the picture once for this size."""
+        """Crop, scale and round the picture once for its current size."""
         if self._image is None or self._array is None or self.size().isEmpty():
             return None
         wide, high = round(self.width() * dpr), round(self.height() * dpr)
@@ -278,7 +278,7 @@ class Picture(PaintedWidget):
 
     @staticmethod
     def _rounded(image: QImage, radius: float) -> QPixmap:
-        # Clipping to a path leaves jagged corners; a painted mask does not.
+        # Clipping to a path leaves jagged corners, but a painted mask does not.
         mask = QImage(image.size(), QImage.Format.Format_ARGB32_Premultiplied)
         mask.fill(Qt.GlobalColor.transparent)
         painter = QPainter(mask)
@@ -289,7 +289,7 @@ class Picture(PaintedWidget):
         return QPixmap.fromImage(mask)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the picture and its label in the current theme."""
         box(painter, self.rect(), self._radius, t.c.well)
         pixmap = self._prepare(painter.deviceTransform().m11())
         if pixmap is not None:
@@ -300,7 +300,7 @@ class Picture(PaintedWidget):
         usual = px(_TAG_INSET)
         for corner, text in self._tags.items():
             if text:
-                # A long tag on a small picture comes nearer to the edge before it is cut.
+                # On a small picture, a long label moves closer to the edge before it is cut.
                 inset = max(min(usual, (self.width() - tag_size(text)[0]) // 2), 0)
                 area = QRectF(self.rect()).adjusted(inset, usual, -inset, -usual)
                 x = area.left() if "l" in corner else area.right()

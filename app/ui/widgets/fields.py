@@ -1,4 +1,4 @@
-"""Fields with label and error: a line to type into, a list to choose from; and toggles."""
+"""Fields with a label and an error message for text or a list, and toggles."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _GAP: Final = 10
 
 
 class Toggle(Pressable):
-    """A line with a name, and a switch of 36 x 20 at its right end."""
+    """A row with a name, and a switch of 36 x 20 pixels at its right end."""
 
     switched = Signal(bool)
 
@@ -47,19 +47,19 @@ class Toggle(Pressable):
         self.clicked.connect(self.switched)
 
     def sizeHint(self) -> QSize:
-        """Room for icon, name and switch."""
+        """Return the size of icon, name and switch."""
         t = theme()
         lead = px(_ICON + _GAP) if self._icon else 0
         width = lead + text_width(t.font(14), self.text()) + 2 * px(_GAP)
         return QSize(width + px(_SWITCH[0]), px(32))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size: a long name is shortened and shows in the tool tip."""
+        """Return the smallest useful size; a long name is shortened and appears in the tooltip."""
         hint = self.sizeHint()
         return QSize(min(hint.width(), px(160)), hint.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put a shortened name into the tool tip."""
+        """Copy a shortened name to the tooltip."""
         super().resizeEvent(event)
         if self.width() < self.sizeHint().width() and not self.toolTip():
             self.setToolTip(self.text())
@@ -69,12 +69,12 @@ class Toggle(Pressable):
         return QRect(self.width() - width, (self.height() - height) // 2, width, height)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the switch."""
+        """Return the rectangle of the switch."""
         switch = self._switch()
         return switch, switch.height() // 2
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the toggle in the current theme."""
         ink = t.c.text if self.isEnabled() else t.c.dis
         left = 0
         if self._icon:
@@ -112,7 +112,7 @@ _PADDING: Final = 12
 
 
 class _LabelledField(QWidget):
-    """A column: label, the control, and a place for an error."""
+    """A column with a label, a control and room for an error message."""
 
     def __init__(self, label: str) -> None:
         super().__init__()
@@ -129,7 +129,7 @@ class _LabelledField(QWidget):
         add(self._column, field, self._error)
 
     def set_error(self, sentence: str) -> None:
-        """Show what is wrong with the field's text; empty if nothing is."""
+        """Show an error in the field's text, or none if the sentence is empty."""
         self._error.say(sentence)
         self._field.wrong = bool(sentence)
         self._field.setAccessibleDescription(sentence)
@@ -144,7 +144,7 @@ def _draw_frame(painter: QPainter, field: _LineInput | _Box, pressed: bool = Fal
 
 
 class _LineInput(QLineEdit):
-    """A line edit with our frame."""
+    """A line edit with the app's frame."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -155,7 +155,7 @@ class _LineInput(QLineEdit):
         self.setFont(t.font(14))
         self.setFixedHeight(px(40))
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
-        # The frame is painted below; Qt paints nothing under the words.
+        # The frame is painted below, and Qt paints nothing behind the text.
         colours = QPalette(self.palette())
         colours.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
         self.setPalette(colours)
@@ -164,11 +164,11 @@ class _LineInput(QLineEdit):
     def set_icon(self, icon: str) -> None:
         self.icon = icon
         lead = px(_PADDING) + (px(28) if icon else 0)
-        # QLineEdit keeps 2 px of its own.
+        # QLineEdit reserves 2 px itself.
         self.setTextMargins(lead - 2, 0, px(_PADDING) - 2, 0)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer copying and pasting in our look."""
+        """Open the menu for copying and pasting in the app's look."""
         menu = self.createStandardContextMenu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dress_menu(menu)
@@ -185,7 +185,7 @@ class _LineInput(QLineEdit):
 
 
 class TextField(_LabelledField):
-    """A line of text with its label."""
+    """A text field with its label."""
 
     changed = Signal(str)
     entered = Signal(str)
@@ -204,17 +204,17 @@ class TextField(_LabelledField):
         self._hold(line)
 
     def text(self) -> str:
-        """Return its text."""
+        """Return the text."""
         return self.edit.text()
 
     def set_text(self, text: str) -> None:
-        """Change the text without telling anybody."""
+        """Change the text without emitting a signal."""
         if text != self.edit.text():
             self.edit.setText(text)
 
 
 class IconLine(QWidget):
-    """An icon beside a sentence; hidden if the sentence is empty."""
+    """An icon beside a sentence, hidden while the sentence is empty."""
 
     def __init__(self, size: int = 14, gap: int = 8) -> None:
         super().__init__()
@@ -224,7 +224,7 @@ class IconLine(QWidget):
         self.hide()
 
     def say(self, sentence: str, icon: str = "error") -> None:
-        """Show a sentence, in the colour of errors or with a check."""
+        """Show a sentence in the colour of errors, or with a check mark."""
         wrong = icon == "error"
         self._text.set_text(sentence)
         self._text.set_role("err" if wrong else "text")
@@ -232,12 +232,12 @@ class IconLine(QWidget):
         self.setVisible(bool(sentence))
 
     def text(self) -> str:
-        """Return its text."""
+        """Return the text."""
         return self._text.text()
 
 
 class _Box(Pressable):
-    """The closed list field."""
+    """The field while its list is closed."""
 
     def __init__(self, name: str, icon: str) -> None:
         super().__init__(name, tip="")
@@ -289,10 +289,11 @@ class _Box(Pressable):
 
 
 class ListField(_LabelledField):
-    """A field that shows the choice and opens a list.
+    """A field that shows the current choice and opens a list.
 
-    Arrows step without opening it; Space, Enter and Alt Down open it. Items are (key, text) with
-    a second line and an icon if wanted; a second line makes the field 56 high.
+    Arrows change the choice without opening the list; Space, Enter and Alt+Down open it. Items are
+    (key, text), optionally with a second line and an icon; a second line makes the field 56 pixels
+    high.
     """
 
     chosen = Signal(str)
@@ -317,11 +318,11 @@ class ListField(_LabelledField):
 
     @property
     def key(self) -> str:
-        """Key of the choice; empty while the list is empty."""
+        """Key of the current choice, or empty while the list is empty."""
         return self.box.entry.key
 
     def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
-        """Change the items; the choice stays if its key is among them."""
+        """Change the items, keeping the choice if its key is among them."""
         entries = [Entry(*item) for item in items]
         if entries == self._entries:
             return
@@ -331,7 +332,11 @@ class ListField(_LabelledField):
         self._show(entries[keys.index(self.key) if self.key in keys else 0] if keys else None)
 
     def choose(self, key: str) -> None:
-        """Choose without a signal; KeyError when there is no such entry."""
+        """Select an entry without emitting a signal.
+
+        Raises:
+            KeyError: If there is no such entry.
+        """
         for entry in self._entries:
             if entry.key == key:
                 self._show(entry)
@@ -339,7 +344,7 @@ class ListField(_LabelledField):
         raise KeyError(key)
 
     def open_list(self) -> None:
-        """Drop the list."""
+        """Open the list."""
         if self._entries:
             self._popup.drop(self.box, self._entries, self.key)
 
@@ -357,9 +362,9 @@ class ListField(_LabelledField):
             self.chosen.emit(key)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Handle arrows and the wheel for the closed field."""
+        """Handle arrows and the wheel on the closed field."""
         if isinstance(event, QWheelEvent):
-            # Scrolling a column must not change what happens to lie under the mouse.
+            # Scrolling the column must not change a field that happens to be under the mouse.
             event.ignore()
             return True
         if not isinstance(event, QKeyEvent) or event.type() != QKeyEvent.Type.KeyPress:

@@ -1,4 +1,4 @@
-"""Text on the design's line heights, icons, signs and key hints."""
+"""Text with the design's line heights, icons, signs and key hints."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _GAP: Final = 8
 
 
 class KeyHint(PaintedWidget):
-    """A key in its frame, and what it does."""
+    """A key in a frame, and its effect."""
 
     def __init__(self, keys: str, words: str) -> None:
         super().__init__()
@@ -38,7 +38,7 @@ class KeyHint(PaintedWidget):
         self._describe()
 
     def set(self, keys: str, words: str) -> None:
-        """Change both."""
+        """Change the key and the text."""
         if (keys, words) != (self._keys, self._words):
             self._keys, self._words = keys, words
             self._describe()
@@ -49,24 +49,24 @@ class KeyHint(PaintedWidget):
         self.setAccessibleName(f"{self._keys}: {self._words}")
 
     def align(self, column: int) -> None:
-        """Align the words with those of the hints above and below."""
+        """Align the text with the hints above and below."""
         self._column = column
         self.updateGeometry()
         self.update()
 
     def cap(self) -> int:
-        """Return the width of the framed key, logical pixels."""
+        """Return the width of the framed key in logical pixels."""
         t = theme()
         return max(text_width(t.font(12, 600), self._keys) + 2 * px(_PADDING), px(_HEIGHT))
 
     def sizeHint(self) -> QSize:
-        """Return the design's size."""
+        """Return the size of the key and the text."""
         t = theme()
         words = text_width(t.font(12), self._words) + px(_GAP) if self._words else 0
         return QSize(max(self.cap(), self._column) + words, px(_HEIGHT))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the hint in the current theme."""
         cap = QRectF(0, 0, self.cap(), self.height())
         box(painter, cap, px(4), None, t.c.ctl, t.line_width)
         put_text(painter, cap, self._keys, t.font(12, 600), t.c.text, MIDDLE)
@@ -76,7 +76,7 @@ class KeyHint(PaintedWidget):
 
 
 class Icon(PaintedWidget):
-    """An icon without a function, beside text of the same meaning."""
+    """A decorative icon beside text with the same meaning."""
 
     def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
         super().__init__()
@@ -88,13 +88,13 @@ class Icon(PaintedWidget):
         self.setFixedSize(self._side, self._side)
 
     def set(self, name: str, role: Role | None = None) -> None:
-        """Change the icon, and its colour; None keeps the colour."""
+        """Change the icon and its colour role; None keeps the role."""
         if (name, role or self._role) != (self.name, self._role):
             self.name, self._role = name, role or self._role
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the icon in the current theme."""
         c = t.c
         own: QColor = getattr(c, self._role)
         colour = own if self.isEnabled() else c.dis
@@ -119,7 +119,7 @@ _SIGNS: Final = {"plus": tr("plus"), "minus": tr("minus")}
 
 
 class Sign(PaintedWidget):
-    """The plus or minus sign of a weight, before its meaning."""
+    """The plus or minus sign of a weight, shown before its meaning."""
 
     def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
         super().__init__()
@@ -129,15 +129,15 @@ class Sign(PaintedWidget):
         self.setAccessibleName(_SIGNS[sign])
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the sign."""
         draw_sign(painter, self.rect(), self._sign)
 
 
 Role: TypeAlias = Literal["text", "dim", "amber", "onamber", "ok", "err"]
-"""Token that a text takes its colour from."""
+"""Colour roles of text."""
 
 _SHORTEST_WRAP: Final = 96
-_WIDTHS: Final = 6  # for which the lines are kept
+_WIDTHS: Final = 6  # number of widths whose line breaks are cached
 _FLUSH_FROM: Final = 28  # type size from which the first figure's own margin is seen
 
 
@@ -145,10 +145,10 @@ _RIGHT: Final = Qt.TextElideMode.ElideRight
 
 
 class Text(QLabel):
-    """A text of one or several lines, in the colour of a token.
+    """A text of one or several lines in the colour of a role.
 
-    With `elide` it may become narrower than it needs, and a text of several lines lower: it then
-    ends in "…", with the whole text as tool tip.
+    With `elide`, the text may get less space than it needs. It is then cut with "…", and the full
+    text is in the tooltip.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class Text(QLabel):
             self.setSizePolicy(policy)
 
     def set_text(self, text: str) -> None:
-        """Change its text."""
+        """Change the text."""
         text = visible(text)
         if text != self.text():
             self._lines.clear()
@@ -190,25 +190,25 @@ class Text(QLabel):
             self.updateGeometry()
 
     def say(self, text: str) -> None:
-        """Change its text; hidden if empty."""
+        """Change the text, and hide the label if it is empty."""
         self.set_text(text)
         self.setVisible(bool(text))
 
     def set_role(self, role: Role) -> None:
-        """Change the token it takes its colour from."""
+        """Change the colour role."""
         if role != self._role:
             self._role = role
             self.update()
 
     def colour(self) -> QColor:
-        """Return its current colour."""
+        """Return the current colour."""
         c = theme().c
         own: QColor = getattr(c, self._role)
         return own if self.isEnabled() else c.dis
 
     def _broken(self, width: int) -> list[str]:
         """Break the text into lines that fit a width."""
-        # Layouts ask for one width after the other, and then again.
+        # Layouts try several widths repeatedly.
         if width not in self._lines:
             if len(self._lines) == _WIDTHS:
                 self._lines.clear()
@@ -233,28 +233,28 @@ class Text(QLabel):
         return lines
 
     def sizeHint(self) -> QSize:
-        """Width of the unbroken text, and the height of its lines."""
+        """Return the width of the unbroken text and the height of its lines."""
         parts = self.text().split("\n")
         width = max(text_width(self.font(), part) for part in parts)
         return QSize(width, self._line * len(parts))
 
     def minimumSizeHint(self) -> QSize:
-        """As narrow as wrapping or eliding allows."""
+        """Return the smallest size that wrapping or eliding allows."""
         full = self.sizeHint()
         if self.wordWrap():
             return QSize(min(full.width(), px(_SHORTEST_WRAP)), self._line)
         return QSize(min(full.width(), px(24)), full.height()) if self._elide else full
 
     def hasHeightForWidth(self) -> bool:
-        """Only broken text gets higher when it gets narrower."""
+        """Return whether the height depends on the width, as it does for wrapped text."""
         return self.wordWrap()
 
     def heightForWidth(self, width: int) -> int:
-        """Height of all lines at a width."""
+        """Return the height of all lines at a width."""
         return self._line * len(self._broken(width)) if self.wordWrap() else -1
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Follow the new size."""
+        """Update the line breaks for the new size."""
         super().resizeEvent(event)
         self._show_whole()
 
@@ -267,20 +267,20 @@ class Text(QLabel):
         self._cut = cut
 
     def changeEvent(self, event: QEvent) -> None:
-        """Follow a change of state or font."""
+        """Update the text after a change of state or font."""
         if event.type() == QEvent.Type.FontChange:
             self._lines.clear()
         super().changeEvent(event)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint it in the current theme."""
+        """Paint the text in the current theme."""
         painter = QPainter(self)
         painter.setFont(self.font())
         painter.setPen(self.colour())
         metrics = QFontMetricsF(self.font())
         lines = self._broken(self.width())
         if self._cut and self.wordWrap():
-            # What does not fit follows the last line that does, and is cut off there.
+            # The rest of the text is appended to the last visible line and cut there.
             last = self.height() // self._line - 1
             rest = metrics.elidedText(" ".join(lines[last:]), _RIGHT, self.width() + 0.5)
             lines = [*lines[:last], rest]

@@ -1,4 +1,4 @@
-"""Rows and columns of widgets in one call."""
+"""Rows and columns of widgets, each created with a single call."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ Part: TypeAlias = "QWidget | QLayout"
 Item: TypeAlias = (
     "Part | float | EllipsisType | tuple[Part, int] | tuple[Part, int, Qt.AlignmentFlag]"
 )
-"""A widget or layout, maybe with its stretch and alignment; a gap in pixels at scale 1; or
-`...` for room that stretches."""
+"""A widget or layout, optionally with stretch and alignment; a gap in pixels at scale 1; or `...`
+for stretchable space.
+"""
 
 Margins: TypeAlias = "float | tuple[float, float, float, float] | None"
 _Box = TypeVar("_Box", bound=QBoxLayout)
@@ -32,12 +33,12 @@ _Box = TypeVar("_Box", bound=QBoxLayout)
 def column(
     *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
 ) -> QVBoxLayout:
-    """Stack items, the uppermost first.
+    """Stack items from top to bottom.
 
     Args:
-        into: Gets the layout.
-        gap: Between two items, pixels at scale 1; None leaves it to the layout around or the style.
-        margins: Left, top, right and bottom, pixels at scale 1; None leaves them to the style.
+        into: Widget that receives the layout.
+        gap: Spacing in pixels at scale 1, or None to inherit it.
+        margins: Left, top, right and bottom in pixels at scale 1, or None for the style's margins.
     """
     return _filled(QVBoxLayout(), items, into, gap, margins)
 
@@ -45,7 +46,7 @@ def column(
 def row(
     *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
 ) -> QHBoxLayout:
-    """Put items side by side, the leftmost first; see `column`."""
+    """Put items side by side from left to right; see `column`."""
     return _filled(QHBoxLayout(), items, into, gap, margins)
 
 
@@ -55,11 +56,11 @@ def grid(
     gap: tuple[float, float] = (0, 0),
     stretched: int | None = None,
 ) -> QGridLayout:
-    """Put widgets into rows of `across`, in reading order.
+    """Arrange widgets in rows of `across` in reading order.
 
     Args:
-        gap: Between columns and between rows, pixels at scale 1.
-        stretched: The column that takes the room left over.
+        gap: Spacing between columns and rows in pixels at scale 1.
+        stretched: Column that takes the remaining space.
     """
     layout = QGridLayout()
     layout.setHorizontalSpacing(px(gap[0]))
@@ -73,14 +74,14 @@ def grid(
 
 
 def boxed(layout: QLayout) -> QWidget:
-    """Give a row or column a widget of its own."""
+    """Wrap a row or column in a widget."""
     box = QWidget()
     box.setLayout(layout)
     return box
 
 
 def stacked(*pages: QWidget) -> QStackedWidget:
-    """Stack pages; the first is in front."""
+    """Stack pages, with the first one visible."""
     stack = QStackedWidget()
     for page in pages:
         stack.addWidget(page)
@@ -88,7 +89,7 @@ def stacked(*pages: QWidget) -> QStackedWidget:
 
 
 def clear(layout: QLayout) -> None:
-    """Take everything out of a row or column; widgets are deleted."""
+    """Remove all items from a row or column and delete their widgets."""
     while (item := layout.takeAt(0)) is not None:
         if (widget := item.widget()) is not None:
             widget.hide()
@@ -96,7 +97,7 @@ def clear(layout: QLayout) -> None:
 
 
 def add(layout: QBoxLayout, *items: Item) -> None:
-    """Add items to the end of a row or column."""
+    """Append items to a row or column."""
     for item in items:
         if item is ...:
             layout.addStretch(1)
@@ -113,7 +114,7 @@ def add(layout: QBoxLayout, *items: Item) -> None:
 
 
 def fold(line: QBoxLayout, beside: bool, gap: int = 0) -> None:
-    """Put the items of a line side by side, or below each other; a gap of 0 stays as it is."""
+    """Switch a line to a row or a column; a `gap` of 0 leaves the spacing unchanged."""
     way = QBoxLayout.Direction
     line.setDirection(way.LeftToRight if beside else way.TopToBottom)
     if gap:

@@ -1,4 +1,4 @@
-"""The list that drops down from a field or chip, and tables as lists of rows."""
+"""The list that a field or chip opens, and tables made of rows."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _LETTER: Final = 24
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table; its title is in the head, and names the cell for a screen reader."""
+    """A column of a table, whose title is in the header and names its cells for screen readers."""
 
     title: str
     width: int = 0
@@ -61,7 +61,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """The content of one cell."""
+    """The content of a cell."""
 
     text: str
     icon: str = ""
@@ -70,7 +70,7 @@ class Cell:
 
 
 def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
-    """Return left edge and width of each column, logical pixels."""
+    """Return the left edge and the width of each column in logical pixels."""
     fixed = sum(px(one.width) for one in columns)
     free = sum(1 for one in columns if not one.width)
     rest = max(width - fixed, 0) // max(free, 1)
@@ -83,7 +83,7 @@ def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
 
 
 def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture: bool) -> None:
-    """Paint a letter in a ring, as in the table and on the panorama."""
+    """Paint a letter in a ring, as used in the table and on the panorama."""
     t = theme()
     area = QRectF(rect)
     fill, ink = (t.c.tag, t.c.ontag) if on_picture else (None, t.c.text)
@@ -92,7 +92,7 @@ def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture
 
 
 class TableHead(PaintedWidget):
-    """The titles of the columns, over a line."""
+    """The titles of the columns above a line."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -102,11 +102,11 @@ class TableHead(PaintedWidget):
         self.setAccessibleName(", ".join(c.title for c in self._columns if c.title))
 
     def sizeHint(self) -> QSize:
-        """Return the room for all columns."""
+        """Return the size of all columns."""
         return QSize(sum(px(c.width or 120) for c in self._columns), px(_HEAD))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the titles in the current theme."""
         for one, (left, width) in zip(
             self._columns, places(self._columns, self.width()), strict=True
         ):
@@ -117,7 +117,7 @@ class TableHead(PaintedWidget):
 
 
 class TableRow(Pressable):
-    """A row of 44 that can be chosen."""
+    """A selectable row, 44 pixels high."""
 
     def __init__(self, columns: Sequence[Column], cells: Sequence[Cell] = ()) -> None:
         super().__init__("", tip="")
@@ -128,7 +128,7 @@ class TableRow(Pressable):
         self.set(cells)
 
     def set(self, cells: Sequence[Cell]) -> None:
-        """Change its cells, one for each column."""
+        """Change the cells, one per column."""
         if tuple(cells) == self._cells:
             return
         self._cells = tuple(cells)
@@ -138,11 +138,11 @@ class TableRow(Pressable):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the design's size."""
+        """Return the designed size of a row."""
         return QSize(sum(px(c.width or 120) for c in self._columns), px(_ROW))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the row in the current theme."""
         line = t.line_width
         inner = self.rect().adjusted(0, 0, 0, -line)
         painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
@@ -174,15 +174,15 @@ class TableRow(Pressable):
 
 
 THING: Final = Qt.ItemDataRole.UserRole
-"""What a line of a list is about."""
+"""Type of the items in a list."""
 Inks: TypeAlias = tuple[QColor, QColor]
-"""Colours of a line's words, and of what is said beside or below them."""
+"""Colours of an item's text, and of the text beside or below it."""
 _MOST_ROWS: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One line of a list."""
+    """An entry of a list."""
 
     key: str
     text: str
@@ -191,7 +191,7 @@ class Entry:
 
 
 class Lines(QStyledItemDelegate):
-    """Paints the ground of each line of a list; derive from it and paint the rest."""
+    """The base class of delegates, which paint the background of rows; subclasses add content."""
 
     radius = 6
 
@@ -202,7 +202,7 @@ class Lines(QStyledItemDelegate):
     def sizeHint(
         self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex
     ) -> QSize:
-        """Return the design's size."""
+        """Return the designed size of a row."""
         return QSize(0, self._height)
 
     def paint(
@@ -211,7 +211,7 @@ class Lines(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        """Paint the ground, then the line."""
+        """Paint the background, then the content."""
         t = theme()
         rect: QRect = option.rect
         state: QStyle.StateFlag = option.state
@@ -226,11 +226,11 @@ class Lines(QStyledItemDelegate):
         self.paint_line(painter, inner, index.data(THING), (ink, faint))
 
     def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
-        """Paint the line; nothing here."""
+        """Paint the content of a row; does nothing in this base class."""
 
 
 class _Rows(Lines):
-    """Entries, with a check at the chosen one."""
+    """Paints entries, with a check mark at the selected one."""
 
     radius = 5
     chosen = ""
@@ -254,7 +254,7 @@ class _Rows(Lines):
 
 
 class BareList(QListWidget):
-    """A list without a frame and ground, whose lines a delegate paints."""
+    """A list without frame or background, whose rows are painted by a delegate."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -270,7 +270,7 @@ class BareList(QListWidget):
 
 
 class ListPopup(Paints, QFrame):
-    """A list that closes when something is chosen, and on Esc."""
+    """A list that closes on a choice and on Esc."""
 
     chosen = Signal(str)
 
@@ -288,7 +288,7 @@ class ListPopup(Paints, QFrame):
         self._list.installEventFilter(self)
 
     def drop(self, under: QWidget, entries: Sequence[Entry], key: str, width: int = 0) -> None:
-        """Open under a widget, or above it where there is no room; at least so wide."""
+        """Open the list under a widget, or above it without room below, at a minimum width."""
         t = theme()
         height = px(56 if any(entry.second for entry in entries) else 40)
         rows = _Rows(self._list, height)
@@ -329,14 +329,14 @@ class ListPopup(Paints, QFrame):
         self.chosen.emit(entry.key)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Close on Esc."""
+        """Close the list on Esc."""
         if event.key() == Qt.Key.Key_Escape:
             self.close()
         else:
             super().keyPressEvent(event)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Choose the current line by Enter, Space or Tab."""
+        """Select the current entry on Enter, Space or Tab."""
         if isinstance(event, QKeyEvent) and event.type() == QKeyEvent.Type.KeyPress:
             taking = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space, Qt.Key.Key_Tab)
             item = self._list.currentItem()
@@ -346,11 +346,11 @@ class ListPopup(Paints, QFrame):
         return False
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Close on a click elsewhere."""
+        """Close the list on a click elsewhere."""
         if not self.rect().contains(event.position().toPoint()):
             self.close()
         super().mousePressEvent(event)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the list's frame in the current theme."""
         box(painter, self.rect(), self._radius, t.c.panel, t.c.ctl, t.line_width)

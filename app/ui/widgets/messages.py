@@ -1,4 +1,4 @@
-"""Toasts at the lower right, banners with buttons, and empty pages."""
+"""Toasts at the lower right, banners with buttons, and empty states."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from app.ui.widgets.surfaces import OutlineBox
 
 
 class Banner(OutlineBox):
-    """A framed box: icon, bold sentence, text, and buttons."""
+    """A framed box with an icon, a bold sentence, text and buttons."""
 
     pressed = Signal(int)
 
@@ -59,7 +59,7 @@ class Banner(OutlineBox):
         actions: Sequence[str] = (),
         role: Role = "text",
     ) -> None:
-        """Change its content; parameters as for the class."""
+        """Change the content; the parameters are those of the class."""
         self._icon.set(icon, role)
         self._title.set_text(title)
         self._text.say(text)
@@ -70,12 +70,12 @@ class Banner(OutlineBox):
         self._buttons.setContentsMargins(0, px(8) if actions else 0, 0, 0)
 
     def button(self, number: int = 0) -> Button:
-        """Return one of its buttons, for example to show that it is busy."""
+        """Return one of the buttons, for example to show that it is busy."""
         return _buttons_in(self._buttons)[number]
 
 
 class Empty(QWidget):
-    """One sentence in an empty place, and one or two buttons that fill it."""
+    """An empty state: one sentence, with one or two buttons that lead on."""
 
     pressed = Signal(int)
 
@@ -84,7 +84,7 @@ class Empty(QWidget):
         self._words: tuple[str, ...] = ()
         middle = Qt.AlignmentFlag.AlignHCenter
         self._icon = Icon(icon or "info", 28, "dim")
-        # Hidden only: what is shown before it has a parent opens as a window.
+        # Hide it only now, because a widget that is shown without a parent opens as a window.
         if not icon:
             self._icon.hide()
         self._sentence = Text(sentence, 14, role="dim", wrap=True, align=middle)
@@ -96,7 +96,7 @@ class Empty(QWidget):
         self.set(sentence, action, second)
 
     def set(self, sentence: str, action: str = "", second: str = "") -> None:
-        """Change its text."""
+        """Change the sentence and the buttons."""
         self._sentence.set_text(sentence)
         self.setAccessibleName(sentence)
         words = tuple(each for each in (action, second) if each)
@@ -105,14 +105,15 @@ class Empty(QWidget):
             _refill(self._buttons, words, self.pressed, centred=True)
 
     def button(self, number: int = 0) -> Button:
-        """Return one of its buttons."""
+        """Return one of the buttons."""
         return _buttons_in(self._buttons)[number]
 
 
 class StaleVeil(PaintedWidget):
     """Dims a part of a screen while its answer is being computed.
 
-    `fill`: token of the colour behind that part.
+    Attributes:
+        fill: Colour token of the background behind that part.
     """
 
     def __init__(self, over: QWidget, words: str, fill: str = "panel") -> None:
@@ -124,7 +125,7 @@ class StaleVeil(PaintedWidget):
         self.hide()
 
     def cover(self, stale: bool) -> None:
-        """Dim what lies below, or show it again."""
+        """Dim the part below, or show it normally again."""
         if stale == self.isHidden():
             self.setGeometry(self._over.rect())
             self.setVisible(stale)
@@ -132,13 +133,13 @@ class StaleVeil(PaintedWidget):
             self.raise_()
 
     def eventFilter(self, _over: QObject, event: QEvent) -> bool:
-        """Stay as large as the part below."""
+        """Match the size of the part below."""
         if event.type() == QEvent.Type.Resize:
             self.setGeometry(self._over.rect())
         return False
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the veil in the current theme."""
         ground: QColor = getattr(t.c, self._fill)
         painter.fillRect(self.rect(), faint(ground, 1.0 - STALE))
         draw_tag(painter, self.width() / 2, self.height() / 5, self._words, "c", weight=600)
@@ -170,23 +171,23 @@ KINDS: Final[dict[str, tuple[str, Role, str]]] = {
     "warning": ("warning", "text", tr("warning")),
     "error": ("error", "err", tr("error")),
 }
-"""Icon, colour and word of each kind of message."""
+"""Icon, colour and name of each kind of message."""
 _WIDTH: Final = 360
 _EDGE: Final = 16
 _GAP: Final = 8
 _MOST_ACTIONS: Final = 2
 _MOST_SHOWN: Final = 3
-_PICTURE: Final = 160  # what is as high may be covered
-_COLUMNS: Final = 3  # from the right, where a place is looked for
+_PICTURE: Final = 160  # widgets of at least this height count as pictures and may be covered
+_COLUMNS: Final = 3  # number of columns to search for free space, from the right
 _STAY_MS: Final = 6000
 
 
 class _Toast(OutlineBox):
-    """One message on screen."""
+    """A message on screen."""
 
     gone = Signal(object)
     closed = Signal()
-    """The user closed it, or took one of its actions."""
+    """Emitted when the user closes the message or uses one of its actions."""
 
     def __init__(
         self,
@@ -244,7 +245,7 @@ class _Toast(OutlineBox):
         self.gone.emit(self)
 
     def wait(self) -> None:
-        """Start its time again; one that stays has none."""
+        """Restart the timer, unless the message stays."""
         if not self.stays:
             self._timer.start()
 
@@ -268,10 +269,10 @@ class _Toast(OutlineBox):
 
 
 class Toasts(QObject):
-    """Shows messages: stacked at the lower right of a window, 360 wide, for six seconds.
+    """Shows messages for six seconds at the lower right of a window, stacked and 360 pixels wide.
 
-    A message stays while the mouse or the keyboard is on it, and an error until it is closed. It
-    is read out. It never lies over a button: it moves up until it is clear.
+    A message stays while the mouse or the focus is on it, and an error stays until it is closed.
+    Every message is announced to screen readers. Messages move up until they cover no button.
     """
 
     def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
@@ -286,7 +287,7 @@ class Toasts(QObject):
 
     @property
     def count(self) -> int:
-        """How many are on screen."""
+        """Number of messages on screen."""
         return len(self._toasts)
 
     def tell(
@@ -298,8 +299,8 @@ class Toasts(QObject):
         stay: bool = False,
         closed: Callable[[], None] | None = None,
     ) -> None:
-        """Show a message and read it out; of its actions, two at most, each closes it."""
-        # Said again, it is not stacked upon itself.
+        """Show and announce a message with at most two actions, each of which closes it."""
+        # A repeated message replaces the earlier one.
         self.drop(message)
         toast = _Toast(self._parent, message, kind, actions, None if stay else self._stay_ms)
         toast.gone.connect(self._drop)
@@ -307,7 +308,7 @@ class Toasts(QObject):
             toast.closed.connect(closed)
         self._toasts.append(toast)
         while len(self._toasts) > _MOST_SHOWN:
-            # What would go by itself gives way first.
+            # Remove messages with a timer first.
             passing = [one for one in self._toasts[:-1] if not one.stays]
             self._drop((passing or self._toasts)[0])
         self.lay()
@@ -321,14 +322,14 @@ class Toasts(QObject):
             self._drop(same)
 
     def clear(self) -> None:
-        """Close all messages; they stay in the list."""
+        """Close all messages, keeping them in the list."""
         for toast in tuple(self._toasts):
             self._drop(toast)
 
     def _focus_moved(self) -> None:
-        """Restore a focus that moved here because its owner was hidden or disabled.
+        """Correct a focus that moved here because its owner was hidden or disabled.
 
-        What Qt says had it is not taken: it may be half destroyed, and must not be touched.
+        The previous widget as reported by Qt may be half destroyed, so it is tracked here instead.
         """
         old, new = self._had, QApplication.focusWidget()
         self._had = new
@@ -346,7 +347,7 @@ class Toasts(QObject):
             self.lay()
 
     def lay(self) -> None:
-        """Place them again, from the lower right upwards, the newest lowest."""
+        """Place the messages from the lower right upward, with the newest at the bottom."""
         edge, gap = px(_EDGE), px(_GAP)
         floor = self._parent.height() - self._bottom - edge
         blocks = self._controls() if self._toasts else []
@@ -358,7 +359,7 @@ class Toasts(QObject):
             blocks.append(place)
 
     def _controls(self) -> list[QRect]:
-        """Everything that can be pressed or typed into, in the window's pixels; no pictures."""
+        """Return the areas of all controls except pictures, in the window's pixels."""
         tab, high = Qt.FocusPolicy.TabFocus, px(_PICTURE)
         return [
             QRect(one.mapTo(self._parent, one.rect().topLeft()), one.size())
@@ -371,7 +372,7 @@ class Toasts(QObject):
         ]
 
     def _clear(self, place: QRect, blocks: list[QRect], gap: int) -> QRect:
-        """Move a toast up until it covers no control; to the left if that is much shorter."""
+        """Move a toast up until it covers no control, or left if that is much shorter."""
         spots: list[tuple[int, QRect]] = []
         for steps in range(_COLUMNS):
             here = place.translated(-steps * (place.width() + gap), 0)
@@ -380,7 +381,7 @@ class Toasts(QObject):
             if here.top() >= 0 and here.left() >= 0:
                 up = place.top() - here.top()
                 spots.append((up + steps * place.width() // 2, here))
-        # A window full of controls has no free place: then rather over one than out of sight.
+        # In a window full of controls, covering one is better than being out of sight.
         return min(spots, key=lambda each: each[0])[1] if spots else place
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -1,4 +1,4 @@
-"""What all components paint with: boxes with exact edges, text on one line, tags, states."""
+"""Basic painting for all controls: boxes with exact borders, single-line text, tags and states."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.core.base.visible_text import visible
 from app.ui.theme import Theme, px, theme
 
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
-"""Which point of the tag is given: a corner, the middle of an edge, or the centre."""
+"""The point of a tag that its position refers to: a corner, the middle of an edge or the centre."""
 
 
 if TYPE_CHECKING:
@@ -23,17 +23,18 @@ else:
 
 
 class Paints(_Widget):
-    """Mixin before a Qt widget: paints it in the current theme.
+    """A mixin before a Qt widget that paints it in the current theme.
 
-    `preferred_size` and `least`: its size hints as designed, width and height; None leaves them to
-    Qt.
+    Attributes:
+        preferred_size, least: Designed width and height of the size hints, or None to leave them to
+        Qt.
     """
 
     preferred_size: tuple[float, float] | None = None
     least: tuple[float, float] | None = None
 
     def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
+        """Return the designed size at the theme's scale."""
         return QSize(*map(px, self.preferred_size)) if self.preferred_size else super().sizeHint()
 
     def minimumSizeHint(self) -> QSize:
@@ -45,21 +46,21 @@ class Paints(_Widget):
         self.paint_on(QPainter(self), theme())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint everything; nothing here."""
+        """Paint the widget; does nothing in this base class."""
 
 
 class PaintedWidget(Paints, QWidget):
-    """A widget that paints itself in the theme of the moment."""
+    """A widget that paints itself in the current theme."""
 
 
 STALE: Final = 0.42
-"""Opacity of an answer that is not of what is selected."""
+"""Opacity of an answer for another selection."""
 _HEIGHT: Final = 20
 _PADDING: Final = 8
 
 
 def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
-    """Return width and height of a tag, logical pixels."""
+    """Return the width and height of a tag in logical pixels."""
     return text_width(theme().font(12, weight), text) + 2 * px(_PADDING), px(_HEIGHT)
 
 
@@ -74,7 +75,7 @@ def draw_tag(
     weight: int = 400,
     most: int = 1 << 15,
 ) -> QRectF:
-    """Paint a tag, no wider than `most`: 12 px letters on a dark plate; `anchor` lies at (x, y)."""
+    """Paint a tag at most `most` wide, 12 px text on a dark plate, with its `anchor` at (x, y)."""
     t = theme()
     width, height = tag_size(text, weight)
     width = min(width, most)
@@ -92,13 +93,13 @@ RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 def mix(first: QColor, second: QColor, share: float) -> QColor:
-    """Blend two colours in sRGB, as painting the second over the first would."""
+    """Blend two colours in sRGB, as if the second were painted over the first."""
     pairs = zip(first.getRgb()[:3], second.getRgb()[:3], strict=True)  # type: ignore[index]
     return QColor(*(round(a + (b - a) * share) for a, b in pairs))
 
 
 def faint(colour: QColor | Qt.GlobalColor, opacity: float) -> QColor:
-    """Return a colour with an alpha, 0 to 1."""
+    """Return a colour with an opacity from 0 to 1."""
     shade = QColor(colour)
     shade.setAlphaF(opacity)
     return shade
@@ -109,7 +110,8 @@ def pen(
 ) -> QPen:
     """Return a pen with flat ends, or with round ends and corners.
 
-    `dashes` and the gaps between them are counted in widths.
+    Args:
+        dashes: Lengths of dashes and gaps, in multiples of the width.
     """
     solid, cap, join = Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.BevelJoin
     if ends == "round":
@@ -121,7 +123,7 @@ def pen(
 
 
 def hover_fill(t: Theme) -> QColor:
-    """Return the fill of a control under the mouse; in "contrast", raised would be invisible."""
+    """Return the fill of a control under the mouse, which is stronger in "contrast"."""
     return t.c.track2 if t.contrast else t.c.raised
 
 
@@ -134,7 +136,7 @@ def box(
     width: float = 1.0,
     dashed: bool = False,
 ) -> None:
-    """Paint a rounded rectangle with its edge inside."""
+    """Paint a rounded rectangle with its border inside."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(fill if fill is not None else Qt.BrushStyle.NoBrush)
@@ -163,7 +165,7 @@ def put_text(
     colour: QColor,
     align: Qt.AlignmentFlag = LEFT,
 ) -> None:
-    """Paint one line of text; what does not fit ends in an ellipsis."""
+    """Paint one line of text, cutting it with an ellipsis if it does not fit."""
     area = QRectF(rect)
     text = visible(text)
     elided = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, area.width() + 0.5)
@@ -173,5 +175,5 @@ def put_text(
 
 
 def selected_edge(t: Theme | None = None) -> int:
-    """Return the width of a selected or pressed edge, logical pixels: one more than a plain one."""
+    """Return the border width for a selected or pressed control, one pixel more than usual."""
     return (t or theme()).line_width + 1

@@ -24,7 +24,7 @@ from app.ui.widgets.paint import PaintedWidget, box, hover_fill, selected_edge
 
 
 class Menu(QMenu):
-    """A menu with round corners; entries have an icon, and a tool tip if they are disabled."""
+    """A menu with rounded corners; entries have an icon, and a tooltip if they are disabled."""
 
     def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
@@ -42,7 +42,7 @@ class Menu(QMenu):
         why: str = "",
     ) -> QAction:
         """Add an entry."""
-        # In a title these are letters, not the sign of a key and of a column.
+        # Escape "&" and tabs, which would start a shortcut or a second column.
         plain = visible(text).replace("&", "&&").replace("\t", " ")
         action = self.addAction(f"{plain}\t{shortcut}" if shortcut else plain)
         if icon_name:
@@ -53,12 +53,12 @@ class Menu(QMenu):
         return action
 
     def drop(self, under: QWidget) -> None:
-        """Open it under a widget without waiting for an answer."""
+        """Open the menu under a widget without blocking."""
         self.popup(under.mapToGlobal(QPoint(0, under.height() + px(4))))
 
 
 class Divider(PaintedWidget):
-    """A line as wide as edges are, between rows."""
+    """A line between rows, as thick as the theme's borders."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -67,7 +67,7 @@ class Divider(PaintedWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the divider in the current theme."""
         painter.fillRect(self.rect(), t.c.line)
 
 
@@ -78,7 +78,7 @@ Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(PaintedWidget):
-    """A column or bar: one colour, a line on the sides that touch others, and a spoken name."""
+    """A column or bar with a single colour, lines at adjoining sides and an accessible name."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
         super().__init__()
@@ -87,13 +87,13 @@ class Surface(PaintedWidget):
         self._lines = lines
 
     def set_fill(self, fill: str) -> None:
-        """Change its colour."""
+        """Change the colour."""
         if fill != self._fill:
             self._fill = fill
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the surface in the current theme."""
         fill: QColor = getattr(t.c, self._fill)
         painter.fillRect(self.rect(), fill)
         width, wide, high = t.line_width, self.width(), self.height()
@@ -108,10 +108,10 @@ class Surface(PaintedWidget):
 
 
 class Scroll(QScrollArea):
-    """A named area that scrolls vertically with a slim bar, on a clear background."""
+    """A named area that scrolls vertically with a slim bar, on a transparent background."""
 
     bar_changed = Signal(int)
-    """The bar came or went: its width, logical pixels, 0 without one."""
+    """Emitted when the scroll bar appears or disappears, with its width in logical pixels or 0."""
 
     def __init__(self, content: QWidget | None = None, height: int = 0, name: str = "") -> None:
         super().__init__()
@@ -138,11 +138,11 @@ class Scroll(QScrollArea):
         return QSize(hint.width(), self._high or hint.height())
 
     def setWidget(self, widget: QWidget) -> None:
-        """Set the content; the old one is deleted once nothing uses it."""
+        """Set the content, and delete the old content once nothing uses it."""
         before = self.widget()
         if before is not None:
-            # Qt would delete it at once, with the focus in it: whoever follows the focus then
-            # comes upon half a widget, and the program ends.
+            # Qt would delete the old content at once together with the focus, and code that follows
+            # the focus would then crash on a half-destroyed widget.
             before.hide()
             self.takeWidget()
             before.deleteLater()
@@ -150,14 +150,16 @@ class Scroll(QScrollArea):
         widget.setAutoFillBackground(False)
 
     def _tell_bar(self, _low: int, high: int) -> None:
-        # The range changes once more while the window is taken down.
+        # The range changes once more while the window is being destroyed.
         if isValid(self) and isValid(bar := self.verticalScrollBar()):
             self.bar_changed.emit(bar.sizeHint().width() if high > 0 else 0)
 
     def lend(self, layout: QLayout, margin: int, least: int = 0) -> None:
-        """Put the bar into the right margin of an inner layout, whose content keeps its edge.
+        """Put the scroll bar in the right margin of an inner layout without moving the content.
 
-        `margin`, `least`: without a bar, and the least that is left beside it, logical pixels.
+        Args:
+            margin: Margin in logical pixels without the scroll bar.
+            least: Minimum margin in logical pixels beside it.
         """
 
         def make_way(width: int) -> None:
@@ -169,7 +171,7 @@ class Scroll(QScrollArea):
         self.bar_changed.connect(make_way)
 
     def settle(self, layout: QLayout, new: Iterable[QWidget]) -> None:
-        """Show new widgets of an inner layout; Qt would first paint them squeezed."""
+        """Show new widgets of an inner layout, which Qt would first paint squeezed."""
         layout.setEnabled(False)
         for part in new:
             part.show()
@@ -178,15 +180,15 @@ class Scroll(QScrollArea):
         QCoreApplication.sendPostedEvents(self.viewport(), QEvent.Type.LayoutRequest.value)
 
     def keep_visible(self, widget: QWidget) -> None:
-        """Scroll as little as possible so that a widget inside can be seen."""
+        """Scroll as little as possible to make a widget visible."""
         margin = px(8)
         self.ensureWidgetVisible(widget, margin, margin)
 
 
 class Room(Scroll):
-    """Part of a screen that scrolls both ways once there is less room than it needs.
+    """Part of a screen that scrolls both ways when it has less space than it needs.
 
-    Only large text in a small window comes to that; nothing then overlaps or is cut off.
+    That happens only with large text in a small window, where nothing may overlap or be cut off.
     """
 
     def __init__(self, content: QWidget, width: int, height: int) -> None:
@@ -194,22 +196,22 @@ class Room(Scroll):
         super().__init__(content)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         dress_bars(self)
-        # Nothing is painted where the two bars meet.
+        # Paint nothing where the two scroll bars meet.
         self.setCornerWidget(QWidget())
         self.horizontalScrollBar().setAccessibleName(tr("Scroll sideways"))
         self.horizontalScrollBar().setSingleStep(px(24))
 
     def minimumSizeHint(self) -> QSize:
-        """Leave the width to its neighbours."""
+        """Return a minimum that leaves the width to the neighbours."""
         return QSize(px(120), px(120))
 
     def sizeHint(self) -> QSize:
-        """Return the least size."""
+        """Return the minimum size."""
         return self.minimumSizeHint()
 
 
 class OutlineBox(PaintedWidget):
-    """A flat rectangle with an edge of a least width, to put a layout into; it is not pressed."""
+    """A rectangle with a border and no press behaviour, which holds a layout."""
 
     def __init__(
         self,
@@ -225,7 +227,7 @@ class OutlineBox(PaintedWidget):
         self._radius, self._width = px(radius), width
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the box in the current theme."""
         fill = None if self._fill == "none" else getattr(t.c, self._fill)
         edge = None if self._edge == "none" else getattr(t.c, self._edge)
         if t.contrast and edge is None:
@@ -235,7 +237,7 @@ class OutlineBox(PaintedWidget):
 
 
 class Card(Pressable):
-    """A frame that can be chosen; derive from it and paint what it shows in `paint_content`."""
+    """The base class of selectable frames; subclasses paint the content."""
 
     opened = Signal()
     preferred_size = (206, 138)  # of a style's card
@@ -245,13 +247,13 @@ class Card(Pressable):
         self._dashed = dashed
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter chooses and opens it; Space chooses it."""
+        """Select the card on Space or Enter; Enter also opens it."""
         super().keyPressEvent(event)
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             self.opened.emit()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Open it."""
+        """Open the card."""
         if event.button() == Qt.MouseButton.LeftButton:
             self.opened.emit()
 
@@ -266,20 +268,22 @@ class Card(Pressable):
         if self.isDown():
             edge, width = c.ctl, selected_edge(t)
         if self.selected:
-            # On white there is no brighter fill: the edge alone is three times as wide.
+            # No fill is brighter than white, so only the border is three times as wide.
             fill, edge, width = c.raised, c.sel, 4 if t.contrast else selected_edge(t)
         dashed = self._dashed and not self.selected and not self.isDown()
         box(painter, self.rect(), px(_RADIUS), fill, edge, width, dashed)
         self.paint_content(painter)
 
     def paint_content(self, painter: QPainter) -> None:
-        """Paint what the card shows; nothing here."""
+        """Paint the content of the card; does nothing in this base class."""
 
 
 class PictureLine(OutlineBox):
-    """A framed line: a picture (see `Picture.set_picture`), words below each other, and buttons.
+    """A framed row with a picture (see `Picture.set_picture`), lines of text and buttons.
 
-    `pressed` is for the mouse, as a larger target than a button, where `set_can_press` allows it.
+    Attributes:
+        pressed: Emitted on a click anywhere on the row if `set_can_press` allows it; a larger
+            target than a button.
     """
 
     pressed = Signal()
@@ -301,12 +305,12 @@ class PictureLine(OutlineBox):
         self._can_press = False
 
     def set_can_press(self) -> None:
-        """Make the whole line clickable."""
+        """Set whether the whole row is clickable."""
         self._can_press = True
         self.setCursor(Qt.CursorShape.PointingHandCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Handle a click anywhere but on the buttons."""
+        """Emit `pressed` for a click anywhere except on the buttons."""
         inside = self.rect().contains(event.position().toPoint())
         if self._can_press and event.button() == Qt.MouseButton.LeftButton and inside:
             self.pressed.emit()
