@@ -1,1 +1,1 @@
-"""Cameras and their simulators: everything that speaks to something outside this machine."""
+"""Cameras and their simulators: all communication with hardware and the network."""

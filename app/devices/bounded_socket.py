@@ -20,14 +20,14 @@ from urllib3.util.wait import wait_for_read
 
 from app.devices.clock import Clock
 
-_STEP_S: Final = 0.1  # of real time: a closed stream ends within this
+_STEP_S: Final = 0.1  # seconds of real time until a closed stream ends
 
 
 class Watch:
     """The deadline of a connection.
 
-    It passes on `clock` or in real time, since a virtual clock stands still while a real connection
-    is slow.
+    It expires on `clock` or in real time, whichever is earlier, since a virtual clock stands still
+    while a real connection is slow.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -36,7 +36,7 @@ class Watch:
         self._closed = False
 
     def allow(self, seconds: float) -> None:
-        """Set the deadline to so many seconds from now."""
+        """Set the deadline to `seconds` from now."""
         self._deadline = self._clock.now() + seconds
         self._real_deadline = time.monotonic() + seconds
 
@@ -57,9 +57,12 @@ class Watch:
     def wait_for(self, connection: socket.socket, silence_s: float | None) -> None:
         """Wait until there is something to read.
 
-        `silence_s`: timeout in seconds; None for no limit but the deadline. Raises
-        `ConnectionAbortedError` when the watch is closed; `TimeoutError` after the deadline or the
-        timeout.
+        Args:
+            silence_s: Timeout in seconds, or None for no limit except the deadline.
+
+        Raises:
+            ConnectionAbortedError: If the watch is closed.
+            TimeoutError: After the deadline or the timeout.
         """
         start, real_start = self._clock.now(), time.monotonic()
         while True:
@@ -79,7 +82,8 @@ class Watch:
 class BoundedSocket(socket.socket):
     """A connected socket with a `Watch`.
 
-    `patient`: whether to ignore the socket's own timeout.
+    Args:
+        patient: Whether to ignore the socket's own timeout.
     """
 
     watch: Watch | None = None
@@ -122,7 +126,7 @@ def _receive(connection: BoundedSocket | BoundedTls, receive: Callable[[], int])
 
 
 def pending(connection: socket.socket) -> bool:
-    """Whether received bytes are waiting to be decrypted."""
+    """Return whether received bytes are waiting to be decrypted."""
     return isinstance(connection, ssl.SSLSocket) and connection.pending() > 0
 
 
@@ -158,7 +162,7 @@ class WatchedAdapter(HTTPAdapter):
         self.poolmanager.pool_classes_by_scheme = {"http": Pool}
 
     def close(self) -> None:
-        """Close all connections now; urllib3 would wait until every reply is released."""
+        """Close all connections immediately; urllib3 would wait until every reply is released."""
         pools = self.poolmanager.pools
         for key in pools.keys():  # noqa: SIM118 - its keys are a safe copy, it cannot be iterated
             pool = pools.get(key)

@@ -1,12 +1,12 @@
-"""The properties of each camera model that a client needs, as data.
+"""The properties of each camera model needed by a client, as data.
 
 Sources: Ricoh's Web API v2.1 specification and its client library for the Theta S to X. SC2 and A1
-are not documented: options that such a camera refuses are skipped, and a bracket that it refuses
-becomes single photos.
+are not documented: options that such a camera refuses are skipped, and a refused bracket is
+replaced with single photos.
 
-Insta360 cameras have the same protocol. Their own bracket (`hdr`) chooses its steps, so they take
-single photos. Stitching is switched on if `photoStitchingSupport` offers it; most models stitch HDR
-photos only (Insta360_OSC, issues 2, 4, 19, 24, 34), and the merge stitches the others.
+Insta360 cameras use the same protocol. Their own bracket (`hdr`) chooses its steps, so single
+photos are taken instead. Stitching is switched on if `photoStitchingSupport` offers it; most models
+stitch only HDR photos (Insta360_OSC, issues 2, 4, 19, 24, 34), and the merge stitches the others.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from app.core.measure.plan.planner import CameraLimits
 from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192
-"""Columns of the largest photo to request, unless the camera has no smaller one."""
+"""Largest width of a photo to request, in pixels, unless the camera has no smaller one."""
 
 KELVIN: Final = 5000
-"""Colour temperature of the fixed white balance."""
+"""Colour temperature of the fixed white balance, in kelvin."""
 
 Style: TypeAlias = Literal["native", "watched", "single", "insta-hdr"]
 
@@ -48,8 +48,8 @@ _THETA: Final = (
 )
 _STITCHED: Final = (*_THETA, "_imageStitching", "_topBottomCorrection")
 
-# More properties of some models. The SC2 drops the connection when photos follow each other too
-# fast.
+# More properties of some models. The SC2 drops the connection if photos follow each other too
+# quickly.
 _BESIDES: Final[dict[str, dict[str, Any]]] = {
     "S": {"min_firmware": (1, 62), "bracket_firmware": (1, 82)},
     "SC": {"bracket_firmware": (1, 10)},
@@ -61,20 +61,21 @@ _NEW_V: Final = (3, 0, 1)
 
 @dataclass(frozen=True, slots=True)
 class ModelProfile:
-    """One model, or one model with one kind of firmware.
+    """A model, or a model with one kind of firmware.
 
-    * `name`: short: "S", "V-old", "generic".
-    * `bracket`: "native" reports the end of its own bracket, "watched" does not; "single" has none,
-      and "insta-hdr" one that cannot be used. The last two take single photos.
-    * `overhead_s`: duration of a frame besides its exposure, in seconds.
-    * `asks_support`: whether to request photo sizes, apertures and shooting methods, for a Theta
-      that is not in the table.
-    * `picture`: columns and rows of the JPEG; None leaves them to the camera.
-    * `rest_s`: pause between single photos, in seconds.
-    * `settle_s`: pause between a change of options and a photo, in seconds.
-    * `poll_s`: pause between two status requests, in seconds.
-    * `user_prefix`: letters between "THETA" and the serial number in the digest user name; "" if
-      there is no password or the letters are unknown.
+    Attributes:
+        name: Short name: "S", "V-old", "generic".
+        bracket: "native" reports the end of its own bracket, "watched" does not; "single" has no
+            bracket, and that of "insta-hdr" is unusable. The last two take single photos.
+        overhead_s: Duration of a frame besides its exposure, in seconds.
+        asks_support: Whether to query photo sizes, apertures and shooting methods, for a Theta that
+            is not in the table.
+        picture: Columns and rows of the JPEG, or None to leave them to the camera.
+        rest_s: Pause between single photos, in seconds.
+        settle_s: Pause between a change of options and a photo, in seconds.
+        poll_s: Pause between two status requests, in seconds.
+        user_prefix: Letters between "THETA" and the serial number in the digest user name; "" if
+            there is no password or the letters are unknown.
     """
 
     name: str
@@ -107,12 +108,12 @@ class ModelProfile:
         return self.bracket in ("native", "watched")
 
     def user_name(self, serial: str) -> str:
-        """Return the digest user name, "" if unknown."""
+        """Return the digest user name, or "" if it is unknown."""
         return f"THETA{self.user_prefix}{serial}" if self.user_prefix else ""
 
 
 def _theta(facts: CameraFacts) -> ModelProfile:
-    """Return the profile of a row of the camera table."""
+    """Return the profile for a row of the camera table."""
     itself = facts.native_bracket
     keys = _OLD_KEYS if facts.old_bracket else _NEW_KEYS
     apertures = ("aperture",) if len(facts.limits.apertures) > 1 else ()
@@ -150,7 +151,7 @@ _V_OLD: Final = replace(
     min_firmware=(2, 0),
     bracket_firmware=(2, 0),
 )
-# Like a V, also in a local network; it states its other properties itself.
+# Also used like a V in a local network; the camera reports its other properties itself.
 _UNKNOWN_THETA: Final = replace(
     _V,
     name="theta",
@@ -189,8 +190,11 @@ PROFILES: Final = (*_THETAS.values(), _V_OLD, _UNKNOWN_THETA, _GENERIC, _INSTA36
 def profile_named(name: str) -> ModelProfile:
     """Find a profile by its short name.
 
-    `name`: "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "theta", "generic" or "insta360".
-    Returns the profile of a generic OSC camera for any other name.
+    Args:
+        name: "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "theta", "generic" or "insta360".
+
+    Returns:
+        The profile, or that of a generic OSC camera for any other name.
 
     Examples:
         >>> profile_named("SC2").bracket

@@ -12,21 +12,21 @@ from typing import Final, Protocol
 
 from app.core.base.progress import Token
 
-_STEP_S: Final = 0.1  # a cancelled wait ends within this
+_STEP_S: Final = 0.1  # seconds until a cancelled wait ends
 
 
 class Clock(Protocol):
-    """A source of time; seconds, monotonic, from an arbitrary start."""
+    """A source of monotonic time in seconds, from an arbitrary start."""
 
     def now(self) -> float:
         """Return the time in seconds."""
 
     def sleep(self, seconds: float) -> None:
-        """Sleep; return at once for zero or less."""
+        """Sleep, or return immediately if `seconds` is zero or less."""
 
 
 class SystemClock:
-    """The machine's own monotonic clock."""
+    """The computer's own monotonic clock."""
 
     def now(self) -> float:
         """Return the time in seconds."""
@@ -41,7 +41,8 @@ class SystemClock:
 class VirtualClock:
     """A clock that moves only when `sleep` is called.
 
-    `start`: first reading in seconds.
+    Args:
+        start: First reading in seconds.
 
     Examples:
         >>> clock = VirtualClock()
@@ -68,7 +69,8 @@ class VirtualClock:
 def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
     """Wait in short steps, so that cancelling takes effect soon.
 
-    Raises `Cancelled` when the token is cancelled.
+    Raises:
+        Cancelled: If the token is cancelled.
     """
     end = clock.now() + seconds
     while True:

@@ -1,7 +1,7 @@
-"""The devices of the window: real ones, or the simulated ones of the demo.
+"""The devices used by the window: real ones, or the simulated ones of the demo.
 
-The demo camera runs in a separate process and is reached over this computer's network, like a real
-one; the demo webcam shows the sitter of the demo location.
+The demo camera runs in a separate process and is reached over this computer's network like a real
+one. The demo webcam shows the sitter of the demo location.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class RealDevices:
         self._clock = clock
 
     def discover(self, token: Token) -> Discovery:
-        """Search for 360 cameras for some seconds; see `app.devices.theta.discovery.discover`."""
+        """Search for 360 cameras for a few seconds; see `app.devices.theta.discovery.discover`."""
         return discover(self._clock, token=token)
 
     def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
@@ -46,19 +46,19 @@ class RealDevices:
         return look_at(check_address(address), self._clock, token=token)
 
     def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:
-        """Return a link, without sending anything yet."""
+        """Return a link that has not sent anything yet."""
         return Link(camera.endpoint, self._clock, credentials)
 
     def passwords(self) -> Passwords:
-        """Return the passwords in the system's keyring."""
+        """Return the passwords stored in the system keyring."""
         return Passwords()
 
     def webcams(self) -> Sequence[tuple[int, str]]:
-        """Return index and name of every webcam; slow, since it opens each of them."""
+        """Return the index and name of every webcam. This is slow, since it opens each of them."""
         return list_webcams()
 
     def webcam(self, index: int) -> Webcam:
-        """Return a webcam, not yet opened."""
+        """Return a webcam that is not yet open."""
         return OpenCvWebcam(index, self._clock)
 
     def close(self) -> None:
@@ -69,13 +69,13 @@ class CameraProcess:
     """A simulated camera in a separate process."""
 
     def __init__(self, scene: Path, model: str = "V") -> None:
-        # Not "-m app": the user may have a folder with that name.
+        # Not "-m app", because the user may have a folder of that name.
         own = [sys.executable, "-P", "-m", "turnlight"]
         command = [*own, "simulate-camera", "--scene", str(scene)]
-        # Its errors would fill the user's terminal; its address shows whether it runs.
+        # Its errors would clutter the user's terminal; its address shows whether it runs.
         self._process = subprocess.Popen(  # noqa: S603 - our own program
             [*command, "--model", model, "--until-eof"],
-            # It ends when this closes, even if this program is killed.
+            # The process ends when this pipe closes, even if this program is killed.
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -95,7 +95,11 @@ class CameraProcess:
         self._read.set()
 
     def url(self, clock: Clock, token: Token) -> str:
-        """Wait for the camera's address. Raises `Unreachable` if it does not start."""
+        """Wait for the camera's address.
+
+        Raises:
+            Unreachable: If the camera does not start.
+        """
         end = clock.now() + _START_S
         while not self._read.is_set() and clock.now() < end:
             token.check()
@@ -113,7 +117,7 @@ class CameraProcess:
         return self._process.poll() is None
 
     def close(self) -> None:
-        """End the process; a second call does nothing."""
+        """End the process; calling this again has no effect."""
         if self.running:
             self._process.terminate()
         with contextlib.suppress(subprocess.TimeoutExpired):

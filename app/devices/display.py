@@ -1,4 +1,4 @@
-"""The display: checks before Qt loads whether this computer can show a window."""
+"""Display checks before Qt loads: whether this computer can show a window."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.core.base.paths import resources
 from app.core.text import tr, tr_plural
 from app.devices.errors import DeviceError
 
-_PATIENCE_S: Final = 8.0  # for a display on another computer
+_PATIENCE_S: Final = 8.0  # seconds, for a display on another computer
 
 
 class DesktopError(CoreError):
@@ -28,14 +28,14 @@ class DesktopError(CoreError):
 
 
 class DisplayError(DeviceError):
-    """The display does not answer."""
+    """The display does not respond."""
 
     default_code = "no-display"
 
 
 @cache
 def _packages() -> dict[str, list[str]]:
-    """Return the Debian and Fedora package of each library."""
+    """Return the Debian and Fedora packages of each library."""
     return tomllib.loads((resources() / "packages.toml").read_text(encoding="utf-8"))
 
 
@@ -50,14 +50,14 @@ _TOO_OLD: Final = re.compile(r"version [`'](GLIBC_[\d.]+|GLIBCXX_[\d.]+)' not fo
 def check_display(
     environ: Mapping[str, str] | None = None, platform: str = sys.platform
 ) -> str | None:
-    """Find a display that answers.
+    """Find a display that responds.
 
     Returns:
-        str or None. The Qt platform to use if Qt's own choice would fail.
+        The Qt platform to use if Qt's default would fail, otherwise None.
 
     Raises:
         DesktopError: If there is no display, or a library for windows is missing.
-        DisplayError: If the display in the environment does not answer.
+        DisplayError: If the display in the environment does not respond.
     """
     env = os.environ if environ is None else environ
     if platform in ("win32", "darwin"):
@@ -87,7 +87,7 @@ _WITHOUT: Final = tr("turnlight solve PANORAMA works without a display.")
 
 
 def _try(name: str, env: Mapping[str, str]) -> None:
-    """Connect to the display of a Qt platform, and load the platform like Qt."""
+    """Connect to the display of a Qt platform, and load the platform plugin as Qt does."""
     wayland = name.startswith("wayland")
     if name == "xcb":
         reason = _no_x11(env.get("DISPLAY", ""))
@@ -155,7 +155,7 @@ def _no_wayland(env: Mapping[str, str]) -> str | None:
 
 
 def _plugins() -> Path:
-    """Return the folder of Qt's platforms, without importing Qt."""
+    """Return the folder of Qt's platform plugins without importing Qt."""
     spec = importlib.util.find_spec("PySide6")
     folders = [] if spec is None else spec.submodule_search_locations or []
     return Path(*folders[:1]) / "Qt" / "plugins" / "platforms"
@@ -164,7 +164,7 @@ def _plugins() -> Path:
 def missing_library(message: str) -> DesktopError:
     """Return the error for a message of the system's loader, with the packages to install.
 
-    It names all missing libraries, so that one command installs them.
+    It names all missing libraries, so that one command installs them all.
 
     Examples:
         >>> print(missing_library("libmystery.so.2: cannot open shared object file"))
@@ -202,14 +202,14 @@ def _absent() -> Iterable[str]:
             try:
                 ctypes.CDLL(name)
             except OSError as error:
-                # An existing library may only lack another one.
+                # The library may exist but lack one of its own dependencies.
                 match = _MISSING.search(str(error))
                 if match is not None and match[1] == name:
                     yield name
 
 
 def _commands(names: list[str], option: str = "", verb: str = "install") -> str:
-    """Return the commands to install packages, each on a separate line, to be copied."""
+    """Return the commands that install packages, each on a separate line for copying."""
     packages = [_packages()[name] for name in names if name in _packages()]
     if not packages:
         return ""

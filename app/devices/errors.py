@@ -1,7 +1,7 @@
-"""Errors of cameras and networks: one sentence, a hint and a code.
+"""Errors of cameras and networks: a sentence, a hint and a code.
 
-They are not `CoreError`s: commands end with exit code 3. None derives from `RuntimeError` or
-`OSError`, so that no job runner and no library mistakes one for its own failure.
+They are not subclasses of `CoreError`; commands end with exit code 3. None derives from
+`RuntimeError` or `OSError`, so that no job runner or library mistakes them for its own failures.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 from app.core.text import tr
 
 DISK: Final = frozenset({"disk", "disk-full"})
-"""Codes of errors of this computer: its disk cannot be written."""
+"""Codes of errors of this computer, when its disk cannot be written."""
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -21,9 +21,10 @@ _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 class DeviceError(Exception):
     """A failure of a camera or of the connection to it.
 
-    * `hint`: what to do next, as a second sentence.
-    * `code`: a stable word for programs: the camera's own error code ("disabledCommand"), or one of
-      this program ("timeout", "not-a-camera").
+    Args:
+        hint: Advice on what to do next, as a second sentence.
+        code: A stable word for programs: the camera's own error code ("disabledCommand"), or one of
+            this program's ("timeout", "not-a-camera").
 
     Examples:
         >>> print(DeviceError("The camera does not answer.", "Switch its Wi-Fi on."))
@@ -50,13 +51,13 @@ class Unreachable(DeviceError):
 
 
 class NotACamera(DeviceError):
-    """The device that answers is not such a camera but for example a router."""
+    """The device that answers is not a supported camera but, for example, a router."""
 
     default_code = "not-a-camera"
 
 
 class PasswordNeeded(DeviceError):
-    """The camera requires a user name and password, or refuses the ones it received."""
+    """The camera requires a user name and password, or rejects the ones given."""
 
     default_code = "password"
 
@@ -64,7 +65,8 @@ class PasswordNeeded(DeviceError):
 class CameraRefused(DeviceError):
     """The camera answered with an error.
 
-    `message`, `hint`, `code`: as in `DeviceError`; `code` is the camera's.
+    Args:
+        message, hint, code: As in `DeviceError`; `code` is the camera's.
     """
 
     default_code = "refused"
@@ -75,19 +77,19 @@ class CameraRefused(DeviceError):
 
 
 class BadReply(DeviceError):
-    """The camera's response is invalid, too large, or never ends."""
+    """The camera's reply is invalid, too large, or endless."""
 
     default_code = "bad-reply"
 
 
 class CameraNotReady(DeviceError):
-    """The camera cannot shoot as it is: battery, storage, heat, plug-in, firmware."""
+    """The camera cannot shoot: battery, storage, heat, plug-in or firmware."""
 
     default_code = "not-ready"
 
 
 class CaptureFailed(DeviceError):
-    """A bracket failed or differs from the plan; the files on disk stay."""
+    """A bracket failed or differs from the plan; its files stay on disk."""
 
     default_code = "capture-failed"
 
@@ -105,7 +107,7 @@ LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)
 
 
 def not_written(kind: type[_Failed], folder: Path, error: OSError) -> _Failed:
-    """Return the error of a folder that cannot be written, with the same sentence everywhere."""
+    """Return the error for a folder that cannot be written, with the same sentence everywhere."""
     reason = (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
     hint = tr("Check the folder and its disk, then try again.")
     if error.errno in _NO_ROOM:

@@ -1,6 +1,6 @@
-"""A mailbox for the newest frame of a camera's thread.
+"""A mailbox for the newest frame from a camera's thread.
 
-A slow reader sees fewer frames, never old ones, and no queue grows.
+A slow reader gets fewer frames but never old ones, and no queue builds up.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ T = TypeVar("T")
 
 
 class Mailbox(Generic[T]):
-    """Holds the newest item until it is taken; any number of threads may use it.
+    """Holds the newest item until it is read; safe for any number of threads.
 
-    It waits on the machine's own clock, since it only connects two threads of this process.
+    It waits in real time, since it only connects two threads of this process.
 
     Examples:
         >>> box: Mailbox[str] = Mailbox()
@@ -31,15 +31,16 @@ class Mailbox(Generic[T]):
         self._item: T | None = None
 
     def put(self, item: T) -> None:
-        """Put an item in; it replaces one that was not taken."""
+        """Store an item, replacing one that has not been read."""
         with self._changed:
             self._item = item
             self._changed.notify()
 
     def get(self, timeout_s: float = 0.0) -> T | None:
-        """Take the newest item; None if there is none in time.
+        """Remove and return the newest item, or return None if none arrives in time.
 
-        `timeout_s`: how long to wait in real seconds; 0 does not wait.
+        Args:
+            timeout_s: Time to wait in real seconds; 0 does not wait.
         """
         with self._changed:
             if timeout_s > 0.0:

@@ -1,8 +1,8 @@
-"""Motion JPEG: the pictures of a camera's endless multipart reply, decoded with care.
+"""Motion JPEG: the frames of a camera's endless multipart reply, decoded defensively.
 
 Ricoh's cameras omit the "--" that the standard requires before the boundary; other cameras and
-simulators write it. After any damage (cut packets, garbage, missing or wrong lengths, truncated
-pictures) the parser continues with the next boundary. It never holds more than one picture.
+simulators send it. After any damage (lost packets, garbage, missing or wrong lengths, truncated
+frames) the parser continues at the next boundary. It never holds more than one frame.
 """
 
 from __future__ import annotations
@@ -16,32 +16,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_FRAME_BYTES: Final = 8 << 20
-"""Size limit of a picture; larger ones are dropped."""
+"""Size limit of a frame in bytes; larger ones are dropped."""
 
 MAX_SHAPE: Final = (2048, 4096)
-"""Largest rows and columns of a picture that is decoded."""
+"""Largest number of rows and columns of a frame that is decoded."""
 
 _SOI: Final = b"\xff\xd8\xff"
 _EOI: Final = b"\xff\xd9"
-_STEP: Final = 64 << 10  # of what is fed, so that a huge packet cannot fill the memory
+_STEP: Final = 64 << 10  # bytes processed at once, so that a huge packet cannot fill the memory
 _MAX_LINE: Final = 1024
 _MAX_HEADER: Final = 8192
 _MAX_DASHES: Final = 64
-_DISTINCT: Final = 8  # letters; a boundary that long is known wherever it stands
-_PATIENCE: Final = 256 << 10  # without the boundary that was announced
-_FUTILE: Final = 16  # starts of pictures that were none, before larger steps are made
+_DISTINCT: Final = 8  # characters; a boundary at least this long is recognized anywhere
+# bytes without the announced boundary before the parser gives up on it
+_PATIENCE: Final = 256 << 10
+_FUTILE: Final = 16  # false starts of frames before the parser searches in larger steps
 _LEAP: Final = 4096
 _MAX_SEGMENTS: Final = 256
 _MAX_FILL: Final = 16
 _MAX_SCANS: Final = 8
 _BOUNDARY: Final = re.compile(r'boundary\s*=\s*(?:"([^"]{1,70})"|([^\s;,"]{1,70}))', re.IGNORECASE)
-# Within the compressed data 0xFF is followed by 0, a restart mark or a filling 0xFF.
+# Within compressed data 0xFF is followed by 0, a restart marker or a fill byte 0xFF.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
 _LENGTH: Final = re.compile(rb"content-length[ \t]*:[ \t]*(\d{1,10})[ \t]*\Z", re.IGNORECASE)
 
 
 def boundary_of(content_type: str) -> str:
-    """Return the boundary in a Content-Type header.
+    """Return the boundary from a Content-Type header.
 
     Examples:
         >>> boundary_of('multipart/x-mixed-replace; boundary="---osclivepreview---"')
@@ -52,12 +53,12 @@ def boundary_of(content_type: str) -> str:
 
 
 class MjpegParser:
-    """Finds the pictures in a stream of bytes, in packets of any size.
+    """Extracts frames from a stream of bytes in packets of any size.
 
-    A part is a boundary line, header lines, an empty line and the picture. With a correct
-    Content-Length the picture has that length; otherwise the parser finds its end by its segments,
-    so that a thumbnail inside does not end it. A picture that the next boundary cuts off is
-    dropped. Without a boundary, pictures are found by their first bytes.
+    A part consists of a boundary line, header lines, an empty line and the frame. With a correct
+    Content-Length the frame has that length; otherwise the parser finds its end by walking through
+    its segments, so that an embedded thumbnail does not end it. A frame cut off by the next
+    boundary is dropped. Without a boundary, frames are found by their first bytes.
     """
 
     def __init__(self, boundary: str = "") -> None:
@@ -77,17 +78,17 @@ class MjpegParser:
         self._header = 0
         self._length = 0
         self._walk: _SegmentWalk | None = None
-        # A method of the class: a bound method would keep the object alive.
+        # Use a method of the class, since a bound method would keep the object alive.
         self._state: Callable[[MjpegParser, list[bytes]], bool] = MjpegParser._seek
         self.dropped = 0
 
     @property
     def _blind(self) -> bool:
-        """Whether to find pictures without a boundary."""
+        """Whether to find frames without a boundary."""
         return not self._mark or self._skip_bytes > _PATIENCE
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Add received bytes; return the JPEG pictures that are now complete, the oldest first."""
+        """Add received bytes, and return the JPEG frames now complete, oldest first."""
         frames: list[bytes] = []
         view = memoryview(data)
         for start in range(0, len(view), _STEP):
@@ -97,7 +98,7 @@ class MjpegParser:
         return frames
 
     def _seek(self, frames: list[bytes]) -> bool:
-        """Between parts: skip to the next boundary, or to a picture if there is none."""
+        """Between parts, skip to the next boundary, or to a frame if there is none."""
         del frames
         span = self._next_boundary()
         if span:
@@ -115,7 +116,7 @@ class MjpegParser:
         return False
 
     def _head(self, frames: list[bytes]) -> bool:
-        """In the header of a part, line by line."""
+        """Parse the header of a part line by line."""
         del frames
         if self._buffer.startswith(_SOI[:2]):
             self._begin()
@@ -138,12 +139,12 @@ class MjpegParser:
         return True
 
     def _begin(self) -> None:
-        """At the first byte of a picture."""
+        """Start to read a frame at its first byte."""
         has_length = 0 < self._length <= MAX_FRAME_BYTES
         self._state = MjpegParser._body if has_length else MjpegParser._scan
 
     def _body(self, frames: list[bytes]) -> bool:
-        """In a picture of stated length."""
+        """Read a frame of known length."""
         length = self._length
         span = self._next_boundary()
         if span and span[0] < length:
@@ -158,7 +159,7 @@ class MjpegParser:
         return True
 
     def _scan(self, frames: list[bytes]) -> bool:
-        """In a picture of unknown length, or before it."""
+        """Search for a frame, or read one of unknown length."""
         span = self._next_boundary()
         limit = span[0] if span else len(self._buffer)
         if self._walk is None:
@@ -199,7 +200,7 @@ class MjpegParser:
         self._leave(end)
 
     def _drop(self, end: int, limit: int, *, whole: bool) -> None:
-        """Drop a picture, but keep the start of a boundary unless `whole`."""
+        """Drop a frame, but keep the start of a boundary unless `whole` is set."""
         self.dropped += 1
         keep = self._tail if self._mark and not whole else 0
         self._leave(max(min(end, limit - keep), 2))
@@ -210,7 +211,7 @@ class MjpegParser:
         self._state = MjpegParser._seek
 
     def _next_boundary(self) -> tuple[int, int] | None:
-        """Return the start of the next boundary and the end of its line; None if there is none."""
+        """Return the start of the next boundary and the end of its line, or None."""
         if not self._mark:
             return None
         # The plain search is several times faster and almost always finds nothing.
@@ -226,7 +227,7 @@ class MjpegParser:
         self._search_from = max(self._search_from - count, 0)
 
     def _trim(self) -> None:
-        """Remove bytes that cannot be the start of a boundary or picture."""
+        """Remove bytes that cannot be the start of a boundary or a frame."""
         spare = len(self._buffer) - self._tail - 1
         if spare > 0:
             self._skip_bytes += spare
@@ -240,20 +241,22 @@ class _SegmentWalk:
 
     def __init__(self) -> None:
         self.place = 2
-        self._packed = False  # within compressed data
+        self._packed = False  # whether the position is within compressed data
         self._segments = 0
         self._fill = 0
 
     def advance(self, data: bytearray, limit: int) -> int:
-        """Return the length of the picture, 0 if it needs more bytes, -1 if it is invalid.
+        """Return the length of the frame, 0 if it needs more bytes, or -1 if it is invalid.
 
-        `data`: starts with the first byte of the picture.
+        Args:
+            data: Buffer that starts with the first byte of the frame.
+            limit: Number of bytes of the buffer to examine.
         """
         while self.place + 2 <= limit:
             if self._packed:
                 match = _MARKER.search(data, self.place, limit)
                 self.place = match.start() if match else limit - 1
-                del match  # holds the buffer, which then could not grow
+                del match  # it holds the buffer, which then could not grow
                 self._packed = self.place == limit - 1
                 continue
             if data[self.place] != 0xFF:
@@ -271,7 +274,7 @@ class _SegmentWalk:
         return 0
 
     def _segment(self, kind: int, length: int) -> bool:
-        """Skip a segment; return False if it is invalid."""
+        """Skip a segment, and return False if it is invalid."""
         self._segments += 1
         if kind < 0xC0 or 0xD0 <= kind <= 0xD8 or kind == 0xFF:
             return False
@@ -283,10 +286,11 @@ class _SegmentWalk:
 
 
 def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
-    """Return the rows and columns of a picture without decoding it.
+    """Return the rows and columns of a frame without decoding it.
 
-    None for anything but a sequential Huffman-coded JPEG with 8 bits and one or three channels, the
-    only kind that cameras stream. A progressive one of many scans would take minutes to decode.
+    Returns None for anything but a sequential Huffman-coded JPEG with 8 bits and one or three
+    channels, the only kind that cameras stream. A progressive JPEG with many scans could take
+    minutes to decode.
     """
     place = 2 if jpeg.count(b"\xff\xda") <= _MAX_SCANS else len(jpeg)
     for _ in range(_MAX_SEGMENTS):
@@ -303,11 +307,14 @@ def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
 
 
 def decode(jpeg: bytes) -> NDArray[np.uint8] | None:
-    """Decode an untrusted picture in the caller's thread.
+    """Decode an untrusted frame in the caller's thread.
 
-    Returns (H, W, 3) uint8: sRGB, red first; None if it is larger than `MAX_SHAPE` or not a valid
-    JPEG. The orientation in the file is ignored. Keep the picture until the next one is decoded: to
-    allocate its memory anew each time can cost as much as decoding.
+    Keep the array until the next frame is decoded, because allocating its memory each time can cost
+    as much as decoding.
+
+    Returns:
+        (H, W, 3) uint8 sRGB in RGB order, or None if the frame is larger than `MAX_SHAPE` or not a
+        valid JPEG. The orientation in the file is ignored.
     """
     shape = jpeg_size(jpeg)
     if shape is None or shape[0] > MAX_SHAPE[0] or shape[1] > MAX_SHAPE[1]:

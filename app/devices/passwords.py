@@ -1,7 +1,7 @@
-"""Passwords of cameras: saved in the system's keyring or nowhere, and sent as a digest.
+"""Camera passwords: stored only in the system keyring, and sent only as a digest.
 
-No password is ever written into a file or a log. If the keyring is missing, locked or broken, the
-user types the password again next time.
+No password is ever written to a file or a log. If the keyring is missing, locked or broken, the
+user has to type the password again next time.
 """
 
 from __future__ import annotations
@@ -51,29 +51,29 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Credentials:
-    """User name and password of a camera."""
+    """User name and password for a camera."""
 
     user: str
     password: str = field(repr=False)
 
 
 def password_needed() -> PasswordNeeded:
-    """Return the error of a camera that requires a password."""
+    """Return the error for a camera that requires a password."""
     return PasswordNeeded(tr("The camera needs its user name and password."), _WHERE)
 
 
 def password_refused() -> PasswordNeeded:
-    """Return the error of a camera that refuses the password."""
+    """Return the error for a camera that rejects the password."""
     return PasswordNeeded(
         tr("The camera does not accept this user name and password."), _WHERE, "password-refused"
     )
 
 
 class Digest(HTTPDigestAuth):
-    """Answers to a camera's challenges (RFC 7616, with the algorithms of `requests`).
+    """Responses to a camera's challenges (RFC 7616, with the algorithms of `requests`).
 
-    Only the arithmetic of `requests` is used: its own handling of a 401 reads a body of any size,
-    and repeats the request by itself.
+    Only the digest computation of `requests` is used, because its handling of a 401 reads a body of
+    any size and repeats the request on its own.
     """
 
     def __init__(self, credentials: Credentials) -> None:
@@ -88,8 +88,11 @@ class Digest(HTTPDigestAuth):
     def take(self, header: str) -> bool:
         """Store a challenge.
 
-        Returns whether only the last nonce was too old, so that the password is not wrong. Raises
-        `PasswordNeeded` for an invalid challenge.
+        Returns:
+            Whether only the last nonce was stale, which means that the password is not wrong.
+
+        Raises:
+            PasswordNeeded: If the challenge is invalid.
         """
         self._challenge = {}
         match = _SCHEME.search(header[:_LONGEST_CHALLENGE])
@@ -99,16 +102,17 @@ class Digest(HTTPDigestAuth):
             _TOKEN.fullmatch(value) and value.isascii() for value in fields.values()
         ):
             raise password_needed()
-        # `requests` looks for a bare "auth" between the commas.
+        # `requests` searches for a bare "auth" between the commas.
         if "qop" in fields:
             fields["qop"] = ",".join(word.strip().lower() for word in fields["qop"].split(","))
         self._challenge = fields
         return fields.get("stale", "").lower() == "true"
 
     def answer(self, method: str, url: str) -> str:
-        """Return the Authorization header of a request.
+        """Return the Authorization header for a request.
 
-        Raises `PasswordNeeded` for an unknown algorithm.
+        Raises:
+            PasswordNeeded: If the algorithm is unknown.
         """
         self.init_per_thread_state()
         self._thread_local.chal = self._challenge
@@ -126,7 +130,8 @@ def wants_digest(header: str) -> bool:
 class Passwords:
     """Passwords by the camera's user name or serial number.
 
-    `patience_s`: timeout of the keyring in real seconds; it may ask the user to unlock it.
+    Args:
+        patience_s: Timeout of the keyring in real seconds; it may ask the user to unlock it.
     """
 
     def __init__(
@@ -136,16 +141,16 @@ class Passwords:
         self._patience_s = patience_s
 
     def get(self, account: str) -> str | None:
-        """Return a password; None if none is saved or the keyring cannot be used."""
+        """Return a password, or None if none is stored or the keyring is unavailable."""
         password = self._try(lambda ring: ring.get_password(SERVICE, account)) if account else None
         return password if isinstance(password, str) and _sound(password) else None
 
     def set(self, account: str, password: str) -> bool:
-        """Save a password; return whether that worked."""
+        """Store a password, and return whether that succeeded."""
 
         def keep(ring: Any) -> bool:
             ring.set_password(SERVICE, account, password)
-            # Some backends accept everything and save nothing.
+            # Some backends accept everything and store nothing.
             return bool(ring.get_password(SERVICE, account) == password)
 
         if not account or not _sound(password):
@@ -156,7 +161,7 @@ class Passwords:
         return bool(ok)
 
     def _try(self, work: Callable[[Any], _T]) -> _T | None:
-        """Use the keyring; None after any failure or a timeout."""
+        """Access the keyring; return None after any failure or a timeout."""
         results: list[_T] = []
 
         def run() -> None:
@@ -183,8 +188,10 @@ class Passwords:
 def read_password_file(path: Path | str, warn: Callable[[str], None] | None = None) -> str:
     """Read a password from the first line of a file.
 
-    Raises `CoreError` if the file cannot be read, is empty, or has no printable password. The
-    message never contains the content.
+    Error messages never contain the content of the file.
+
+    Raises:
+        CoreError: If the file cannot be read, is empty, or has no printable password.
     """
     file = Path(path)
     try:
@@ -210,7 +217,7 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
             tr("The first line of {file} is not a password.", file=file),
             tr("It must be plain text of at most {longest} characters.", longest=_LONGEST),
         )
-    # Only POSIX states the permissions of other users.
+    # Only POSIX reports the permissions of other users.
     if warn is not None and os.name == "posix" and stat.S_ISREG(mode) and mode & 0o077:
         warn(
             tr(

@@ -1,1 +1,1 @@
-"""From a camera to an environment: metering, bracket, download, merge."""
+"""From a camera to an environment: metering, bracket, download and merge."""

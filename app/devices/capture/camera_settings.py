@@ -1,7 +1,7 @@
-"""The settings of the camera: read, changed for the capture, and restored.
+"""The camera's settings: reading, changing and restoring them.
 
-Whatever is about to change is read and written into the session's journal first, so that the camera
-gets its settings back even after a power cut.
+Every setting is saved in the session's journal before it is changed, so that it can be restored
+even after a power cut.
 """
 
 from __future__ import annotations
@@ -18,18 +18,19 @@ from app.devices.client_profiles import KELVIN, WIDEST, ModelProfile
 from app.devices.errors import CameraNotReady, CameraRefused, DeviceError
 
 _NEVER: Final = 65535
-_AFTER_FILTER_S: Final = 1.0  # Ricoh asks for it between `_filter` and `captureMode`
+# seconds; Ricoh requires this pause between `_filter` and `captureMode`
+_AFTER_FILTER_S: Final = 1.0
 _MANUAL: Final = 1
 _EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
 _UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
 _TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
 _SEAMS: Final = frozenset({"_imageStitching", "_topBottomCorrection"})
-# Not worth a sentence if the camera refuses its own value.
+# No warning is needed if the camera rejects a value that it reported itself.
 _UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
 
 
 def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
-    """Read options, without those that the camera does not know."""
+    """Read options, skipping any that the camera does not support."""
     try:
         options = contact.ask(lambda: contact.client.get_options(names), NOT_NOW)
     except CameraRefused as error:
@@ -37,7 +38,7 @@ def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
             raise
         if len(names) <= 1:
             return {}
-        # One at a time, since the camera does not name the one it does not know.
+        # Read one at a time, since the error does not name the unsupported option.
         values: dict[str, Any] = {}
         for name in names:
             values |= read(contact, (name,))
@@ -48,7 +49,8 @@ def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
 def change(contact: Contact, options: Mapping[str, Any]) -> None:
     """Change options in one call.
 
-    Raises `CameraRefused` if the camera does not know an option or does not accept its value.
+    Raises:
+        CameraRefused: If the camera does not know an option or does not accept its value.
     """
     try:
         contact.ask(lambda: contact.client.set_options(options), NOT_NOW)
@@ -89,12 +91,13 @@ def settle(contact: Contact, profile: ModelProfile) -> None:
 
 
 def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProfile:
-    """Write the settings that `prepare` and the shots will change into the journal.
+    """Save the settings that `prepare` and the shots will change in the journal.
 
-    Settings that are in the journal already date from before an interruption and stay.
+    Settings already in the journal date from before an interruption and are left as they are.
 
-    Returns the profile without the options that could not be restored, since the camera does not
-    report them or reports an invalid value: these must not be changed.
+    Returns:
+        The profile without the options that must not be changed because they could not be restored:
+        the camera does not report them, or reports an invalid value.
     """
     settings = dict(session.journal.settings_to_restore)
     if "captureMode" not in settings:
@@ -119,7 +122,7 @@ def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProf
 
 
 def _learned(contact: Contact, profile: ModelProfile) -> ModelProfile:
-    """Complete the profile of an unknown Theta from its own answers."""
+    """Complete the profile of an unknown Theta from the values that it reports."""
     support = read(contact, ("fileFormatSupport", "apertureSupport", "_shootingMethodSupport"))
     methods, apertures = support.get("_shootingMethodSupport"), support.get("apertureSupport")
     by_method = isinstance(methods, list) and "bracket" in methods
@@ -147,9 +150,10 @@ def _panorama(value: Any) -> tuple[int, int] | None:
 
 
 def prepare(contact: Contact, profile: ModelProfile) -> None:
-    """Set the camera to plain photos and keep it awake, as far as it knows the options.
+    """Set the camera to plain photos and keep it awake, using the options it supports.
 
-    Raises `CameraRefused` if it cannot be set to photos.
+    Raises:
+        CameraRefused: If the camera cannot be set to photos.
     """
     change(contact, {"captureMode": "image"})
     contact.pause(profile.settle_s)
@@ -170,7 +174,7 @@ def _plain_pictures(profile: ModelProfile) -> Iterable[dict[str, Any]]:
     if profile.picture is not None:
         width, height = profile.picture
         yield {"fileFormat": {"type": "jpeg", "width": width, "height": height}}
-    # As in the camera's own bracket: seam and level of the first frame for all.
+    # As in the camera's own bracket, use the seam and level of the first frame for all.
     yield {"_imageStitching": "auto"}
     yield {"_topBottomCorrection": "ApplyAuto"}
     yield locked_white(profile)
@@ -186,13 +190,17 @@ def locked_white(profile: ModelProfile) -> dict[str, Any]:
 def restore(contact: Contact, session: Session) -> tuple[str, ...]:
     """Restore the camera's settings and remove them from the journal.
 
-    Returns the names of the options that the camera refused. Raises `DeviceError` if it cannot be
-    reached or is busy; the settings then stay in the journal.
+    Returns:
+        The names of the options that the camera refused.
+
+    Raises:
+        DeviceError: If the camera cannot be reached or is busy. The settings then stay in the
+            journal.
     """
     settings = dict(session.journal.settings_to_restore)
     if not settings:
         return ()
-    contact.reconnect()  # An S that lost its connection unnoticed would refuse everything.
+    contact.reconnect()  # An S that reconnected unnoticed would refuse everything.
     refusals: dict[str, str] = {}
     for options in _in_order(settings):
         if "captureMode" in options:
@@ -206,7 +214,7 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
 
 
 def restore_or_say(contact: Contact, session: Session) -> str:
-    """Restore the settings like `restore`; return a sentence about what failed, "" if nothing."""
+    """Restore the settings like `restore`, and return a sentence about failures or ""."""
     try:
         refusals = restore(contact, session)
     except DeviceError:
@@ -218,7 +226,7 @@ def restore_or_say(contact: Contact, session: Session) -> str:
 
 
 def untaken_words(names: Sequence[str]) -> str:
-    """Return a sentence with the camera settings that could not be restored, "" for none."""
+    """Return a sentence listing the settings that could not be restored, or ""."""
     if not names:
         return ""
     return tr(
@@ -228,16 +236,16 @@ def untaken_words(names: Sequence[str]) -> str:
 
 
 def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """Yield groups of options in an order in which the camera accepts them."""
+    """Yield groups of options in an order that the camera accepts."""
     rest = dict(settings)
     mode = rest.pop("captureMode", None)
-    # The camera accepts a bracket only while its values are legal, so it precedes the program.
+    # The camera accepts a bracket only while its values are legal, so send it before the program.
     yield _take(rest, ("_autoBracket",))
     yield _take(rest, ("_shootingMethod",))
     program = rest.get("exposureProgram")
     yield _take(rest, ("exposureProgram",))
     exposing = _take(rest, _EXPOSING)
-    # 0 means automatic, outside the manual program.
+    # 0 means automatic, except in the manual program.
     yield {name: value for name, value in exposing.items() if value}
     compensation = _take(rest, ("exposureCompensation",))
     yield compensation if program != _MANUAL else {}
@@ -250,7 +258,7 @@ def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
 
 
 def _white(rest: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """Yield the white balance: the camera accepts a temperature only while it is in use."""
+    """Yield the white balance; the camera accepts a temperature only while one is in use."""
     balance = _take(rest, ("whiteBalance",))
     kelvin = _take(rest, ("_colorTemperature",))
     if kelvin and kelvin["_colorTemperature"] != KELVIN:

@@ -1,4 +1,4 @@
-"""One capture: its orders, its tools, and its results so far."""
+"""One capture: its settings, its tools, and its results so far."""
 
 from __future__ import annotations
 
@@ -29,12 +29,14 @@ from app.devices.theta.messages import Info
 
 @dataclass(slots=True)
 class CaptureJob:
-    """One capture in progress: its orders, its tools and its results so far.
+    """One capture in progress: its settings, its tools and its results so far.
 
-    * `client`, `contact`: the camera, and the camera with retries.
-    * `session`, `board`: the folder with its journal, and the status.
-    * `debts`: the captures that still owe a camera its settings; None if they are not recorded.
-    * `profile`, `info`: of the camera; `info` is None until the camera answers.
+    Attributes:
+        client, contact: The camera, and the camera with retries.
+        session, board: The folder with its journal, and the status.
+        debts: The captures whose camera settings still have to be restored, or None to record none.
+        profile, info: The camera's profile and description; `info` is None until the camera
+            answers.
     """
 
     client: OscClient
@@ -60,7 +62,11 @@ class CaptureJob:
 
     @property
     def plan(self) -> Plan:
-        """The planned bracket. Raises `CaptureFailed` if there is none yet."""
+        """The planned bracket.
+
+        Raises:
+            CaptureFailed: If there is no plan yet.
+        """
         plan = self.session.journal.plan
         if plan is None:
             raise CaptureFailed(tr("No bracket has been planned."), tr("Start again."), "no-plan")
@@ -75,7 +81,7 @@ class CaptureJob:
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
-        """Add the duration of the block to a part."""
+        """Add the duration of the block to the total for `part`."""
         began = self.clock.now()
         try:
             yield

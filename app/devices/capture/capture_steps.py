@@ -1,9 +1,9 @@
-"""A capture from the first request to the environment on the disk.
+"""A capture from the first request to the environment on disk.
 
     connecting -> metering -> exposing -> downloading -> merging -> done / cancelled / failed
 
-Each step is a function of another module. This one has their order, the remaining steps of an
-interrupted session, and the end of a capture, however it ends.
+Each step is a function of another module. This module contains their order, the remaining steps of
+an interrupted session, and the cleanup at the end of a capture, however it ends.
 """
 
 from __future__ import annotations
@@ -54,8 +54,9 @@ _IDLE_S: Final = 30.0
 class CaptureResult:
     """The result of a capture.
 
-    * `info`: the camera's description; None if the session was finished without the camera.
-    * `seconds`: duration of "metering", "exposing", "download" and "merge".
+    Attributes:
+        info: The camera's description, or None if the session was finished without the camera.
+        seconds: Durations of "metering", "exposing", "download" and "merge".
     """
 
     profile: ModelProfile
@@ -71,8 +72,7 @@ class CaptureResult:
 class Capture:
     """One capture, which runs in the caller's thread.
 
-    It resumes an interrupted session: files on the disk are not downloaded again, and frames on the
-    camera are not shot again.
+    It resumes an interrupted session without repeating downloads or shots.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Capture:
     ) -> None:
         board = Board(on_status)
         contact = Contact(client, clock, token, board.say)
-        contact.serial = session.journal.serial  # No other camera gets its settings.
+        contact.serial = session.journal.serial  # Never apply these settings to another camera.
         self._job = CaptureJob(
             client=client,
             session=session,
@@ -109,11 +109,12 @@ class Capture:
         )
 
     def run(self) -> CaptureResult:
-        """Run the remaining steps; call it once.
+        """Run the remaining steps; call this only once.
 
-        Raises `DeviceError` if the camera or the connection fails (complete files stay in the
-        session); `CoreError` if the files cannot be written or merged; `Cancelled` when the token
-        is cancelled.
+        Raises:
+            DeviceError: If the camera or the connection fails. Complete files stay in the session.
+            CoreError: If the files cannot be written or merged.
+            Cancelled: If the token is cancelled.
         """
         job = self._job
         with job.arriving:
@@ -141,11 +142,16 @@ class Capture:
         return _result(job)
 
     def give_back(self) -> str:
-        """Only restore the settings that an earlier capture could not restore.
+        """Restore only the settings that an earlier capture could not restore.
 
-        Returns a sentence about those that the camera refused, "" if there are none. Raises
-        `DeviceError` if the camera does not answer, is busy or is another one (the session then
-        still owes it the settings); `Cancelled` when the token is cancelled.
+        Returns:
+            A sentence about settings that the camera refused, or "" if there are none.
+
+        Raises:
+            DeviceError: If the camera does not answer, is busy or is a different one. The settings
+                then
+                still have to be restored.
+            Cancelled: If the token is cancelled.
         """
         job = self._job
         with job.arriving:
@@ -158,7 +164,7 @@ class Capture:
 
 
 def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
-    """Return the remaining steps of a session; the camera is not needed for complete files."""
+    """Return the remaining steps of a session; complete files need no camera."""
     journal = job.session.journal
     if job.session.complete:
         return (_take_stock, _merge)
@@ -173,7 +179,7 @@ def _connect(job: CaptureJob) -> None:
 
 
 def _restore_first(job: CaptureJob) -> None:
-    """Restore the settings of interrupted captures, before they pass for the user's own."""
+    """Restore the settings of interrupted captures before they are mistaken for the user's own."""
     others = [] if job.debts is None else job.debts.of(job.contact.serial, job.session)
     for session in (*others, job.session):
         if session.owes:
@@ -198,7 +204,7 @@ def _meter(job: CaptureJob) -> None:
 
 
 def _expose(job: CaptureJob) -> None:
-    # Prepare now, while the camera shoots; the user waits for the merge.
+    # Prepare now, while the camera shoots, since the user has to wait for the merge.
     job.arriving.prepare(job.pack)
     with job.timed("exposing"):
         bracket.expose(job)
@@ -228,7 +234,7 @@ def _download(job: CaptureJob) -> None:
 
 
 def _take_stock(job: CaptureJob) -> None:
-    """Start to read the frames on the disk."""
+    """Start to read the frames on disk."""
     job.profile = profile_named("generic")
     job.paths = tuple(job.session.path_of(frame) for frame in job.session.journal.frames)
     for path in job.paths:
@@ -258,7 +264,7 @@ def _merge(job: CaptureJob) -> None:
 
 
 def _stop(job: CaptureJob) -> None:
-    """Stop the camera and ignore failures; its settings are restored next."""
+    """Stop the camera, ignoring failures; its settings are restored next."""
     if job.exposing:
         job.board.show(Stage.CANCELLED, tr("Stopping the camera"))
         with contextlib.suppress(DeviceError, CoreError):
@@ -266,7 +272,7 @@ def _stop(job: CaptureJob) -> None:
 
 
 def _give_back(job: CaptureJob) -> str:
-    """Restore the camera's settings if it can be reached; return a sentence about failures."""
+    """Restore the camera's settings if it is reachable, and return a sentence about failures."""
     if not job.session.owes:
         _settle(job, job.session)
         return ""
@@ -277,13 +283,13 @@ def _give_back(job: CaptureJob) -> str:
             surplus_pictures.delete_pictures(contact, job.session)
         _settle(job, job.session)
     except CoreError as error:
-        # Only the journal is not up to date, and restoring twice is harmless.
+        # Only the journal is out of date, and restoring twice is harmless.
         return error.message
     return unrestored
 
 
 def _end(job: CaptureJob, stage: Stage, error: DeviceError | CoreError | None = None) -> None:
-    """Restore the camera's settings, write the end into the journal, and show it."""
+    """Restore the camera's settings, record the end in the journal, and show it."""
     unrestored = _give_back(job)
     if error is None:
         job.warn(unrestored)

@@ -1,7 +1,7 @@
-"""Download of one file over a link that may break at any time.
+"""Download of a file over an unreliable connection.
 
-A file is written to ``NAME.part``, resumed there after a break, checked, flushed to the disk and
-only then gets its name. A file that has its name is never written again.
+The file is written to ``NAME.part`` and resumed there after an interruption. Once complete, it is
+checked, flushed to disk and renamed. A file with its final name is never written again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from app.devices.theta.messages import FileEntry
 from app.devices.theta.reply import Incoming
 
 ATTEMPTS: Final = 5
-"""Failures in a row without new bytes after which a download is given up."""
+"""Consecutive failures without new data after which a download is abandoned."""
 
 MAX_FILE_BYTES: Final = 64 << 20
 """Size limit of a file."""
@@ -47,7 +47,7 @@ _REPORT_S: Final = 0.1
 _RANGE_REFUSED: Final = 416
 _PASSING_STATUS: Final = (0, 408, 429, 500, 502, 503, 504, _RANGE_REFUSED)
 _PASSING_CODES: Final = ("serviceUnavailable", "unexpected", "disabledCommand")
-# A connection with fewer bytes than this in so many seconds counts as lost.
+# A connection that transfers fewer bytes than this in this many seconds counts as lost.
 _DRIP_S: Final = 20.0
 _DRIP_BYTES: Final = 100_000
 _CONTENT_RANGE: Final = re.compile(r"bytes (\d{1,12})-(\d{1,12})/(\d{1,12}|\*)")
@@ -57,10 +57,10 @@ Progress: TypeAlias = "Callable[[int, int, float], None]"
 
 
 class FileSource(Protocol):
-    """The part of an OSC client that downloads use."""
+    """The part of an OSC client needed for downloads."""
 
     def open_file(self, url: str, *, start: int = 0) -> AbstractContextManager[Incoming]:
-        """Open a file of the camera from the byte `start` on."""
+        """Open a file on the camera at byte offset `start`."""
 
     def thumbnail(self, url: str) -> bytes:
         """Return the thumbnail of a file."""
@@ -78,15 +78,20 @@ def fetch_file(
 ) -> Path:
     """Download a photo.
 
-    * `report`: called about ten times a second with the bytes received, the size of the file, and
-      the rate in bytes per second since the first byte of this attempt (0 before it).
-    * `check`: returns whether a file is complete; decodes it by default. The structure of the JPEG
-      and its size are checked before.
+    Args:
+        report: Function called about ten times a second with the bytes received, the size of the
+            file,
+            and the rate in bytes per second since the first byte of this attempt (0 before it).
+        check: Function that returns whether a file is complete; by default the file is decoded. The
+            structure of the JPEG and its size are checked first.
 
-    Raises `DownloadFailed` after several attempts: with the code "interrupted" for a lost
-    connection, "bad-answers" for invalid replies, "damaged", "damaged-on-camera" or "too-long" for
-    a bad file, "disk-full", "disk" or "other-file" if it cannot be written; `CameraRefused` at once
-    if a retry is pointless; `Cancelled` when the token is cancelled.
+    Raises:
+        DownloadFailed: After several attempts, with one of these codes: "interrupted" for a lost
+            connection; "bad-answers" for invalid replies; "damaged", "damaged-on-camera" or
+            "too-long"
+            for a bad file; "disk-full", "disk" or "other-file" if it cannot be written.
+        CameraRefused: If a retry would be pointless.
+        Cancelled: If the token is cancelled.
     """
     token.check()
     whole = check or (lambda path: whole_picture(path, token))
@@ -104,7 +109,7 @@ def fetch_file(
 
 
 class _NotWhole(Exception):
-    """The download ended before the file was complete."""
+    """Raised when the download ends before the file is complete."""
 
 
 class _Transfer:
@@ -128,11 +133,11 @@ class _Transfer:
         self.clean_lengths: list[int] = []
         self.short_lengths: set[int] = set()
         self.spoiled: set[bytes] = set()
-        # The part can never become complete. It stays until the next attempt replaces it.
+        # This partial file can never become complete; keep it until the next attempt replaces it.
         self.stale = False
 
     def run(self) -> None:
-        """Try until the file is complete."""
+        """Retry until the file is complete."""
         if self.size > MAX_FILE_BYTES:
             raise DownloadFailed(
                 tr(
@@ -154,10 +159,10 @@ class _Transfer:
             except (*LOSSES, _NotWhole) as error:
                 last: Exception = error
             except CameraRefused as error:
-                # Other refusals do not pass.
+                # Other refusals are permanent.
                 if error.status not in _PASSING_STATUS and error.code not in _PASSING_CODES:
                     raise
-                # The camera has no more bytes, although the file is not complete.
+                # The camera has no more data, although the file is incomplete.
                 short = error.status == _RANGE_REFUSED
                 self.stale |= short
                 last = _NotWhole() if short else error
@@ -171,11 +176,11 @@ class _Transfer:
         raise self._given_up(last) from last
 
     def _attempt(self) -> None:
-        """Download the rest; raise an error only if the file is not complete afterwards."""
+        """Download the rest, raising an error only if the file is incomplete afterwards."""
         try:
             self._receive()
         except LOSSES:
-            # A wrong Content-Length looks like a lost connection, too.
+            # A wrong Content-Length also looks like a lost connection.
             if self._settle(clean=False):
                 return
             raise
@@ -222,7 +227,7 @@ class _Transfer:
         self.report(size_here, size, rate)
 
     def _settle(self, *, clean: bool) -> bool:
-        """Rename the part to the file if it is complete; mark a part that can never become so."""
+        """Rename a complete partial file, or mark one that can never become complete."""
         size_here = self._received_bytes()
         self.most = max(self.most, size_here)
         end = jpeg_end(self.part.read_bytes()) if size_here else None
@@ -230,7 +235,7 @@ class _Transfer:
             if (self.size and size_here >= self.size) or (clean and not self.size):
                 self._spoil()
             elif clean:
-                # Resuming at this length is worth one attempt, not every second one.
+                # Resuming at this length is worth trying only once.
                 self.stale |= size_here in self.short_lengths
                 self.short_lengths.add(size_here)
             return False
@@ -246,7 +251,7 @@ class _Transfer:
         return False
 
     def _spoil(self) -> None:
-        """Record a full-length part that is not a picture; raise if the same bytes come twice."""
+        """Record a full-length but invalid download; raise if the same data comes twice."""
         self.stale = True
         digest = bytes.fromhex(sha256_of(self.part))
         if digest in self.spoiled:
@@ -258,7 +263,7 @@ class _Transfer:
         self.spoiled.add(digest)
 
     def _insists(self, size_here: int, clean: bool) -> bool:
-        """Whether the camera sent this length twice, although its list states another one."""
+        """Return whether the camera sent this length twice, although its list states another."""
         if not clean:
             return False
         self.clean_lengths.append(size_here)
@@ -317,7 +322,7 @@ class _Transfer:
 
 
 def _continues(incoming: Incoming, start: int, size: int) -> bool:
-    """Whether a reply continues the file at the byte `start`."""
+    """Return whether a reply continues the file at byte offset `start`."""
     if incoming.status != 206:
         return False
     match = _CONTENT_RANGE.fullmatch(incoming.headers.get("content-range", "").strip())
@@ -329,13 +334,13 @@ def _continues(incoming: Incoming, start: int, size: int) -> bool:
 
 
 class _Watch:
-    """Gives up a connection that only trickles: it would neither time out nor end."""
+    """Aborts a connection that only trickles, since it would neither time out nor end."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock, self.since, self.bytes = clock, clock.now(), 0
 
     def passed(self, count: int) -> None:
-        """Count bytes that have arrived."""
+        """Count received bytes."""
         self.bytes += count
         now = self.clock.now()
         if now - self.since < _DRIP_S:

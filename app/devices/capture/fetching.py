@@ -1,4 +1,4 @@
-"""The frames of a bracket: thumbnails first, then the files; each is read while the next comes."""
+"""Download of a bracket: thumbnails first, then the files, each decoded while the next arrives."""
 
 from __future__ import annotations
 
@@ -35,8 +35,16 @@ def fetch_thumbnails(
 ) -> dict[str, Path]:
     """Download the thumbnails that the camera has.
 
-    They are only for display, so failures are skipped. `targets`: the path of each URL's thumbnail.
-    Returns the paths that exist. Raises `Cancelled` when the token is cancelled.
+    They are only for display, so failures are skipped.
+
+    Args:
+        targets: Path of the thumbnail for each URL.
+
+    Returns:
+        The paths that exist.
+
+    Raises:
+        Cancelled: If the token is cancelled.
     """
     paths: dict[str, Path] = {}
     for url, path in targets.items():
@@ -59,23 +67,25 @@ def fetch_thumbnails(
 
 _CONTINUATIONS: Final = 3
 _ENOUGH: Final = 3
-# Codes of errors that a retry may solve after reconnecting.
+# Codes of errors that may be solved by reconnecting and retrying.
 _PASSING: Final = frozenset({"interrupted", "bad-answers"})
-# Codes of errors that concern a single file.
+# Codes of errors that concern only one file.
 _OF_ONE_FILE: Final = frozenset(
     {"bad-answers", "damaged", "damaged-on-camera", "too-long", "other-file"}
 )
 
 
 def fetch(job: CaptureJob) -> None:
-    """Download the frames of the journal.
+    """Download the frames listed in the journal.
 
     A file that fails does not stop the others. Three complete frames with different exposures are
     enough, with a warning; the others stay open in the journal.
 
-    Raises `DownloadFailed` if the connection is lost, the disk cannot be written, or too few frames
-    are complete (what has arrived stays and can be resumed); `CameraRefused` if the camera refuses
-    the files and too few are complete; `Cancelled` when the token is cancelled.
+    Raises:
+        DownloadFailed: If the connection is lost, the disk cannot be written, or too few frames are
+            complete. The received data stays and can be resumed.
+        CameraRefused: If the camera refuses the files and too few are complete.
+        Cancelled: If the token is cancelled.
     """
     job.session.update(stage=Stage.DOWNLOADING.value)
     frames = job.session.journal.frames
@@ -85,7 +95,7 @@ def fetch(job: CaptureJob) -> None:
     view.show(tr("Downloading thumbnails"))
     missing = [frame for frame in frames if not frame.done]
     _thumbnails(job, view, frames if missing else ())
-    # The camera's entries from the time when the journal was written.
+    # Rebuild the camera's entries as they were when the journal was written.
     entries = {one.url: FileEntry(one.name, one.url, one.size, one.taken) for one in missing}
     failed: dict[str, DeviceError] = {}
     for number, frame in enumerate(frames):
@@ -115,7 +125,7 @@ def _set_aside(job: CaptureJob, frame: SessionFrame) -> None:
 
 
 def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
-    """Use the complete frames if there are enough, else raise the first error."""
+    """Continue with the complete frames if there are enough, or else raise the first error."""
     frames = job.session.journal.frames
     paths = tuple(job.session.path_of(frame) for frame in frames if frame.done)
     if failed:
@@ -134,7 +144,7 @@ def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
 
 
 def _different(paths: Iterable[Path]) -> int:
-    """Count the different exposures of files that state theirs."""
+    """Count the different exposures among files that state one."""
     evs: list[float] = []
     for path in paths:
         try:
@@ -184,7 +194,7 @@ def _thumbnails(job: CaptureJob, view: _StatusRows, frames: tuple[SessionFrame, 
 
 
 def _again(job: CaptureJob, view: _StatusRows, number: int, entry: FileEntry) -> DeviceError | None:
-    """Download a file again that has the right length but a damaged picture."""
+    """Download again a file with the right length but damaged image data."""
     path = job.session.originals / job.session.local_name(entry)
     _set_aside(job, job.session.journal.frames[number])
     view.set(number, done=False)
@@ -203,10 +213,10 @@ def _one(
     entry: FileEntry,
     check: Callable[[Path], bool] = whole_file,
 ) -> DeviceError | None:
-    """Download one file, and resume after reconnecting.
+    """Download one file, and resume it after reconnecting.
 
-    By default only its structure is checked: it is decoded while the next one arrives. Returns an
-    error that concerns this file alone and raises any other.
+    By default only its structure is checked, because it is decoded while the next file arrives.
+    Returns an error that concerns this file alone, and raises any other.
     """
 
     def report(received: int, size: int, rate: float) -> None:

@@ -1,8 +1,8 @@
-"""Integrity of downloaded files: complete JPEGs, and the planned bracket by their EXIF.
+"""Integrity of downloaded files: complete JPEGs, and EXIF that matches the planned bracket.
 
-Some cameras silently ignore their settings: they take three equal exposures, or ignore ISO outside
-the manual program. `core.measure` reports what a bracket shows by itself (lenses with different
-exposures, copies).
+Some cameras silently ignore settings: they take three equal exposures, or ignore ISO outside the
+manual program. `core.measure` reports what a bracket reveals on its own, such as lenses with
+different exposures, or copies.
 """
 
 from __future__ import annotations
@@ -40,17 +40,21 @@ _NUMBERS: Final = {
 }
 _CHUNK: Final = 1 << 20
 _START: Final = b"\xff\xd8\xff"
-# A marker that ends compressed data: neither a stuffed 0, a restart, nor padding.
+# A marker that ends compressed data: not a stuffed 0, a restart marker or padding.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
 _STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
 
 
 def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
-    """Compare the frames with the plan.
+    """Compare the frames with the plan. The files are kept in any case.
 
-    Returns sentences about frames with other exposures; their actual values are used. Raises
-    `CaptureFailed` if they are not a bracket: equal exposures, or tone-mapped by the camera. The
-    files stay.
+    Returns:
+        Sentences about frames with other exposures; their actual values are used.
+
+    Raises:
+        CaptureFailed: If the frames are not a bracket because the exposures are equal, or the
+            camera
+            tone-mapped them.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
     if names := rendered_frames(headers):
@@ -71,7 +75,7 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
 def planned_times(paths: Sequence[Path], plan: Plan) -> tuple[float, ...] | None:
     """Return the planned exposure times if no file states its own and each shot has a file.
 
-    In seconds, in the order of `paths`; None if EXIF applies.
+    The times are in seconds, in the order of `paths`. Returns None if EXIF applies.
     """
     headers = [_header(path) for path in paths]
     silent = all(header.shutter_s is None for header in headers)
@@ -154,8 +158,10 @@ def _words(exposure: Exposure) -> str:
 def jpeg_end(data: bytes) -> int | None:
     """Find the end of a JPEG by its structure, without decoding it.
 
-    Returns the number of bytes including the end marker; None if the data is not a JPEG or stops
-    before the marker.
+    Returns:
+        The number of bytes including the end marker, or None if the data is not a JPEG or stops
+        before
+        the marker.
 
     Examples:
         >>> jpeg_end(bytes.fromhex("ffd8 ffe00004abcd ffda0002 1234ff00 ffd9 99"))
@@ -183,9 +189,9 @@ def jpeg_end(data: bytes) -> int | None:
 
 
 def whole_file(path: Path) -> bool:
-    """Whether a file has the structure of a complete JPEG.
+    """Return whether a file has the structure of a complete JPEG.
 
-    Bytes after the picture (a second, smaller picture, padding) are allowed.
+    Bytes after the image (a second, smaller image, or padding) are allowed.
     """
     try:
         with open_file(path) as stream:
@@ -195,10 +201,13 @@ def whole_file(path: Path) -> bool:
 
 
 def whole_picture(path: Path, token: Token | None = None) -> bool:
-    """Whether a JPEG can be decoded to its last row.
+    """Return whether a JPEG can be decoded to its last row.
 
-    False for anything that is not a JPEG, cut off or damaged. Raises `Cancelled` when the token,
-    which is checked every few rows, is cancelled.
+    Returns:
+        False if the file is truncated, damaged, or not a JPEG.
+
+    Raises:
+        Cancelled: If the token is cancelled; it is checked every few rows.
     """
     try:
         return whole_file(path) and is_whole(read_header(path).frame, token or Token())

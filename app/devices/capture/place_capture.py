@@ -1,7 +1,7 @@
-"""A capture into a place: its folder, the camera, the capture itself, and its progress.
+"""A capture for a place: its folder, the camera, the capture itself, and its progress.
 
-It runs in the caller's thread and puts its progress into a mailbox, from which a screen takes the
-newest.
+It runs in the caller's thread and puts its progress into a mailbox, from which a screen reads the
+latest.
 """
 
 from __future__ import annotations
@@ -51,14 +51,15 @@ from app.devices.theta.messages import Info
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaptureOrder:
-    """The order of a capture.
+    """The parameters of a capture.
 
     Attributes:
-        camera: None to merge only the frames on the disk.
-        naming: Names a place without a name.
-        pack: Head and styles; None for the generic head.
-        first: (h, 2 h, 3) uint8 or None. Display panorama of the place if it is captured again, to
-            register the new panorama.
+        camera: The camera, or None to merge only the frames on disk.
+        naming: Function that names a place without a name.
+        pack: Head and styles, or None for the generic head.
+        first: (h, 2 h, 3) uint8 or None. Display panorama of the place if it is captured again,
+            used
+            to register the new panorama.
     """
 
     places: Path
@@ -80,8 +81,10 @@ class CaptureOrder:
 class CaptureProgress:
     """The progress of a capture at one moment.
 
-    `pictures`: tuple of ((h, 2 h, 3) uint8 or None), sRGB. Thumbnails of the frames, in the order
-    of shooting. `metered`: (h, 2 h, 3) uint8 or None, sRGB. Thumbnail of the metering photo.
+    Attributes:
+        pictures: Tuple of ((h, 2 h, 3) uint8 or None), sRGB. Thumbnails of the frames in shooting
+            order.
+        metered: (h, 2 h, 3) uint8 or None, sRGB. Thumbnail of the metering photo.
     """
 
     status: Status
@@ -95,7 +98,9 @@ class CaptureProgress:
 class CapturedPlace:
     """The place of a finished capture.
 
-    `registration`: alignment with the earlier panorama of the same place; None if there is none.
+    Attributes:
+        registration: Alignment with the earlier panorama of the same place, or None if there is
+            none.
     """
 
     folder: Path
@@ -106,7 +111,7 @@ class CapturedPlace:
 
 
 class Recording:
-    """The state of a capture, even after a failure; written by its thread."""
+    """The state of a capture, kept even after a failure; written by its thread."""
 
     def __init__(self, order: CaptureOrder) -> None:
         self.box: Mailbox[CaptureProgress] = Mailbox()
@@ -127,7 +132,7 @@ class Recording:
         self._open, self._pack = session, pack
 
     def show(self, status: Status) -> None:
-        """Put a status into the mailbox; runs in the thread of the capture."""
+        """Put a status into the mailbox; called in the capture thread."""
         session = self._open
         if session is None:
             return
@@ -157,12 +162,12 @@ def capture(
     token: Token,
     report: PhraseReport,
 ) -> CapturedPlace:
-    """Take a bracket and merge it.
+    """Shoot a bracket and merge it.
 
     Raises:
-        DeviceError: When the camera or the connection fails.
-        CoreError: When the files cannot be written or merged.
-        Cancelled: When the token was cancelled.
+        DeviceError: If the camera or the connection fails.
+        CoreError: If the files cannot be written or merged.
+        Cancelled: If the token is cancelled.
     """
     pack = order.pack or load_named_pack("generic")
     folder, name, session = _begin(order, recording)
@@ -191,11 +196,11 @@ def capture(
 def merge_kept(
     order: CaptureOrder, recording: Recording, token: Token, report: PhraseReport
 ) -> CapturedPlace:
-    """Merge the frames of an unfinished session on the disk, without the camera.
+    """Merge an unfinished session's frames on disk, without the camera.
 
     Raises:
-        CoreError: When there are too few, or they cannot be merged.
-        Cancelled: When the token was cancelled.
+        CoreError: If there are too few frames, or they cannot be merged.
+        Cancelled: If the token is cancelled.
     """
     pack = order.pack or load_named_pack("generic")
     folder, name, session = _begin(order, recording)
@@ -250,7 +255,7 @@ def _finish(
 
 
 def tidy(recording: Recording, *, given_up: bool = False) -> bool:
-    """Remove the folder of a capture without photos, if this capture created it."""
+    """Remove the folder of a capture without photos if this capture created it."""
     folder, session = recording.folder, recording.session
     if not recording.began or folder is None or session is None:
         return False

@@ -1,4 +1,4 @@
-"""Checks before the bracket: which camera answers, and whether it can shoot."""
+"""Checks before the bracket: the camera's identity, and whether it is ready to shoot."""
 
 from __future__ import annotations
 
@@ -54,8 +54,10 @@ _BROKEN: Final = frozenset(
 def connect(job: CaptureJob) -> None:
     """Let a preview end, identify the camera and choose its profile.
 
-    Raises `DeviceError` if it does not answer, is not a camera or not the one of this session, or
-    has too old a firmware.
+    Raises:
+        DeviceError: If nothing answers, the device is not the camera of this session, or its
+            firmware
+            is too old.
     """
     job.board.show(Stage.CONNECTING, tr("Connecting to the camera"))
     # A camera refuses most commands until a preview that was just closed has ended.
@@ -71,9 +73,10 @@ def connect(job: CaptureJob) -> None:
 
 
 def check_ready(job: CaptureJob) -> None:
-    """Check that the camera can shoot.
+    """Check that the camera is ready to shoot.
 
-    Raises `CameraNotReady` if it cannot, with the reason and a hint.
+    Raises:
+        CameraNotReady: If the camera is not ready, with the reason and a hint.
     """
     job.board.show(Stage.CONNECTING, tr("Checking the camera"), 0.5)
     state = job.contact.ask(job.client.state)
@@ -91,7 +94,8 @@ def check_ready(job: CaptureJob) -> None:
 def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
     """Wait until the camera is idle.
 
-    Raises `CameraNotReady` if it is still busy after `longest_s` seconds.
+    Raises:
+        CameraNotReady: If the camera is still busy after `longest_s` seconds.
     """
     until = job.clock.now() + longest_s
     while True:
@@ -111,7 +115,7 @@ def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
 
 
 def explain_error(job: CaptureJob, error: DeviceError) -> DeviceError:
-    """Return the reason in the camera's state for a refusal or a stop; else the error itself."""
+    """Return the cause of a refusal or a stop from the camera's state, or else the error itself."""
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
     try:
@@ -138,7 +142,7 @@ def _check_firmware(info: Info, profile: ModelProfile) -> None:
 
 
 def _check_state(state: State) -> None:
-    """Raise `CameraNotReady` for a reported fault, heat or a nearly empty battery."""
+    """Raise `CameraNotReady` for a reported fault, overheating or a nearly empty battery."""
     for code in state.camera_errors:
         if code in _BLOCKING:
             raise CameraNotReady(*_BLOCKING[code], code)

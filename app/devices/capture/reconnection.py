@@ -1,57 +1,57 @@
-"""Retries, reconnecting, and how a bracket is found after a connection loss.
+"""Retries, reconnecting, and recovering a bracket after a connection loss.
 
 A *loss* is a request without a usable reply: a timeout, a broken connection, garbage, and, once the
-camera has answered, a router's page, a redirect or a 401 instead.
+camera has answered, a router's page, a redirect or a 401.
 
 ============================= ============================= ======================================
-error                         while                         what is done
+error                         while                         response
 ============================= ============================= ======================================
-a loss                        first contact                 again: a page, a password or a refused
-                                                            connection three times, cut or garbled
-                                                            replies for 20 s, silence for a minute
-a loss                        asking (info, state, options, the camera greets again, is sought for
-                              status, list), changing       three minutes if need be, and this one
-                              options, deleting             question is put again, up to seven times
-a loss                        the same, on a camera that    `Contact.forgotten` counts it: the
-                              forgot (SC2 whose options     caller sets up everything from the
-                              differ from what was set; S   start
-                              and SC that are back at API
-                              2.0; any that was switched
-                              off and on)
-a loss                        starting an exposure          never simply repeated: the camera may
-                                                            have heard it. State and file list tell;
-                                                            only if nothing happened, start again,
-                                                            four times at most
-a loss                        fetching a file               `download` continues it by itself; then
-                                                            the connection is sought and it is
-                                                            continued twice more
-a loss                        putting settings back         for 20 s; else the journal keeps them
-                                                            and the message says so
-`CameraRefused`: busy         anything                      again after pauses that grow, 30 s long
+a loss                        first contact                 retried: a page, a password or a
+                                                            refused connection three times, cut or
+                                                            garbled replies for 20 s, silence for a
+                                                            minute
+a loss                        querying (info, state,        reconnect, searching for the camera
+                              options, status, list),       for up to three minutes, then retry the
+                              changing options, deleting    request, up to seven times
+a loss                        the same, on a camera that    `Contact.forgotten` is incremented, and
+                              lost its settings (SC2 whose  the caller starts again with the setup
+                              options differ; S and SC
+                              back at API 2.0; any that
+                              was switched off and on)
+a loss                        starting an exposure          never simply repeated, as the camera
+                                                            may have received it. State and file
+                                                            list decide; restarted only if nothing
+                                                            happened, at most four times
+a loss                        downloading a file            `download` resumes it; after that,
+                                                            reconnect and resume twice more
+a loss                        restoring settings            retried for 20 s; after that, they stay
+                                                            in the journal and a message says so
+`CameraRefused`: busy         anything                      retried after growing pauses, for 30 s
 (serviceUnavailable, 503,
 unexpected)
-`CameraRefused`:              options, starting             again for 8 s: a preview may be closing;
-disabledCommand                                             then a bracket becomes single pictures
-`CameraRefused`:              options                       the option is left out if it can be; of
-invalidParameter*                                           a bracket: without white balance (X),
-                                                            then single pictures
-`CameraRefused`: id or file   status                        the state is watched instead
-not known
+`CameraRefused`:              options, starting             retried for 8 s, as a preview may be
+disabledCommand                                             closing; after that, a bracket becomes
+                                                            single photos
+`CameraRefused`:              options                       the option is omitted if possible; a
+invalidParameter*                                           bracket is tried without white balance
+                                                            (X), then as single photos
+`CameraRefused`: unknown id   status                        the state is polled instead
+or file
 `CameraRefused`:              status                        `CaptureFailed`: stopped at the camera
 canceledShooting
-`CameraRefused`: unknown      anything, on S and SC         API 2.1 is switched on again, if it is
-command or parameter                                        off, and the question put once more,
-                                                            twice at most
-`CameraRefused`:              switching an S or SC to       again as long as it shoots, ten minutes
-disabledCommand               API 2.1                       at most, at the end of a capture one
-`CameraRefused`: others       anything                      never
+`CameraRefused`: unknown      anything, on S and SC         switched to API 2.1 if necessary, and
+command or parameter                                        the request repeated at most twice
+`CameraRefused`:              switching an S or SC to       retried while the camera shoots, for at
+disabledCommand               API 2.1                       most ten minutes, or one minute at the
+                                                            end of a capture
+`CameraRefused`: others       anything                      never retried
 `PasswordNeeded`              three greetings in a row      ends the capture
-`CameraNotReady`, `CoreError` anything                      never
-`Cancelled`                   anything                      never; exposing is stopped, settings are
-                                                            put back, files stay
+`CameraNotReady`, `CoreError` anything                      never retried
+`Cancelled`                   anything                      never retried; shooting is stopped,
+                                                            settings are restored, files stay
 ============================= ============================= ======================================
 
-All waits for a lost camera together last at most `PATIENCE_S`, so that a capture always ends.
+Together, all waits for a lost camera last at most `PATIENCE_S`, so that a capture always ends.
 """
 
 from __future__ import annotations
@@ -80,19 +80,19 @@ BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 """Codes of a camera that is busy."""
 
 NOT_NOW: Final = frozenset({"disabledCommand"})
-"""Codes of a camera that cannot execute the command yet."""
+"""Codes of a camera that cannot execute the command at the moment."""
 
 REJOIN_S: Final = 180.0
-"""How long to try to reconnect, in seconds."""
+"""Time limit for reconnecting, in seconds."""
 
 PATIENCE_S: Final = 420.0
-"""How long to try to reconnect in one capture altogether, in seconds."""
+"""Time limit for all reconnecting in one capture, in seconds."""
 
 _OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParameterName"})
 _FIRST_S: Final = 60.0
-_SILENCES: Final = 1000  # Timeouts are limited by the total time.
+_SILENCES: Final = 1000  # Timeouts are limited by the total time instead.
 _TRIES: Final = 8
-_LONGEST_PAUSE_S: Final = 2.0  # The greeting before has waited, too.
+_LONGEST_PAUSE_S: Final = 2.0  # The request before it has already waited.
 _SWITCHES: Final = 2
 _BUSY_S: Final = 30.0
 _NOT_NOW_S: Final = 8.0
@@ -102,7 +102,8 @@ _SPARE: Final = 12
 _MOST_LISTED: Final = 100
 _SHOOTING_S: Final = 600.0
 _LAST_SHOOTING_S: Final = 60.0
-# Every capture sets these and no other option changes them: they show a loss of settings.
+# Every capture sets these options and nothing else changes them, so a difference reveals lost
+# settings.
 _MARKS: Final = ("captureMode", "exposureProgram", "whiteBalance", "_filter", "sleepDelay")
 _JPEG: Final = (".jpg", ".jpeg")
 _REJOIN: Final = tr(
@@ -115,17 +116,18 @@ _T = TypeVar("_T")
 
 
 class Say(Protocol):
-    """Shows a message and the seconds left; `seeking` while it reconnects."""
+    """Shows a message and the seconds left; `seeking` is set while reconnecting."""
 
     def __call__(self, message: str, left_s: float | None, /, *, seeking: bool = False) -> None:
-        """Show it."""
+        """Show the message."""
 
 
 class Contact:
-    """A camera that may be busy or out of reach for a while.
+    """A camera that may be busy or unreachable for a while.
 
-    * `say`: receives the progress of reconnecting, with the seconds left.
-    * `rejoin_s`: how long to try to reconnect, in seconds.
+    Args:
+        say: Function that receives the progress of reconnecting and the seconds left.
+        rejoin_s: Time limit for reconnecting, in seconds.
     """
 
     def __init__(
@@ -150,23 +152,29 @@ class Contact:
         self._shooting_s = _SHOOTING_S
 
     def unstoppable(self, rejoin_s: float) -> Contact:
-        """Return the same camera for the final steps: not cancellable, with shorter waits."""
+        """Return a contact for the final steps: not cancellable, with a shorter time limit."""
         other = copy(self)
         other.token, other._rejoin_s, other._patience_s = None, rejoin_s, PATIENCE_S
         other._shooting_s = _LAST_SHOOTING_S
         return other
 
     def pause(self, seconds: float) -> None:
-        """Wait. Raises `Cancelled` when the token is cancelled."""
+        """Wait.
+
+        Raises:
+            Cancelled: If the token is cancelled.
+        """
         wait(self.clock, seconds, self.token)
 
     def ask(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
-        """Make a call that may be repeated, until it succeeds.
+        """Make a call that is safe to repeat, until it succeeds.
 
-        `passing`: codes of temporary refusals, besides those of a busy camera.
+        Args:
+            passing: Codes of temporary refusals, besides those of a busy camera.
 
-        Raises `DeviceError` if the camera refuses, or does not answer after all retries;
-        `Cancelled` when the token is cancelled.
+        Raises:
+            DeviceError: If the camera refuses, or does not answer after all retries.
+            Cancelled: If the token is cancelled.
         """
         failures = 0
         while True:
@@ -185,8 +193,9 @@ class Contact:
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
         """Make a call that must not be repeated after a loss, only while the camera is busy.
 
-        Raises every `DeviceError` of the call that is not temporary; `Cancelled` when the token is
-        cancelled.
+        Raises:
+            DeviceError: Any error of the call that is not temporary.
+            Cancelled: If the token is cancelled.
         """
         began, number, switches = self.clock.now(), 0, 0
         while True:
@@ -206,21 +215,23 @@ class Contact:
             self.pause(pause)
 
     def meet(self, longest_s: float = _FIRST_S) -> Info:
-        """Make the first contact, with a shorter wait: the device may not be a camera at all."""
+        """Make the first contact, with a short time limit in case the device is no camera."""
         return self._greet(longest_s)
 
     def reconnect(self) -> None:
-        """Try until the camera answers, and switch it to API 2.1.
+        """Retry until the camera answers, and switch it to API 2.1.
 
-        Raises `Unreachable` if it does not answer in time; `CameraNotReady` if another camera
-        answers; `PasswordNeeded` if it insists on a password; `Cancelled` when the token is
-        cancelled.
+        Raises:
+            Unreachable: If the camera does not answer in time.
+            CameraNotReady: If another camera answers.
+            PasswordNeeded: If the camera keeps requiring a password.
+            Cancelled: If the token is cancelled.
         """
         if not self._has_met:
             self.meet()
             return
         began, patience = self.clock.now(), self._patience_s
-        self._patience_s = 0.0  # After a wait in vain there is no second wait.
+        self._patience_s = 0.0  # Do not wait a second time after a wait in vain.
         self._greet(min(self._rejoin_s, patience))
         self._patience_s = max(patience - (self.clock.now() - began), 0.0)
         self.losses += self.forgets and self._lost_settings()
@@ -228,7 +239,8 @@ class Contact:
     def hello(self) -> Info:
         """Identify the camera and switch it to API 2.1.
 
-        Raises `DeviceError` if it does not answer, or is not the same camera as before.
+        Raises:
+            DeviceError: If nothing answers, or a different camera than before.
         """
         info = self.client.info()
         if self.serial and info.serial_number != self.serial:
@@ -251,7 +263,7 @@ class Contact:
         return info
 
     def _greet(self, longest_s: float) -> Info:
-        """Repeat `hello` until the camera answers; report the time left after some seconds."""
+        """Repeat `hello` until the camera answers; report the time left after a few seconds."""
         began = self.clock.now()
         until = began + longest_s
         first = FirstContact(self.clock, silences=_SILENCES)
@@ -287,9 +299,9 @@ class Contact:
         self._settings = self._settings | marks
 
     def _lost_settings(self) -> bool:
-        """Whether the camera's options differ from those that were set.
+        """Return whether the camera's options differ from those that were set.
 
-        A lost reply does no harm to a forgetful camera; a new connection does.
+        Such a camera forgets its settings on a new connection, but not on a lost reply.
         """
         settings, self._settings = self._settings, {}
         if not settings:
@@ -309,7 +321,7 @@ class Contact:
         return True
 
     def _leave_old_api(self) -> bool:
-        """Switch an S or SC to API 2.1 again; return whether it had fallen back to the old one."""
+        """Switch an S or SC back to API 2.1, and return whether it had reverted to API 2.0."""
         if not self._switches_api or self.client.state().api_version != 1:
             return False
         self.losses += self._has_met
@@ -317,7 +329,7 @@ class Contact:
         return True
 
     def _switch_api(self) -> None:
-        """Switch the API, which is refused while the camera shoots."""
+        """Switch the API, which the camera refuses while it shoots."""
         until, idle = self.clock.now() + self._shooting_s, 0
         while True:
             try:
@@ -333,7 +345,7 @@ class Contact:
             self.pause(1.0)
 
     def _fell_back(self, error: CameraRefused) -> bool:
-        """Whether an S or SC reconnected unnoticed with API 2.0; if so, switch it."""
+        """Return whether an S or SC reconnected unnoticed with API 2.0; if so, switch it back."""
         return error.code in _OLD_API and self._leave_old_api()
 
 
@@ -371,10 +383,11 @@ def find_frames(
 
 
 def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
-    """Return the URL of the newest file, "" if there is none.
+    """Return the URL of the newest file, or "" if there is none.
 
-    `entries`: the newest first. `stated_url`: the newest file in the camera's state, which may be
-    deleted already.
+    Args:
+        entries: Files, the newest first.
+        stated_url: URL of the newest file in the camera's state; the file may be deleted already.
     """
     if any(_path(entry.url) == _path(stated_url) for entry in entries):
         return stated_url
@@ -383,7 +396,7 @@ def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
 
 
 def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
-    """Return the entries newer than `previous`; if that is deleted, those with higher URLs."""
+    """Return the entries newer than `previous`, or with higher URLs if it has been deleted."""
     path = _path(previous)
     if not any(_path(entry.url) == path for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]
@@ -391,7 +404,7 @@ def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
 
 
 def _one_folder(entries: Sequence[FileEntry], count: int) -> list[FileEntry]:
-    """Return the entries of the most common folder; all if it has fewer than `count`."""
+    """Return the entries of the most common folder, or all if that has fewer than `count`."""
     folders = Counter(_place(entry.url)[0] for entry in entries)
     if not folders:
         return []
@@ -407,17 +420,17 @@ def _place(url: str) -> tuple[str, str]:
 
 
 def _path(url: str) -> str:
-    """Return the path of a URL: the host changes with the network."""
+    """Return the path of a URL, since its host changes with the network."""
     _, absolute, rest = url.partition("://")
     return f"/{rest.partition('/')[2]}" if absolute else url
 
 
 def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:
-    """Sort by URL: cameras count up, and start a new folder when the numbers are used up."""
+    """Sort by URL; cameras count up and start a new folder when the numbers run out."""
     return tuple(sorted(entries, key=lambda entry: _place(entry.url)))
 
 
 def _group(entries: Sequence[FileEntry], group_id: str) -> list[FileEntry]:
-    """Return the entries of a group; of the newest group if `group_id` is empty."""
+    """Return the entries of a group, or of the newest group if `group_id` is empty."""
     group_name = group_id or next((entry.group_id for entry in entries if entry.group_id), "")
     return [entry for entry in entries if group_name and entry.group_id == group_name]

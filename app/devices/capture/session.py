@@ -1,11 +1,11 @@
-"""A session: one folder for one place and time, with a journal that survives the power cut.
+"""A session: one folder for one capture, with a journal that survives a power cut.
 
-    FOLDER/session.json      the journal; written before every step, completely or not at all
+    FOLDER/session.json      the journal, written atomically before every step
     FOLDER/originals/        the camera's files, never changed once they are complete
     FOLDER/thumbnails/       thumbnails to show during the download
 
-A file in `originals` gets its name only when it is complete; until then it is called ``NAME.part``.
-So opening the folder again always finds every complete file.
+A file in `originals` gets its final name only when it is complete; until then it is called
+``NAME.part``. Reopening the folder therefore always finds every complete file.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ _MAX_WARNINGS: Final = 100
 _ORIGINALS: Final = "originals"
 _THUMBNAILS: Final = "thumbnails"
 _DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
-# Temporary files of a killed program: of the journal, the environment and the metering photo.
+# Temporary files of a killed process: of the journal, the environment and the metering photo.
 _TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr|\.metering\.jpg")
-# Files that operating systems put into folders.
+# Files that operating systems add to folders.
 _LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
 _DATE: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
 _UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
@@ -64,8 +64,8 @@ _TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
 class Session:
     """The folder of one capture, with its journal.
 
-    Use `create`, `open` or `open_or_create`. Safe for several threads, but not for two processes at
-    the same time.
+    Use `create`, `open` or `open_or_create`. Safe for several threads, but not for several
+    processes at once.
     """
 
     def __init__(self, folder: Path, journal: SessionJournal, notices: Iterable[str] = ()) -> None:
@@ -78,7 +78,8 @@ class Session:
     def create(cls, folder: Path | str) -> Session:
         """Create a session in a missing or empty folder.
 
-        Raises `CoreError` if the folder is not empty, or cannot be created or written.
+        Raises:
+            CoreError: If the folder is not empty, or cannot be created or written.
         """
         place = Path(folder)
         if any(not _is_ours(name) or name == JOURNAL for name in _entries(place)):
@@ -95,11 +96,13 @@ class Session:
     def open(cls, folder: Path | str) -> Session:
         """Open an existing session and check its files.
 
-        A journal that cannot be read is renamed and a new one started; the files in `originals`
-        stay and are found again by their names. Complete files that the journal does not list yet
-        are added; files that have disappeared or changed count as missing.
+        An unreadable journal is renamed and a new one started; the files in `originals` stay and
+        are matched by name. Complete files missing from the journal are added; files that have
+        disappeared or changed count as missing.
 
-        Raises `CoreError` if the folder is not a session, or from a newer version of this program.
+        Raises:
+            CoreError: If the folder is not a session, or was created by a newer version of this
+                program.
         """
         place = Path(folder)
         if not any(name == JOURNAL or _DAMAGED.fullmatch(name) for name in _entries(place)):
@@ -117,7 +120,8 @@ class Session:
     def open_or_create(cls, folder: Path | str) -> Session:
         """Resume the session in a folder, or create one in a missing or empty folder.
 
-        Raises `CoreError` if the folder has files that are not from a session.
+        Raises:
+            CoreError: If the folder has files that are not from a session.
         """
         place = Path(folder)
         names = _entries(place)
@@ -142,12 +146,12 @@ class Session:
 
     @property
     def journal(self) -> SessionJournal:
-        """The journal as it is on the disk."""
+        """The journal as stored on disk."""
         return self._journal
 
     @property
     def unfinished(self) -> bool:
-        """Whether a capture was started here and not finished."""
+        """Whether a capture was started here but not finished."""
         return self._journal.stage not in ("idle", "done")
 
     @property
@@ -157,17 +161,21 @@ class Session:
 
     @property
     def complete(self) -> bool:
-        """Whether every file of the bracket is on the disk, so that the camera is not needed."""
+        """Whether every file of the bracket is on disk, so that the camera is not needed."""
         journal = self._journal
         here = bool(journal.frames) and all(frame.done for frame in journal.frames)
         return journal.plan is not None and journal.exposed and here
 
     def update(self, **changes: Any) -> None:
-        """Change the journal, on the disk first; call it before the step that it describes.
+        """Change the journal, on disk first; call this before the step that it records.
 
-        `**changes`: fields of `SessionJournal`. Texts from a camera are cut, and their control
-        characters replaced. Raises `CoreError` if it cannot be written (the journal in memory stays
-        as it was); `ValueError` if a value could not be read back, or contains a password.
+        Args:
+            **changes: Fields of `SessionJournal`. Text from a camera is truncated, and its control
+                characters are replaced.
+
+        Raises:
+            CoreError: If the journal cannot be written. The journal in memory is then unchanged.
+            ValueError: If a value could not be read back, or contains a password.
         """
         with self._lock:
             for name in _TEXTS:
@@ -187,9 +195,9 @@ class Session:
                 self.update(warnings=(*self._journal.warnings, remark))
 
     def set_frames(self, entries: Iterable[FileEntry]) -> tuple[SessionFrame, ...]:
-        """Record which files on the camera are the frames, in the order of shooting.
+        """Record which files on the camera are the frames, in shooting order.
 
-        Facts about known frames stay, even if the camera has a new address; each frame gets its
+        Data of known frames is kept, even if the camera has a new address. Each frame gets its
         local name.
         """
         with self._lock:
@@ -216,15 +224,16 @@ class Session:
             self.update(frames=frames)
 
     def finish_frame(self, url: str) -> None:
-        """Mark a frame as downloaded, with the checksum of its file."""
+        """Mark a frame as downloaded and store the checksum of its file."""
         frame = next(each for each in self._journal.frames if each.url == url)
         self.set_frame(url, done=True, sha256=sha256_of(self.originals / frame.local))
 
     def local_name(self, entry: FileEntry) -> str:
-        """Return the name of a file in `originals`; always the same for the same entry.
+        """Return the name of a file in `originals`, always the same for the same entry.
 
-        It consists of date, time and the letters, digits, "_", "." and "-" of the camera's name,
-        since cameras reuse their names, and a number if another file has that name.
+        It consists of the date and time, the camera's file name restricted to letters, digits, "_",
+        "." and "-", and a number if another file has that name. The date is needed because cameras
+        reuse names.
         """
         with self._lock:
             for frame in self._journal.frames:
@@ -254,7 +263,7 @@ class Session:
         )
 
     def _fits(self, name: str, entry: FileEntry) -> bool:
-        """Whether a name is free, or its file is the one of the entry."""
+        """Return whether a name is free, or already belongs to the entry."""
         path = self.originals / name
         if not path.exists():
             return True
@@ -262,7 +271,7 @@ class Session:
         return same and whole_picture(path)
 
     def _prepare(self) -> None:
-        """Create the folders, and remove temporary files of a killed program."""
+        """Create the folders, and remove temporary files of a killed process."""
         sentence = tr("Cannot make a session in {folder}: {reason}.")
         hint = tr("Choose another folder.")
         with os_errors_as(CoreError, sentence, hint, folder=self.folder):
@@ -278,7 +287,7 @@ class Session:
         check_target(self.originals / "x")
 
     def _take_stock(self) -> None:
-        """Update the journal's frames from the files on the disk."""
+        """Update the journal's frames from the files on disk."""
         frames = tuple(self._check_frame(frame) for frame in self._journal.frames)
         self.update(frames=frames)
 
@@ -299,12 +308,12 @@ class Session:
 
 
 def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
-    """Read the journal, or rename it and start a new one."""
+    """Read the journal, or rename an unreadable one and start a new one."""
     path = folder / JOURNAL
     fresh = SessionJournal(started=_now())
     try:
         with open_file(path) as stream:
-            # A longer one is cut here, and then not valid JSON.
+            # Longer files are truncated here, and so rejected as invalid JSON.
             data = stream.read(_MAX_BYTES)
         return journal_of(data), []
     except FileNotFoundError:
@@ -341,7 +350,7 @@ def _entries(folder: Path) -> list[str]:
 
 
 def _is_ours(name: str) -> bool:
-    """Whether an entry may be in the folder of a new session."""
+    """Return whether an entry may be in the folder of a new session."""
     return (
         name in (JOURNAL, _ORIGINALS, _THUMBNAILS)
         or name in _LITTER
@@ -359,12 +368,12 @@ def _beside(folder: Path, stem: str, ending: str = "") -> Path:
 
 
 def _on_camera(url: str) -> str:
-    """Return the path and query of a URL: the host changes with the network."""
+    """Return the path and query of a URL, since the host changes with the network."""
     return urlsplit(url)._replace(scheme="", netloc="").geturl()
 
 
 def camera_time(text: str) -> datetime | None:
-    """Read a date of the camera's clock, without its time zone; None if it is invalid."""
+    """Parse a date from the camera's clock without its time zone; return None if it is invalid."""
     match = _DATE.match(text)
     with suppress(ValueError):
         return None if match is None else datetime(*map(int, match.groups()))  # type: ignore[arg-type]
@@ -372,7 +381,7 @@ def camera_time(text: str) -> datetime | None:
 
 
 def _date(stamp: str) -> str:
-    """Format the camera's date so that names sort by it."""
+    """Format the camera's date so that names sort chronologically."""
     date = camera_time(stamp)
     return "undated" if date is None else date.strftime("%Y%m%d-%H%M%S")
 

@@ -15,7 +15,7 @@ _ALMOST_S: Final = 1.5
 
 
 class Stage(StrEnum):
-    """What a capture is doing."""
+    """The stages of a capture."""
 
     IDLE = "idle"
     CONNECTING = "connecting"
@@ -44,14 +44,17 @@ class FrameProgress:
 class Status:
     """The status of a capture.
 
-    * `fraction`: 0 to 1 of the whole; never decreases, except after a failed start.
-    * `shot`, `shots`: the current exposure, counted from 1, and their number; 0 before the first.
-    * `seconds_left`: until the last exposure, the last byte, or the end of reconnecting; None if
-      unknown.
-    * `seeking`: the camera is out of reach, and the program reconnects.
-    * `may_move`: all exposures have been made, so people may walk about again.
-    * `timer_s`: seconds until the self-timer ends, at the time of this status; 0 without one.
-    * `metered`: thumbnail of the metering photo, a JPEG that is not checked; empty at first.
+    Attributes:
+        fraction: Completed fraction of the whole, 0 to 1; it never decreases, except after a failed
+            start.
+        shot, shots: Number of the current exposure, counted from 1, and their total; 0 before the
+            first.
+        seconds_left: Seconds until the last exposure, the last byte, or the time limit for
+            reconnecting, or None if unknown.
+        seeking: Whether the camera is unreachable and the program is reconnecting.
+        may_move: Whether all exposures are done, so that people may walk about again.
+        timer_s: Seconds until the self-timer ends, at the time of this status; 0 without one.
+        metered: JPEG thumbnail of the metering photo, unchecked; empty at first.
     """
 
     stage: Stage = Stage.IDLE
@@ -72,7 +75,7 @@ class Status:
         seconds = self.seconds_left
         if seconds is None:
             return ""
-        # The end of reconnecting is not the end of the capture.
+        # The time limit for reconnecting is not the end of the capture.
         almost = seconds < _ALMOST_S and not self.seeking
         return tr("almost done") if almost else time_left(seconds)
 
@@ -103,7 +106,7 @@ _SPANS: Final = {
 
 
 class Board:
-    """Holds the status and reports every change."""
+    """The current status, which reports every change."""
 
     def __init__(self, tell: Callable[[Status], None]) -> None:
         self._tell = tell
@@ -114,9 +117,11 @@ class Board:
     ) -> None:
         """Show a stage and its message.
 
-        * `part`: 0 to 1 of the stage.
-        * `**changes`: other fields of `Status`; by default `seconds_left` is None, `seeking` False
-          and `timer_s` 0.
+        Args:
+            part: Completed fraction of the stage, 0 to 1.
+            **changes: Other fields of `Status`; by default `seconds_left` is None, `seeking` False
+                and
+                `timer_s` 0.
         """
         low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))
         fraction = low + (high - low) * min(max(part, 0.0), 1.0)
@@ -127,7 +132,7 @@ class Board:
         self._tell(self.status)
 
     def say(self, message: str, left_s: float | None = None, *, seeking: bool = False) -> None:
-        """Change the message and the time left only."""
+        """Change only the message and the time left."""
         changes: dict[str, Any] = {"seconds_left": left_s, "seeking": seeking}
         self.status = replace(self.status, message=message, **changes)
         self._tell(self.status)

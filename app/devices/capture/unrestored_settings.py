@@ -1,7 +1,7 @@
-"""The captures that still owe a camera its settings, so that the next capture restores them.
+"""Captures whose camera settings still have to be restored, so that the next capture can do it.
 
-A capture is noted here before it changes anything on the camera; what exactly it owes is in the
-journal of its session.
+A capture is recorded here before it changes anything on the camera. The settings themselves are in
+the journal of its session.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from app.devices.errors import BadReply
 from app.devices.theta.untrusted import parse_json, table, words
 
 FILE: Final = "owed-cameras.json"
-"""Name of the file in the user's folder."""
+"""Name of the file in the user's data folder."""
 
 _MOST: Final = 50
 _MOST_BYTES: Final = 1 << 18
@@ -33,7 +33,7 @@ _LONGEST: Final = 4000
 
 
 class Debts:
-    """A file with the folders of captures that owe a camera its settings, the oldest first."""
+    """A file that lists the folders of captures with settings to restore, the oldest first."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -44,13 +44,13 @@ class Debts:
         self._write([*(each for each in self._read() if each != folder), folder])
 
     def settle(self, session: Session) -> None:
-        """Remove a capture that owes nothing any more."""
+        """Remove a capture whose settings are restored."""
         folder, folders = str(session.folder.resolve()), self._read()
         if not session.owes and folder in folders:
             self._write([each for each in folders if each != folder])
 
     def of(self, serial: str, besides: Session) -> list[Session]:
-        """Open the other sessions that owe this camera its settings, the newest first."""
+        """Open the other sessions with settings to restore on this camera, the newest first."""
         sessions: list[Session] = []
         for folder in reversed(self._read()):
             if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():

@@ -1,7 +1,7 @@
-"""The parts of a simulated camera: its settings, storage and shooter, its permissions and reports.
+"""The parts of a simulated camera: settings, storage, shooter, permissions and reports.
 
-It is a good camera. Where real cameras are known to misbehave, `CameraBody` and
-`camera.SimulatedCamera` have a method that a subclass may override:
+The camera behaves correctly. Where real cameras are known to misbehave, `CameraBody` and
+`camera.SimulatedCamera` have methods that a subclass may override:
 
 * Replies: `answer`, `refuse`, `route`, `find_command`, `file_data`.
 * Permissions: `check_settable`, `check_ready`, `check_preview_closed`, `check_settled`.
@@ -37,10 +37,11 @@ _WARM_C: Final = 38
 class CameraBody:
     """A camera's parts, settings and address.
 
-    * `date`: its date and time; noon of a summer day by default.
-    * `host`: address and port in its URLs, from the last request.
-    * `battery`: charge, 0 to 1.
-    * `temperature_c`: of its board, in degrees Celsius.
+    Args:
+        date: Date and time of its clock; noon on a summer day by default.
+        host: Address and port used in its URLs, from the last request.
+        battery: Battery charge, 0 to 1.
+        temperature_c: Temperature of its board in degrees Celsius.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class CameraBody:
         self.host = person.address
 
     def make_store(self, person: Personality) -> OptionStore:
-        """Return the options of a model."""
+        """Create the options of a model."""
         return OptionStore(person)
 
     @property
@@ -141,7 +142,10 @@ class CameraBody:
     def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> ShootingJob:
         """Start to shoot.
 
-        `name`: of the command. `shots`: settings of each frame, see `Shooter.begin`.
+        Args:
+            name: Name of the command.
+            kind: Kind of job.
+            shots: Settings of each frame; see `Shooter.begin`.
         """
         job = self.shooter.begin(name, kind, shots, self.options)
         rules = self.personality.bracket

@@ -1,7 +1,7 @@
-"""A simulated camera without sockets: requests in, replies out, time from a clock.
+"""A simulated camera without sockets, which maps requests to replies on a given clock.
 
-It shares nothing with the client: names and limits are those that Ricoh documents and users report.
-It has Web API v2.1.
+It implements Web API v2.1 and shares no code with the client. Names and limits are those that Ricoh
+documents and users report.
 """
 
 from __future__ import annotations
@@ -102,15 +102,17 @@ def capture_status(camera: CameraBody) -> str:
 
 
 class SimulatedCamera(CameraBody):
-    """One camera with its Wi-Fi on.
+    """One camera with its Wi-Fi switched on.
 
-    * `clock`: on a `VirtualClock`, frames are rendered at their first use, otherwise in a thread
-      while the camera shoots (`close` ends it).
-    * `rate_mbit`: transfer rate of files in megabits per second; no limit by default.
-    * `shape`: rows and columns of all frames, for quick tests; by default those of the options.
-    * `date`: its date and time; noon of a summer day by default.
+    Args:
+        clock: Clock of the camera. On a `VirtualClock`, frames are rendered at their first use,
+            otherwise in a thread while the camera shoots (`close` ends it).
+        rate_mbit: Transfer rate of files in megabits per second; unlimited by default.
+        shape: Rows and columns of all frames, for quick tests; by default those of the options.
+        date: Date and time of its clock; noon on a summer day by default.
 
-    Raises `ValueError` for a personality that does not exist.
+    Raises:
+        ValueError: If the personality does not exist.
     """
 
     def __init__(
@@ -137,8 +139,9 @@ class SimulatedCamera(CameraBody):
     def answer(self, request: Request) -> Reply:
         """Return the reply to a request.
 
-        Its pieces are created while they are sent; the server calls `pieces.close` if there is one.
-        Without a Content-Length, chunked transfer or the end of the connection marks the end.
+        The pieces of a reply are created while they are sent; the server calls `pieces.close` if it
+        exists. Without a Content-Length, chunked transfer or the end of the connection marks the
+        end.
         """
         with self._lock:
             self.note(request)
@@ -165,11 +168,11 @@ class SimulatedCamera(CameraBody):
         return state_of(self)
 
     def refuse(self, _request: Request) -> Reply | None:
-        """Return a reply before the request is examined; None to examine it."""
+        """Return a reply without examining the request, or None to examine it."""
         return None
 
     def route(self, request: Request) -> Reply:
-        """Return the reply to a request, by its path."""
+        """Return the reply to a request according to its path."""
         path = request.target.partition("?")[0]
         posts = {
             "/osc/state": lambda _: json_reply(self.state()),
@@ -216,7 +219,7 @@ class SimulatedCamera(CameraBody):
         return json_reply(answer | results)
 
     def find_command(self, name: str) -> Command | None:
-        """Return a command by name; None if the camera does not have it."""
+        """Return a command by name, or None if the camera does not have it."""
         command = COMMANDS.get(name)
         return command if command is not None and command.there(self.personality) else None
 
@@ -232,7 +235,7 @@ class SimulatedCamera(CameraBody):
         return file_reply(data, range_header, self.rate_mbit, ranges=self.personality.ranges)
 
     def file_data(self, file: StoredFile) -> bytes:
-        """Return the bytes of a file for a download."""
+        """Return the bytes of a file for download."""
         return file.data
 
 

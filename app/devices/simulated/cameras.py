@@ -1,9 +1,9 @@
 """The models of the simulated camera.
 
-Every row of the camera table is one. Metadata (maker, padded model, software) are those of public
-sample files, and replies follow public replies; undocumented facts (SC2, A1) are guesses. The
-sensor numbers are typical of the pixel pitch, since Ricoh publishes none; they only set the level
-of noise.
+Each row of the camera table is one model. Metadata (maker, padded model, software) come from public
+sample files, and replies follow public replies; undocumented values (SC2, A1) are guesses. The
+sensor values are typical of the pixel pitch, since Ricoh publishes none; they affect only the
+noise.
 """
 
 from __future__ import annotations
@@ -30,12 +30,14 @@ _NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
 class CameraModel:
     """The sensor of a model, and the metadata of its files.
 
-    * `shape`: rows and columns of its full-sized panorama.
-    * `base_iso`: lowest sensitivity, at which `full_well` electrons saturate a pixel of the
-      panorama; at twice the ISO half of them do.
-    * `channel_gains`: amplification of red, green and blue for a neutral picture; it makes red and
-      blue noisier.
-    * `lens_words`: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
+    Attributes:
+        shape: Rows and columns of its full-size panorama.
+        base_iso: Lowest ISO, at which `full_well` electrons saturate a pixel of the panorama; at
+            twice
+            the ISO, half as many do.
+        channel_gains: Amplification of red, green and blue for a neutral picture; it makes red and
+            blue noisier.
+        lens_words: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
     """
 
     name: str
@@ -56,7 +58,7 @@ class CameraModel:
 def _theta(
     name: str, software: str, full_well: float, read_noise: float, pad: int = 16, **more: Any
 ) -> CameraModel:
-    """Return the sensor of a row of the camera table; `pad`: letters of the model in EXIF."""
+    """Return the sensor for a row of the camera table; `pad` is the length of the model in EXIF."""
     facts = camera_facts(name)
     assert facts is not None
     return CameraModel(
@@ -102,15 +104,16 @@ GENERIC: Final = CameraModel(
 SENSORS: Final = {
     camera.name: camera for camera in (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
 }
-"""All sensors by the short names of their models."""
-_SPAN_S: Final = (0.000125, 30.0)  # range of exposure times of a camera of another make
+"""All sensors by the short name of their model."""
+_SPAN_S: Final = (0.000125, 30.0)  # range of exposure times in seconds of a camera of another make
 
 
 @dataclass(frozen=True, slots=True)
 class BracketRules:
-    """The keys of a model's `_autoBracket`, and how its own bracket runs.
+    """The keys of a model's `_autoBracket`, and the behaviour of its own bracket.
 
-    `programs`: exposure programs that `exposureProgram` may name.
+    Attributes:
+        programs: Exposure programs that are valid for `exposureProgram`.
     """
 
     most: int
@@ -124,16 +127,17 @@ class BracketRules:
 
 @dataclass(frozen=True, slots=True)
 class Personality:
-    """One model with one firmware.
+    """A model with one firmware.
 
-    * `api_levels`: (1, 2) for models that start with API 2.0 and must be switched.
-    * `sizes`: rows and columns of its photos, the default first.
-    * `previews`: width, height and frames per second; empty if the camera reports zeros.
-    * `status_ids`: whether status replies have an id; Ricoh's own examples of API 2.1 do not.
-    * `snaps`: whether automatic exposure times are on the list of the manual program.
-    * `lens_stops`: difference of the lenses' ISO in automatic programs, in stops.
-    * `overhead_s`: duration of a frame besides its exposure, in seconds.
-    * `thumb`: rows and columns of its thumbnails.
+    Attributes:
+        api_levels: (1, 2) for models that start with API 2.0 and must be switched.
+        sizes: Rows and columns of its photos, the default first.
+        previews: Width, height and frames per second; empty if the camera reports zeros.
+        status_ids: Whether status replies have an id; Ricoh's own examples of API 2.1 do not.
+        snaps: Whether automatic exposure times are limited to the list of the manual program.
+        lens_stops: Difference between the lenses' ISO in automatic programs, in stops.
+        overhead_s: Duration of a frame besides its exposure, in seconds.
+        thumb: Rows and columns of its thumbnails.
     """
 
     name: str
@@ -170,17 +174,17 @@ class Personality:
 
     @property
     def switches_api(self) -> bool:
-        """Whether it starts with API 2.0."""
+        """Whether the camera starts with API 2.0."""
         return 1 in self.api_levels
 
 
 def _listed(values: Iterable[float]) -> tuple[float, ...]:
-    """Return a sorted list in the format of cameras: whole numbers without a point."""
+    """Return a sorted list in the format of cameras, with whole numbers as int."""
     return tuple(int(value) if value == int(value) else value for value in sorted(values))
 
 
 def _personality(facts: CameraFacts) -> Personality:
-    """Return the camera of a row of the camera table."""
+    """Return the camera for a row of the camera table."""
     sensor = SENSORS[facts.sensor or facts.name]
     firmware = "1.00.0"
     several = {"aperture"} if len(facts.limits.apertures) > 1 else set()
@@ -231,7 +235,8 @@ def _rules(bracket: dict[str, Any]) -> BracketRules | None:
 def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[str, Personality]:
     """Read cameras from a TOML file in the format of ``simulated.toml``.
 
-    `others`: cameras that "like" may name besides the earlier sections.
+    Args:
+        others: Cameras that "like" may name besides the earlier sections.
     """
     read: dict[str, Personality] = {}
     for name, row in tomllib.loads(file.read_text(encoding="utf-8")).items():
@@ -252,7 +257,7 @@ def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[st
 
 
 def _other_make() -> Personality:
-    """Return a camera of another make, with the exposure times of the V from 1/8000 to 30 s."""
+    """Return a camera of another make, with the exposure times of the V from 1/8000 s to 30 s."""
     first, last = _SPAN_S
     times = tuple(time for time in _TABLE["V"].shutters if first <= time <= last)
     return Personality("", "", "", "", GENERIC, (), times, (), (), 0.0)
@@ -260,15 +265,16 @@ def _other_make() -> Personality:
 
 _OWN: Final = read_personalities(resources() / "cameras" / "simulated.toml", {"": _other_make()})
 PERSONALITIES: Final = tuple((_OWN | _TABLE | _OWN).values())
-"""All of them."""
+"""All personalities."""
 
 
 def personality_named(
     name: str, personalities: Iterable[Personality] = PERSONALITIES
 ) -> Personality:
-    """Return a camera by name, in any case: "S", "SC", "Z1", "generic" ...
+    """Return a camera by name, ignoring case: "S", "SC", "Z1", "generic" ...
 
-    Raises `ValueError` for an unknown name.
+    Raises:
+        ValueError: If the name is unknown.
 
     Examples:
         >>> personality_named("z1").apertures

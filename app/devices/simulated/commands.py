@@ -30,7 +30,8 @@ _FILES: Final = frozenset(
 def begin_picture(camera: CameraBody) -> Reply:
     """Take a single photo; return the reply "inProgress" with an id.
 
-    Raises `CommandRefused` (disabledCommand) in another mode.
+    Raises:
+        CommandRefused: In another mode, with the code disabledCommand.
     """
     if camera.options["captureMode"] != "image" or camera.store.method != "normal":
         raise CommandRefused("disabledCommand")
@@ -40,8 +41,12 @@ def begin_picture(camera: CameraBody) -> Reply:
 def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
     """Start a bracket; return the reply "inProgress" with an id.
 
-    `mode`: the parameter `_mode`; None if it is missing. Raises `CommandRefused`
-    (invalidParameterValue) for another series, or a model without bracket.
+    Args:
+        mode: The parameter `_mode`, or None if it is missing.
+
+    Raises:
+        CommandRefused: For another series, or a model without a bracket, with the code
+            invalidParameterValue.
     """
     rules = camera.personality.bracket
     mode = camera.store.method if mode is None else mode
@@ -51,13 +56,13 @@ def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
         raise CommandRefused("invalidParameterValue")
     shots = _bracket(camera)
     if rules.method and camera.store.method != "bracket":
-        # The X takes the requested number of photos, but all with the settings of a single one.
+        # The X takes the requested number of photos, but all with the settings of a single photo.
         shots = [_settings(camera)] * len(shots)
     return _begin(camera, "camera.startCapture", "bracket", shots)
 
 
 def command_state(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
-    """Return the reply of a command in progress."""
+    """Return the reply for a command in progress."""
     number: JsonValue = job.number if camera.personality.numeric_ids else str(job.number)
     share = 0.0 if job.watched else job.completion(camera.clock.now())
     return {
@@ -66,9 +71,9 @@ def command_state(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
 
 
 def finished(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
-    """Return the reply of a finished command with the URLs of its files.
+    """Return the reply for a finished command, with the URLs of its files.
 
-    It has no URLs if a series was stopped.
+    A series that was stopped has no URLs.
     """
     urls: list[JsonValue] = [camera.stated_url(file) for file in job.files]
     results: dict[str, JsonValue]
@@ -126,10 +131,12 @@ Action: TypeAlias = "Callable[[CameraBody, Parameters], Parameters | Reply]"
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One command.
+    """A command of the camera.
 
-    `act`: takes the camera and the parameters; returns the results to add to name and state, or a
-    complete reply. Raises `CommandRefused`.
+    Attributes:
+        act: Function that takes the camera and the parameters, and returns the results to add to
+            name
+            and state, or a complete reply. It may raise `CommandRefused`.
     """
 
     act: Action
@@ -147,8 +154,10 @@ def _parameter(parameters: Parameters, name: str) -> JsonValue:
 def command_status(camera: CameraBody, body: Parameters) -> Reply:
     """Return the reply to /osc/commands/status: in progress, done, or the error of the command.
 
-    Raises `CommandRefused`: missingParameter without an id, invalidParameterValue for an unknown
-    one.
+    Raises:
+        CommandRefused: With the code missingParameter if there is no id, or invalidParameterValue
+            if
+            the id is unknown.
     """
     job = camera.shooter.find(str(_parameter(body, "id")))
     if job is None:
@@ -198,7 +207,7 @@ def _check_date(camera: CameraBody, options: Parameters) -> None:
 
 
 def take_picture(camera: CameraBody, _parameters: Parameters) -> Parameters | Reply:
-    """Take one picture."""
+    """Take a single photo."""
     camera.check_ready()
     return begin_picture(camera)
 
@@ -244,7 +253,7 @@ def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters:
 
 
 def counting(value: JsonValue) -> bool:
-    """Whether a value is a whole number from 0 up."""
+    """Return whether a value is a non-negative whole number."""
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
@@ -253,7 +262,7 @@ def _delete(camera: CameraBody, parameters: Parameters) -> Parameters:
     if not isinstance(urls, list):
         raise CommandRefused("invalidParameterValue")
     camera.storage.delete(urls)
-    # The protocol lists the files that could not be deleted; Ricoh's cameras delete all or none.
+    # The protocol lists files that could not be deleted, but Ricoh's cameras delete all or none.
     return {} if camera.personality.ricoh else {"results": {"fileUrls": []}}
 
 
@@ -277,4 +286,4 @@ COMMANDS: Final = {
     "camera.delete": Command(_delete, frozenset({"fileUrls"})),
     "camera.getLivePreview": Command(_live_preview),
 }
-"""Web API v2.1."""
+"""Commands of Web API v2.1 by name."""

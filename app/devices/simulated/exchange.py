@@ -1,8 +1,8 @@
 """Requests to a simulated camera, and its replies.
 
-The camera has no sockets: it turns a `Request` into a `Reply`. The body of a reply is a series of
-pieces: bytes to send, and pauses. `server` sends them over real HTTP; tests pass them to `requests`
-in the same process, on virtual time.
+The camera has no sockets: it maps a `Request` to a `Reply`. The body of a reply is a series of
+pieces, each either bytes or a pause. `server` sends them over real HTTP; tests pass them to
+`requests` in the same process, on virtual time.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 """A JSON value."""
 
 LATENCY_S: Final = 0.012
-"""Duration of every reply; it also keeps virtual time moving."""
+"""Duration of every reply in seconds; it also keeps virtual time moving."""
 
 _FORBIDDEN: Final = (
     "tooManyParameters", "disabledCommand", "corruptedFile", "powerOffSequenceRunning",
@@ -42,7 +42,7 @@ _CHUNK_S: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A request of a client. `method`: "GET" or "POST"."""
+    """A request from a client; `method` is "GET" or "POST"."""
 
     method: str
     target: str
@@ -53,7 +53,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """A pause in sending."""
+    """A pause between pieces of a body."""
 
     seconds: float
 
@@ -80,9 +80,10 @@ def head_of(status: int, headers: Iterable[tuple[str, str]]) -> bytes:
 
 
 class CommandRefused(Exception):
-    """A command that the camera refuses, with an error code of OSC.
+    """A refused command, with an OSC error code.
 
-    `message`: for people; empty for the usual sentence of the code.
+    Args:
+        message: Message for people; empty for the default sentence of the code.
     """
 
     def __init__(self, code: str, message: str = "") -> None:
@@ -103,9 +104,10 @@ def text_reply(body: bytes, kind: str, status: int = 200) -> Reply:
 
 
 def refusal(name: str, code: str, message: str = "", *, status: int | None = None) -> Reply:
-    """Return a reply with an error of OSC.
+    """Return a reply with an OSC error.
 
-    `status`: HTTP status; by default the one that belongs to the code.
+    Args:
+        status: HTTP status; by default the one that belongs to the code.
     """
     words = message or _SENTENCES.get(code, "Something is wrong.")
     body: dict[str, JsonValue] = {
@@ -123,9 +125,10 @@ def file_reply(
     *,
     ranges: bool,
 ) -> Reply:
-    """Return a reply with a file, or with the requested part of it.
+    """Return a reply with a file, or with the requested range of it.
 
-    `rate_mbit`: transfer rate in megabits per second; None for no limit.
+    Args:
+        rate_mbit: Transfer rate in megabits per second, or None for no limit.
     """
     headers = [*_headers("image/jpeg")]
     if ranges:
@@ -145,9 +148,10 @@ def file_reply(
 
 
 def paced(data: bytes, rate_mbit: float | None) -> Iterator[Piece]:
-    """Split a body into chunks of 16 to 64 kB, with pauses for the transfer rate.
+    """Split a body into chunks of 16 to 64 kB, with pauses according to the transfer rate.
 
-    `rate_mbit`: megabits per second; None for no limit.
+    Args:
+        rate_mbit: Transfer rate in megabits per second, or None for no limit.
     """
     rate = None if rate_mbit is None else rate_mbit * 125_000.0
     size = _MOST_CHUNK
@@ -165,7 +169,7 @@ def _headers(kind: str) -> tuple[tuple[str, str], ...]:
 
 
 def _span(range_header: str, size: int) -> tuple[int, int] | None:
-    """Read ``bytes=first-`` and ``bytes=first-last``; None for anything else."""
+    """Parse ``bytes=first-`` or ``bytes=first-last``; return None for anything else."""
     unit, _, span = range_header.partition("=")
     first, dash, last = span.strip().partition("-")
     if unit.strip() != "bytes" or not dash or not (first.isdecimal() and len(span) < 64):

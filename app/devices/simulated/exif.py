@@ -1,7 +1,7 @@
-r"""The metadata of a 360 camera's files: EXIF, Ricoh's maker note and the XMP pose.
+r"""Metadata in the files of a 360 camera: EXIF, Ricoh's maker note and the XMP pose.
 
-Layout as in files of a Theta S, V and X: big-endian EXIF 2.3 in one APP1 segment, whose maker
-note is the bytes ``Ricoh\0\0\0`` followed by an ordinary TIFF directory, whose tag 0x4001
+The layout is that of files from a Theta S, V and X: big-endian EXIF 2.3 in one APP1 segment, whose
+maker note is the bytes ``Ricoh\0\0\0`` followed by an ordinary TIFF directory, whose tag 0x4001
 points to the directory of the 360 camera. All offsets count from the TIFF header.
 """
 
@@ -28,15 +28,15 @@ _Entry: TypeAlias = tuple[int, int, int, bytes]
 
 @dataclass(frozen=True, slots=True)
 class Tags:
-    """The metadata of a file; None and empty texts are omitted.
+    """The metadata of a file; None and empty strings are omitted.
 
     Attributes:
-        shutter_s, aperture, iso: float or None. The exposure stated.
-        program: EXIF exposure program; 1 manual, 2 automatic.
-        shape: Rows and columns stated.
-        pose: GPano pose; None writes GPano without one.
-        lens_words: 16-bit words per lens in 0x0101: 2 up to the V, 1 in the X, which also signs its
-            times.
+        shutter_s, aperture, iso: float or None. The stated exposure.
+        program: EXIF exposure program: 1 manual, 2 automatic.
+        shape: Stated rows and columns.
+        pose: GPano pose, or None to write GPano without one.
+        lens_words: 16-bit words per lens in tag 0x0101: 2 up to the V, 1 in the X, which also uses
+            signed times.
     """
 
     make: str = ""
@@ -61,7 +61,7 @@ def exif_segment(tags: Tags) -> bytes:
     """Return the APP1 segment with EXIF and, if requested, the maker note.
 
     Raises:
-        ValueError: If it does not fit into one segment (64 KiB).
+        ValueError: If the data does not fit into one segment (64 KiB).
 
     Examples:
         >>> exif_segment(Tags(iso=100))[10:12]
@@ -118,7 +118,7 @@ def with_segments(jpeg: bytes, segments: Sequence[bytes]) -> bytes:
     if not segments:
         return jpeg
     start = 2
-    # EXIF and JFIF both require the first place; cameras write EXIF only.
+    # EXIF and JFIF both require the first position; cameras write only EXIF.
     if jpeg[2:4] == b"\xff\xe0":
         start = 4 + int.from_bytes(jpeg[4:6], "big")
     return b"".join([jpeg[:2], *segments, jpeg[start:]])
@@ -146,7 +146,7 @@ def _exif_directory(tags: Tags, offset: int) -> bytes:
         ]
     entries = [entry for entry in entries if entry[2]]
     if tags.maker_note:
-        # Last in the data area, since its own offsets depend on the rest.
+        # Last in the data area, because its own offsets depend on the rest.
         at = offset + _size(entries) + 12
         note = _maker_note(tags, at)
         body = _directory(sorted([*entries, (_MAKER_NOTE, _BLOB, len(note), b"")]), offset, at)
@@ -173,7 +173,7 @@ def _theta_entries(tags: Tags) -> list[_Entry]:
         (0x0002, _SHORT, 1, _shorts([int(tags.hdr_rendering)])),
     ]
     if tags.pose is not None:
-        # The roll comes first and counts from 0 to 360.
+        # Roll comes first and ranges from 0 to 360 degrees.
         angles = [tags.pose.roll_deg % 360.0, tags.pose.pitch_deg]
         entries.append((0x0003, _SRATIONAL, 2, _tenths(angles)))
     if tags.zenith_corrected is not None:
@@ -237,7 +237,7 @@ def _tenths(values: Sequence[float]) -> bytes:
 
 
 def _ratio(value: float) -> tuple[int, int]:
-    """Return a fraction in the way cameras write it: 1/60 for 0.01666666."""
+    """Return a fraction as cameras write it: 1/60 for 0.01666666."""
     if 0.0 < value < 0.4:
         below = round(1.0 / value)
         if abs(value * below - 1.0) < 1e-4:

@@ -5,7 +5,7 @@
 2. It is divided by the luminance that saturates the exposure, 78 N^2 / (0.65 t S) cd/m2
    (ISO 12232:2019, saturation-based speed, q = 0.65), per channel.
 3. The sensor counts electrons with shot noise and read noise, and clips each channel.
-4. The camera curve and rounding give bytes; OpenCV encodes them as JPEG.
+4. The camera curve and rounding produce bytes; OpenCV encodes them as JPEG.
 
 White of luminance L is (L, L, L) cd/m2 in linear Rec. 709; unit radiance of a relative
 environment is `scale` cd/m2.
@@ -45,7 +45,7 @@ class FrameSight(Protocol):
         """Rows and columns of the frame."""
 
     def band(self, start: int, stop: int) -> FloatImage:
-        """Sample rows `start` to `stop`, (stop - start, W, 3) radiance, a new array."""
+        """Sample rows `start` to `stop` as a new (stop - start, W, 3) radiance array."""
 
 
 Tables: TypeAlias = tuple[NDArray[np.uint8], ...]
@@ -64,11 +64,11 @@ def srgb_tables() -> Tables:
 
 @dataclass(frozen=True, slots=True)
 class ShotOptions:
-    """How a frame is taken, besides its exposure.
+    """Settings of a frame besides its exposure.
 
     Attributes:
-        shape: tuple[int, int] or None. Rows and columns; None for the environment's own.
-            `CameraModel.shape` for a full frame.
+        shape: tuple[int, int] or None. Rows and columns, or None for those of the environment.
+            `CameraModel.shape` gives a full frame.
         scale: Luminance in cd/m2 of one unit of the environment.
         lens_gain: Sensitivity of the front lens (centre half of the columns) and the back lens;
             also stated per lens in the maker note. They blend over 10 degrees at the seam.
@@ -94,12 +94,13 @@ def develop(
     *,
     seed: int = 0,
 ) -> NDArray[np.uint8]:
-    """Take a frame; return the picture before JPEG.
+    """Expose a frame and return the picture before JPEG compression.
 
     Returns:
-        NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
+        NDArray[np.uint8], (rows, columns, 3). Encoded red, green and blue.
 
-    Raises `ValueError` when sizes do not fit (`optics.view_of`), or gains are invalid.
+    Raises:
+        ValueError: If the sizes are incompatible (`optics.view_of`), or the gains are invalid.
     """
     shape = shot.shape or (environment.shape[0], environment.shape[1])
     return expose(view_of(environment, shape), camera, exposure, shot, srgb_tables(), seed=seed)
@@ -114,7 +115,7 @@ def expose(
     *,
     seed: int,
 ) -> NDArray[np.uint8]:
-    """Take a frame of a view, coded by `tables`; like `develop`."""
+    """Expose a frame of a prepared view, encoded with `tables`; see `develop`."""
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
         raise ValueError("gains and the scale must be greater than 0")
     shape = view.shape
@@ -127,7 +128,7 @@ def expose(
         share = view.band(start, stop)
         share *= gains
         if shot.noise:
-            # A generator for each band, so that the result does not depend on the order.
+            # Use a generator for each band, so that the result does not depend on the order.
             generator = np.random.default_rng([seed, start // _BAND_ROWS])
             add_sensor_noise(share, camera, exposure.iso, generator)
         _code(share, tables, picture[start:stop])
@@ -138,9 +139,10 @@ def expose(
 
 
 def jpeg(picture: NDArray[np.uint8], quality: int = 95) -> bytes:
-    """Encode a picture, (H, W, 3) red, green and blue, as JPEG without any metadata but JFIF.
+    """Encode an (H, W, 3) RGB picture as JPEG, without any metadata except JFIF.
 
-    Raises `ValueError` when the quality is invalid, or the picture cannot be encoded.
+    Raises:
+        ValueError: If the quality is invalid, or the picture cannot be encoded.
     """
     if not 1 <= quality <= 100:
         raise ValueError(f"no JPEG has quality {quality}")
@@ -158,7 +160,7 @@ def tags_of(
     """Return the true metadata of a frame.
 
     Args:
-        exposure: Its exposure; unknown ISO and aperture are omitted.
+        exposure: Exposure of the frame; unknown ISO and aperture are omitted.
         shape: Rows and columns of the frame.
     """
     level = camera.levels_itself or camera.maker_note
@@ -188,7 +190,7 @@ def segments_of(tags: Tags) -> list[bytes]:
 
 
 def _code(share: FloatImage, tables: Tables, into: NDArray[np.uint8]) -> None:
-    """Apply the camera curve and round; overwrites `share`."""
+    """Apply the camera curve and round into `into`, overwriting `share`."""
     top = np.float32(tables[0].size - 1)
     np.clip(share, 0.0, 1.0, out=share)
     np.sqrt(share, out=share)

@@ -1,4 +1,4 @@
-"""The lenses and the sensor of a simulated camera: resampling, noise and metering."""
+"""Lenses and sensor of a simulated camera: resampling, noise and metering."""
 
 from __future__ import annotations
 
@@ -17,38 +17,39 @@ from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import CameraModel
 
 _BRIGHTEST: Final = 8.0
-"""Light above this multiple of saturation clips, whatever the noise."""
+"""Light above this multiple of saturation always clips, regardless of noise."""
 
 
 def saturation_cd_m2(exposure: Exposure) -> float:
-    """Return the luminance of white that saturates an exposure, cd/m2 (ISO 12232)."""
+    """Return the luminance of white that saturates an exposure, in cd/m2 (ISO 12232)."""
     return 1.2 / exposure.factor
 
 
 def add_sensor_noise(
     share: FloatImage, camera: CameraModel, iso: float, generator: np.random.Generator
 ) -> None:
-    """Replace light by the sensor's counts: shot noise, read noise, clipping.
+    """Replace light with the sensor's counts, adding shot noise and read noise and clipping.
 
     With W electrons at saturation, a pixel that expects n electrons counts a Poisson number of
     them plus Gaussian read noise of standard deviation r: mean n, variance n + r^2, third moment
     n. One normal number z gives all three by the Cornish-Fisher expansion,
     n + s z + n / (6 s^2) (z^2 - 1) with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49),
-    which is a Gaussian where n is large, and ten times as fast as counting.
+    which is a Gaussian where n is large, and ten times as fast as sampling a Poisson distribution.
 
     Args:
-        share: NDArray[np.float32], (..., W, 3). Light as a share of saturation; overwritten by the
-            counted share, 0 to 1. Contiguous.
+        share: NDArray[np.float32], (..., W, 3), contiguous. Light as a fraction of saturation;
+            overwritten with the counted fraction, 0 to 1.
 
-    Raises `ValueError` when the array is not contiguous.
+    Raises:
+        ValueError: If the array is not contiguous.
     """
     wells = camera.full_well * camera.base_iso / iso / np.asarray(camera.channel_gains)
-    # As rows, since loops over three channels are slow.
+    # Treat pixels as flat rows, since loops over three channels are slow.
     counts = share.reshape(-1, share.shape[-2] * share.shape[-1])
     if not np.shares_memory(counts, share):
         raise ValueError("noise is added in place, to contiguous arrays only")
     electrons = np.tile(wells, share.shape[-2]).astype(np.float32)
-    # Never 0, so that a dark pixel without read noise counts 0.
+    # Kept above 0, so that a dark pixel without read noise counts 0.
     read = np.float32(max(camera.read_noise**2, 1e-12))
     np.minimum(counts, np.float32(_BRIGHTEST), out=counts)
     counts *= electrons
@@ -66,7 +67,7 @@ def add_sensor_noise(
 
 
 def _normal(shape: tuple[int, ...], generator: np.random.Generator) -> FloatImage:
-    """Draw normal numbers from 65,536 equally likely ones, several times as fast as exact ones."""
+    """Draw from 65,536 equally likely normal values, several times as fast as exact sampling."""
     count = math.prod(shape)
     picks = np.frombuffer(generator.bytes(2 * count), dtype="<u2")
     return np.take(_quantiles(), picks, mode="clip").reshape(shape)
@@ -91,7 +92,7 @@ def meter(
     scale: float = 1.0,
     target: float = 0.46,
 ) -> Exposure:
-    """Return the exposure of an automatic camera: mean sRGB value at `target`.
+    """Return the exposure chosen by an automatic camera, with the mean sRGB value at `target`.
 
     The mean is over the sphere, at base ISO and the widest aperture; the exposure time is not
     rounded to the camera's list.
@@ -99,7 +100,7 @@ def meter(
     Args:
         environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, not all black.
         scale: Luminance in cd/m2 of one unit.
-        target: Mean of the coded values, 0 to 1.
+        target: Mean of the encoded values, 0 to 1.
 
     Returns:
         An exposure with that mean within 0.001, if the environment allows it.
@@ -135,7 +136,7 @@ def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float
 
 
 Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
-"""Per pixel: the first of two neighbouring texels, and the share of the second."""
+"""Per pixel: the first of two neighbouring texels, and the weight of the second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,9 +145,10 @@ class FrameView:
 
     Attributes:
         shape: Rows and columns of the frame.
-        texels: (H, columns, 3) float32. The environment with one more row at each pole and the
-            columns of the frame.
-        rows: The two rows that each row of the frame mixes, with their shares.
+        texels: (H, columns, 3) float32. The environment with an extra row at each pole, resampled
+            to
+            the columns of the frame.
+        rows: The two rows mixed for each row of the frame, with their weights.
     """
 
     shape: tuple[int, int]
@@ -154,7 +156,7 @@ class FrameView:
     rows: Taps
 
     def band(self, start: int, stop: int) -> FloatImage:
-        """Sample rows `start` to `stop`: (stop - start, W, 3) float32 radiance, a new array."""
+        """Sample rows `start` to `stop` as a new (stop - start, W, 3) float32 radiance array."""
         first, share = self.rows[0][start:stop], self.rows[1][start:stop, None, None]
         if not share.any():
             return self.texels[first]
@@ -170,8 +172,9 @@ def view_of(environment: FloatImage, shape: tuple[int, int]) -> FrameView:
     Args:
         environment: (H, 2 H, 3) float32. Linear radiance, any scale.
 
-    Raises `ValueError` if the environment does not have three channels, or sizes differ and one is
-    not 2:1.
+    Raises:
+        ValueError: If the environment does not have three channels, or sizes differ and one is not
+            2:1.
     """
     padded, (height, width) = padded_texels(environment, shape)
     return FrameView(
@@ -184,9 +187,13 @@ def view_of(environment: FloatImage, shape: tuple[int, int]) -> FrameView:
 def padded_texels(
     environment: FloatImage, shape: tuple[int, int]
 ) -> tuple[FloatImage, tuple[int, int]]:
-    """Add a texel at each side, across the edge and the poles; reduce to `shape` if it is smaller.
+    """Add a wrapped texel on each side, and reduce to `shape` if that is smaller.
 
-    Returns the texels, (H + 2, W + 2, 3) float32, and H and W. Raises like `view_of`.
+    Returns:
+        The texels as (H + 2, W + 2, 3) float32, and H and W.
+
+    Raises:
+        ValueError: As in `view_of`.
     """
     if environment.ndim != 3 or environment.shape[2] != 3:
         raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")
@@ -216,7 +223,7 @@ def mix_columns(padded: FloatImage, taps: Taps) -> FloatImage:
 
 
 def area_taps(source: int, target: int, *, spherical: bool = False) -> Taps:
-    """Return the two texels of the padded environment whose area each pixel covers."""
+    """Return the two texels of the padded environment covered by the area of each pixel."""
     edges = np.arange(target + 1) * (source / target)
     first = np.floor(edges[:-1] + 1e-9)
     cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])

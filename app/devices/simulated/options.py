@@ -1,4 +1,4 @@
-"""The options of a simulated camera: their values, lists, and dependence on the program."""
+"""The options of a simulated camera: values, lists, and dependence on the program."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _READ_ONLY: Final = frozenset(
     {"remainingPictures", "remainingSpace", "remainingVideoSeconds", "totalSpace"}
 )
 _WHICH_PROGRAMS: Final = {"iso": (1, 9), "shutterSpeed": (1, 4), "aperture": (1, 3)}
-"""Exposure programs in which the user sets each value; in the others it is 0, automatic."""
+"""Exposure programs in which the user sets each value; elsewhere the value is 0, automatic."""
 
 
 class OptionStore:
     """All options of one camera.
 
-    A subclass may override `support`, `allows` and `allows_bracket` to accept less.
+    A subclass may override `support`, `allows` and `allows_bracket` to accept fewer values.
     """
 
     def __init__(self, personality: Personality) -> None:
@@ -33,7 +33,7 @@ class OptionStore:
         self.reset()
 
     def reset(self) -> None:
-        """Restore the settings that the camera starts with."""
+        """Restore the settings that the camera has after power-on."""
         person = self._person
         self._manual = {
             "iso": nearest(400, person.isos),
@@ -46,7 +46,7 @@ class OptionStore:
 
     @property
     def program(self) -> int:
-        """Exposure program."""
+        """The current exposure program."""
         return whole(self.values["exposureProgram"])
 
     @property
@@ -57,15 +57,18 @@ class OptionStore:
     def get(self, names: Sequence[str], live: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
         """Read options.
 
-        Raises `CommandRefused`: invalidParameterName for one that this model does not have.
+        Raises:
+            CommandRefused: With the code invalidParameterName if this model lacks an option.
         """
         return {name: self._one(name, live) for name in names}
 
     def set(self, changes: Mapping[str, JsonValue]) -> None:
         """Change options, all or none.
 
-        Raises `CommandRefused`: invalidParameterName for an option that does not exist or cannot be
-        set, invalidParameterValue for a value that is not allowed.
+        Raises:
+            CommandRefused: With the code invalidParameterName if an option does not exist or is
+                read-only,
+                or invalidParameterValue if a value is not allowed.
         """
         before = copy.deepcopy(self.values), dict(self._manual)
         try:
@@ -77,7 +80,7 @@ class OptionStore:
             raise
 
     def support(self, name: str, program: int | None = None) -> tuple[JsonValue, ...]:
-        """Return the values that an option accepts; empty if it has no list."""
+        """Return the values that an option accepts, or an empty tuple if it has no list."""
         if name in _WHICH_PROGRAMS:
             return self._exposure_support(name, self.program if program is None else program)
         return _supports(self._person).get(name, ())
@@ -97,7 +100,7 @@ class OptionStore:
         raise CommandRefused("invalidParameterName")
 
     def _apply(self, changes: Mapping[str, JsonValue]) -> None:
-        # The program comes first, since the lists of the others depend on it.
+        # Set the program first, since the lists of the other options depend on it.
         for name in sorted(changes, key=lambda key: key != "exposureProgram"):
             if name not in self.values or name in _READ_ONLY:
                 raise CommandRefused("invalidParameterName", f"There is no option {name!r:.40}.")
@@ -108,7 +111,7 @@ class OptionStore:
             self._settle(name)
 
     def _settle(self, name: str) -> None:
-        """Update the options that depend on the one that was set."""
+        """Update the options that depend on the option just set."""
         if name == "exposureProgram":
             self._follow_program()
         elif name in self._manual and self.program in _WHICH_PROGRAMS[name]:
@@ -140,14 +143,14 @@ class OptionStore:
         return person.isos if name == "iso" else person.apertures
 
     def allows(self, name: str, value: JsonValue) -> bool:
-        """Whether an option accepts a value; any value if the option has no list."""
+        """Return whether an option accepts a value; without a list it accepts any."""
         if name == "_autoBracket":
             return self.allows_bracket(value)
         has_list = name in _WHICH_PROGRAMS or name in _supports(self._person)
         return not has_list or member(value, self.support(name))
 
     def allows_bracket(self, value: JsonValue) -> bool:
-        """Whether a value is a bracket with a number of shots that the model accepts."""
+        """Return whether a value is a bracket with a number of shots that the model accepts."""
         rules = self._person.bracket
         if rules is None or not isinstance(value, dict):
             return False
@@ -214,7 +217,7 @@ def _ricoh_defaults(person: Personality) -> dict[str, JsonValue]:
         values["_shootingMethod"] = "normal"
         values["_function"] = "normal"
         values["offDelay"] = 43200
-        # It can be read, and not be set.
+        # This option is read-only.
         values["previewFormat"] = _preview(1024, 512, 15)
     if 3 in person.programs:
         values["_function"] = "normal"
@@ -244,7 +247,7 @@ def _supports(person: Personality) -> dict[str, tuple[JsonValue, ...]]:
 
 
 def member(value: JsonValue, among: Sequence[JsonValue]) -> bool:
-    """Whether a value is in a list; numbers must agree to the last digit."""
+    """Return whether a list contains a value; numbers must match to the last digit."""
     if isinstance(value, bool):
         return False
     if isinstance(value, int | float):
@@ -260,5 +263,5 @@ def _preview(width: int, height: int, rate: int) -> dict[str, JsonValue]:
 
 
 def whole(value: object) -> int:
-    """Return a whole number; 0 for anything else."""
+    """Return a whole number, or 0 for anything else."""
     return int(value) if isinstance(value, int | float) else 0

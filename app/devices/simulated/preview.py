@@ -1,9 +1,9 @@
-"""The live preview of a simulated camera: a loop of pictures of its scene, for one client.
+"""The live preview of a simulated camera: a loop of frames of its scene, for one client.
 
-It has the exposure of the automatic program, so that lamps, windows and the sun clip. A row of dark
-and light blocks at the bottom encodes the number of each picture, and a small dot moves along the
-horizon, so that the age of a picture is visible; neither is bright enough to count as a lamp. Each
-picture is encoded only once.
+The exposure is that of the automatic program, so that lamps, windows and the sun clip. A row of
+dark and light blocks at the bottom encodes the number of each frame, and a small dot moves along
+the horizon to make the age of a frame visible; neither is bright enough to count as a lamp. Each
+frame is encoded only once.
 """
 
 from __future__ import annotations
@@ -25,29 +25,30 @@ from app.devices.simulated.optics import meter
 from app.devices.simulated.options import whole
 
 LOOP: Final = 32
-"""Number of different pictures; numbers count from 0 to 31 and start again."""
+"""Number of different frames; their numbers run from 0 to 31 and repeat."""
 
 PREVIEW_HEADERS: Final = (
     ("Content-Type", 'multipart/x-mixed-replace; boundary="---osclivepreview---"'),
     ("X-Content-Type-Options", "nosniff"),
 )
-"""Headers of the reply; its length is unknown, so it is sent in chunks."""
+"""Headers of the reply, which is sent in chunks because its length is unknown."""
 
-# The boundary without the two dashes that the standard requires before it.
+# The boundary omits the two dashes that the standard requires before it.
 _PART: Final = b"---osclivepreview---\r\nContent-type: image/jpeg\r\nContent-Length: %d\r\n\r\n"
 BLOCKS: Final = 16
 _LARGE: Final = 256
-_DARK, _LIGHT = 16, 208  # codes of the marks
+_DARK, _LIGHT = 16, 208  # byte values of the blocks
 BITS: Final = 6
 _QUALITY: Final = 80
-_LATE_S: Final = 0.5  # a sender that is later than this skips pictures
+_LATE_S: Final = 0.5  # seconds; a sender later than this skips frames
 
 
 class LivePicture:
-    """The loop of pictures at one size; each is encoded at its first use.
+    """The loop of frames at one size; each is encoded at its first use.
 
-    * `environment`, (H, 2 H, 3) float32: linear light in any unit; it is metered and clips.
-    * `shape`: rows and columns, at least 32 by 64. A square picture is the front lens's view.
+    Args:
+        environment: (H, 2 H, 3) float32. Linear light in any unit; it is metered and clipped.
+        shape: Rows and columns, at least 32 by 64. A square frame is the front lens's view.
     """
 
     def __init__(
@@ -63,7 +64,7 @@ class LivePicture:
         self._lock = threading.Lock()
 
     def frame(self, number: int) -> bytes:
-        """Return the JPEG of one picture."""
+        """Return one frame as JPEG."""
         number %= LOOP
         with self._lock:
             if number not in self._frames:
@@ -83,10 +84,11 @@ class LivePicture:
 
 
 def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[Piece]:
-    """Yield the endless body of a preview: a part's header, its picture, a pause, and so on.
+    """Yield the endless body of a preview: repeatedly a part's header, its frame and a pause.
 
-    * `fps`: pictures per second, > 0.
-    * `clock`: sets the time of each picture, so that a late one does not delay the next.
+    Args:
+        fps: Frames per second, > 0.
+        clock: Clock that sets the time of each frame, so that a late one does not delay the next.
     """
     number = 0
     due = clock.now()
@@ -98,7 +100,7 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
         due += 1.0 / fps
         late = clock.now() - due
         if late > _LATE_S:
-            # A camera does not keep pictures that it cannot send in time.
+            # A camera does not keep frames that it cannot send in time.
             misses = int(late * fps)
             number, due = number + misses, due + misses / fps
         yield Pause(max(due - clock.now(), 0.0))
@@ -112,7 +114,7 @@ def pattern(number: int) -> list[int]:
 
 def mark_rows(rows: int) -> int:
     """Return the height of the blocks in rows."""
-    # High enough to be read, but inconspicuous on a full screen.
+    # High enough to be read, but inconspicuous in full screen.
     return max(rows // (32 if rows < _LARGE else 96), 2)
 
 
@@ -122,7 +124,7 @@ def edge(index: int, columns: int) -> int:
 
 
 class PreviewBody:
-    """The body of one preview; it ends when the camera closes it."""
+    """The body of one preview, which ends when the camera closes it."""
 
     def __init__(self, gate: PreviewGate, pieces: Iterator[Piece]) -> None:
         self._gate = gate
@@ -166,7 +168,7 @@ class PreviewGate:
         self._pictures: dict[tuple[int, int], LivePicture] = {}
 
     def open(self) -> Reply:
-        """Start a preview; return its reply."""
+        """Start a preview and return its reply."""
         size = self._options["previewFormat"]
         assert isinstance(size, dict)
         width, height, rate = (whole(size[key]) for key in ("width", "height", "framerate"))
@@ -185,7 +187,7 @@ class PreviewGate:
         return PreviewBody(self, pieces)
 
     def close(self) -> None:
-        """End the preview, if there is one."""
+        """End the preview if one is open."""
         if self.body is not None:
             self.closed(self.body)
 

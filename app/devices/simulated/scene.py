@@ -1,4 +1,4 @@
-"""The scene of a simulated camera, and its automatic exposure."""
+"""The scene of a simulated camera, and automatic exposure."""
 
 from __future__ import annotations
 
@@ -39,10 +39,11 @@ _CLOSING_S: Final = 1.0 / 400.0
 
 @dataclass(frozen=True, slots=True)
 class Take:
-    """One frame to be taken.
+    """A frame to be exposed.
 
-    * `shape`: rows and columns.
-    * `program`: EXIF exposure program.
+    Attributes:
+        shape: Rows and columns.
+        program: EXIF exposure program.
     """
 
     exposure: Exposure
@@ -58,8 +59,9 @@ class Take:
 class Scene:
     """A scene with a cache of rendered frames, so that tests of many cameras can share it.
 
-    * `environment`, (H, 2 H, 3) float32: linear Rec. 709 light, `scale` cd/m2 per unit.
-    * `shot`: how every frame is taken, for example its scale.
+    Args:
+        environment: (H, 2 H, 3) float32. Linear Rec. 709 light, `scale` cd/m2 per unit.
+        shot: Settings common to all frames, such as the scale.
     """
 
     def __init__(
@@ -95,7 +97,7 @@ class Scene:
         return bool(middle >= self.environment.mean())
 
     def frame(self, camera: CameraModel, take: Take) -> bytes:
-        """Take a frame; return the JPEG file with all its metadata."""
+        """Render a frame and return the JPEG file with all its metadata."""
         shot = self._shot_of(take)
         key = (camera.name, replace(take, date_time="", program=1, hdr=False))
         data = self._cached(key)
@@ -111,13 +113,13 @@ class Scene:
         return replace(tags, program=take.program, hdr_rendering=take.hdr)
 
     def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
-        """Return a frame's thumbnail, without metadata. `shape`: rows and columns."""
+        """Return a frame's thumbnail of `shape` (rows, columns), without metadata."""
         take = replace(take, shape=shape)
         shot = replace(self._shot_of(take), noise=False)
         return jpeg(self._expose(camera, take, shot, 0), _THUMB_QUALITY)
 
     def view(self, shape: tuple[int, int]) -> FrameSight:
-        """Return the scene for a picture with so many rows and columns."""
+        """Return the scene for a frame of `shape` (rows, columns)."""
         return view_of(self.environment, shape)
 
     def _expose(self, camera: CameraModel, take: Take, shot: ShotOptions, seed: int) -> Bytes:
@@ -160,11 +162,14 @@ class Scene:
 def automatic(
     scene: Scene, person: Personality, settings: Mapping[str, JsonValue]
 ) -> tuple[Exposure, tuple[float, float]]:
-    """Choose the exposure by the camera's program and the user's settings.
+    """Choose the exposure according to the camera's program and the user's settings.
 
-    `settings`: exposureProgram, and iso, shutterSpeed, aperture, exposureCompensation and
-    isoAutoHighLimit if the program uses them. Returns the stated exposure, and the gain of each
-    lens relative to it.
+    Args:
+        settings: The value of exposureProgram, and those of iso, shutterSpeed, aperture,
+            exposureCompensation and isoAutoHighLimit if the program uses them.
+
+    Returns:
+        The stated exposure, and the gain of each lens relative to it.
     """
     program = number_in(settings, "exposureProgram", 2.0)
     aperture = number_in(settings, "aperture", 0.0) or person.apertures[0]
@@ -189,7 +194,7 @@ def automatic(
 
 
 def _auto_aperture(person: Personality, factor: float) -> float:
-    """Return the aperture: a smaller one in bright scenes if the camera has several."""
+    """Return the aperture, stopped down in bright scenes if the camera has several."""
     base = person.isos[0] / 100.0
     for aperture in person.apertures:
         if factor * aperture**2 / base >= _CLOSING_S:
@@ -218,7 +223,7 @@ def _auto_time(person: Personality, time: float) -> float:
 
 
 def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, float]:
-    """Return the gains of both lenses: more ISO on the darker side, in thirds of a stop."""
+    """Return the gains of both lenses, with more ISO on the darker side in thirds of a stop."""
     steps = round(3.0 * person.lens_stops)
     at = person.isos.index(iso)
     high = person.isos[min(at + steps - steps // 2, len(person.isos) - 1)] / iso
@@ -227,11 +232,11 @@ def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, f
 
 
 def nearest(value: float, among: Sequence[float]) -> float:
-    """Return the nearest value in stops."""
+    """Return the nearest value, measured in stops."""
     return min(among, key=lambda each: abs(math.log(each / value)))
 
 
 def number_in(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
-    """Return a number of untrusted settings; `otherwise` if it is not one."""
+    """Return a number from untrusted settings, or `otherwise` if it is not a number."""
     value = settings.get(name, otherwise)
     return float(value) if isinstance(value, int | float) else otherwise

@@ -21,17 +21,17 @@ from app.devices.clock import Clock, SystemClock, wait
 from app.devices.simulated.exchange import Pause, Piece, Reply, Request, head_of
 
 MAX_BODY_BYTES: Final = 1 << 20
-"""Longest body of a request; more is refused."""
+"""Maximum length of a request body in bytes; longer ones are refused."""
 
 _HOST: Final = "127.0.0.1"
-_IDLE_S: Final = 60.0  # of a connection that is kept open
+_IDLE_S: Final = 60.0  # seconds that an idle connection is kept open
 _LOCAL: Final = re.compile(r"(?:\[([0-9A-Fa-f:.]{2,45})\]|([A-Za-z0-9.]{1,45}))(?::\d{1,5})?")
 _JOIN_S: Final = 5.0
 _LAG_S: Final = 0.05
 
 
 class Answering(Protocol):
-    """Turns requests into replies; called from several threads."""
+    """Maps requests to replies; called from several threads."""
 
     def answer(self, request: Request) -> Reply:
         """Return the reply to a request."""
@@ -40,11 +40,12 @@ class Answering(Protocol):
 class CameraServer:
     """Serves a camera over HTTP/1.1 until it is stopped; also a context manager.
 
-    Raises `OSError` when the port is taken.
+    Raises:
+        OSError: If the port is in use.
     """
 
     handler: ClassVar[type[CameraHandler]]
-    """Serves one connection."""
+    """Class that serves one connection."""
 
     def __init__(
         self,
@@ -64,11 +65,11 @@ class CameraServer:
 
     @property
     def url(self) -> str:
-        """Address for a client, without a final slash."""
+        """Address for a client, without a trailing slash."""
         return f"http://{_HOST}:{self.port}"
 
     def start(self) -> None:
-        """Start to answer; a second call does nothing."""
+        """Start to answer; calling this again has no effect."""
         if self._thread is None:
             self._thread = threading.Thread(
                 target=self._http.serve_forever, args=(0.05,), name="camera server", daemon=True
@@ -76,7 +77,7 @@ class CameraServer:
             self._thread.start()
 
     def stop(self) -> None:
-        """Close all connections and wait for all threads; a second call does nothing."""
+        """Close all connections and wait for all threads; calling this again has no effect."""
         if self._thread is not None:
             self._http.shutdown()
             self._thread.join()
@@ -97,7 +98,7 @@ class CameraServer:
 
 
 class _Http(HTTPServer):
-    """Listens, and serves every connection in a separate thread."""
+    """Listens, and serves each connection in a separate thread."""
 
     request_queue_size = 16
 
@@ -118,7 +119,7 @@ class _Http(HTTPServer):
         super().__init__(address, handler)
 
     def server_bind(self) -> None:
-        """Bind without a look-up of the host's own name, which may take seconds."""
+        """Bind without looking up the host's own name, which may take seconds."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, sys.platform != "win32")
         self.socket.bind(self.server_address)
         self.server_address = self.socket.getsockname()
@@ -134,7 +135,7 @@ class _Http(HTTPServer):
         thread.start()
 
     def _serve(self, request: socket.socket, client_address: Any) -> None:
-        # A client may go away at any time.
+        # A client may disconnect at any time.
         with contextlib.suppress(OSError, Cancelled):
             self.finish_request(request, client_address)
         with contextlib.suppress(OSError):
@@ -156,9 +157,9 @@ class _Http(HTTPServer):
 
 
 def _is_here(host: str) -> bool:
-    """Whether a Host header names this machine or is an IP address, with or without a port.
+    """Return whether a Host header names this computer or is an IP address, with or without a port.
 
-    Only such a host appears in the camera's URLs.
+    Only such a host is used in the camera's URLs.
     """
     match = _LOCAL.fullmatch(host)
     if match is None:
@@ -170,7 +171,7 @@ def _is_here(host: str) -> bool:
 
 
 class CameraHandler(BaseHTTPRequestHandler):
-    """One connection with its requests, one after the other."""
+    """One connection, whose requests are handled one by one."""
 
     protocol_version = "HTTP/1.1"
     timeout = _IDLE_S
@@ -178,18 +179,18 @@ class CameraHandler(BaseHTTPRequestHandler):
     server: _Http
 
     def do_GET(self) -> None:
-        """Answer a GET."""
+        """Answer a GET request."""
         self._exchange(b"")
 
     def do_POST(self) -> None:
-        """Answer a POST after its body has arrived."""
+        """Answer a POST request once its body has arrived."""
         length_header = self.headers.get("Content-Length", "0").strip()
         if "Transfer-Encoding" in self.headers or not (
             length_header.isascii() and length_header.isdigit()
         ):
             self._refuse(HTTPStatus.LENGTH_REQUIRED)
             return
-        # A number of thousands of digits is not converted.
+        # Python refuses to convert a number with thousands of digits.
         length = int(length_header) if len(length_header) < 10 else MAX_BODY_BYTES + 1
         if length > MAX_BODY_BYTES:
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
@@ -212,7 +213,7 @@ class CameraHandler(BaseHTTPRequestHandler):
     def _exchange(self, body: bytes) -> None:
         host = self.headers.get("Host", "").strip() or f"{_HOST}:{self.server.server_port}"
         if not _is_here(host):
-            # A web page whose host name points to this machine.
+            # A web page whose host name resolves to this computer.
             self._refuse(HTTPStatus.FORBIDDEN)
             return
         request = Request(self.command, self.path, self._headers(), body, host)
@@ -224,7 +225,7 @@ class CameraHandler(BaseHTTPRequestHandler):
         try:
             self.play(reply, pieces)
         finally:
-            # Ends the generator if the client has gone.
+            # Ends the generator if the client has disconnected.
             close = getattr(pieces, "close", None)
             if close is not None:
                 close()
@@ -233,7 +234,7 @@ class CameraHandler(BaseHTTPRequestHandler):
         return {name.lower(): value for name, value in self.headers.items()}
 
     def play(self, reply: Reply, pieces: Iterator[Piece]) -> None:
-        """Send a reply. `pieces`: its body."""
+        """Send a reply whose body consists of `pieces`."""
         length_header = next((v for n, v in reply.headers if n.lower() == "content-length"), None)
         first = next(pieces, None)
         extra = []
@@ -257,7 +258,7 @@ class CameraHandler(BaseHTTPRequestHandler):
         due = clock.now()
         for piece in pieces:
             if isinstance(piece, Pause):
-                # Pauses follow the clock: otherwise the time that sending takes would lower the
+                # Pauses follow the clock, since otherwise the time spent sending would lower the
                 # rate. A slow reader does not catch up.
                 due = max(due, clock.now() - _LAG_S) + piece.seconds
                 wait(clock, due - clock.now(), self.server.token)

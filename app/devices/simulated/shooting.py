@@ -1,8 +1,8 @@
-"""Shooting and storage: the current job, the files, and the camera's date.
+"""Shooting and storage: the current job, the files, and the camera's clock.
 
-Only the rendering runs in a thread. At every request `Shooter.settle` writes the frames that are
-due: their exposure and overhead have passed, and the picture is ready. On virtual time pictures are
-rendered at their first use, otherwise while the camera shoots.
+Only rendering runs in a thread. At every request `Shooter.settle` writes the frames that are due,
+which means that their exposure and overhead have passed and the picture is ready. On virtual time
+frames are rendered at their first use, otherwise while the camera shoots.
 """
 
 from __future__ import annotations
@@ -36,8 +36,9 @@ _WORDS: dict[JobKind, str] = {
 class CameraDate:
     """Local time with a constant offset from UTC.
 
-    * `now`: the clock's time at `start`, in seconds.
-    * `start`: local time.
+    Args:
+        now: Reading of the clock at `start`, in seconds.
+        start: Local time at that moment.
     """
 
     def __init__(self, now: float, start: datetime = _START, offset: str = "+02:00") -> None:
@@ -46,7 +47,11 @@ class CameraDate:
         self._offset = offset
 
     def set(self, text: str, now: float) -> None:
-        """Set date and time. Raises `ValueError` for an invalid date or time."""
+        """Set the date and time.
+
+        Raises:
+            ValueError: If the date or time is invalid.
+        """
         self._base = datetime.strptime(text[:19], _FORM)
         self._since = now
         self._offset = text[19:] or self._offset
@@ -69,8 +74,9 @@ class CameraDate:
 class StoredFile:
     """A file on the camera, rendered at its first use.
 
-    * `shape`: rows and columns.
-    * `makers`: functions that return the bytes of its "file" and "thumb".
+    Attributes:
+        shape: Rows and columns.
+        makers: Functions that return the bytes of its "file" and "thumb".
     """
 
     name: str
@@ -106,7 +112,7 @@ class StoredFile:
 
 
 class Storage:
-    """All files, oldest first."""
+    """All files, the oldest first."""
 
     def __init__(self, person: Personality) -> None:
         self._person = person
@@ -114,7 +120,7 @@ class Storage:
         self.count = 0
 
     def next_name(self) -> tuple[str, str]:
-        """Return name and path of the next file; numbers are never reused."""
+        """Return the name and path of the next file; numbers are never reused."""
         self.count += 1
         name = f"{self._person.stem}{self.count:04d}.JPG"
         return name, f"/files/{self._person.folder}/{name}"
@@ -124,7 +130,7 @@ class Storage:
         self.files.append(file)
 
     def find(self, path: str) -> StoredFile | None:
-        """Return a file by the path of its URL, without the query; None if it does not exist."""
+        """Return a file by the path of its URL without the query, or None if it does not exist."""
         return next((file for file in self.files if file.path == path), None)
 
     @property
@@ -135,8 +141,13 @@ class Storage:
     def delete(self, urls: Sequence[JsonValue]) -> None:
         """Delete files, all or none.
 
-        `urls`: URLs of files, or one of "all", "image", "video". Raises `CommandRefused`
-        (invalidParameterValue) for a missing file, too many, or a wrong type.
+        Args:
+            urls: URLs of files, or one of "all", "image", "video".
+
+        Raises:
+            CommandRefused: With the code invalidParameterValue if a file is missing, there are too
+                many,
+                or a value has the wrong type.
         """
         if list(urls) in (["all"], ["image"]):
             self.files.clear()
@@ -190,7 +201,7 @@ JobKind: TypeAlias = Literal["single", "bracket"]
 
 @dataclass(slots=True)
 class PlannedFrame:
-    """One frame of a job: the times of its exposure and of its storage, and how it is taken."""
+    """One frame of a job, with its settings and the times of exposure and storage."""
 
     start: float
     end: float
@@ -202,7 +213,8 @@ class PlannedFrame:
 class ShootingJob:
     """One photo or one series, in progress or done.
 
-    `start_s`, `begins`: times of the request and of the end of the self-timer, in seconds.
+    Attributes:
+        start_s, begins: Times of the request and of the end of the self-timer, in seconds.
     """
 
     number: int
@@ -226,11 +238,11 @@ class ShootingJob:
 
     @property
     def ended(self) -> float:
-        """The time when its last frame was written; minus infinity without frames."""
+        """The time when the last frame was written, or minus infinity without frames."""
         return self.frames[-1].end if self.frames and not self.cancelled else float("-inf")
 
     def completion(self, now: float) -> float:
-        """Return the progress that the camera reports, 0 to 1."""
+        """Return the progress reported by the camera, 0 to 1."""
         if not self.frames or now <= self.begins:
             return 0.0
         whole = self.frames[-1].end - self.begins
@@ -246,8 +258,9 @@ class ShootingJob:
 class Shooter:
     """The part of a camera that takes photos.
 
-    * `shape`: rows and columns of all frames; None for those of the options.
-    * `manual_gains`: sensitivity of the front and the back lens in the manual program.
+    Args:
+        shape: Rows and columns of all frames, or None for those of the options.
+        manual_gains: Sensitivity of the front and the back lens in the manual program.
     """
 
     def __init__(
@@ -278,11 +291,11 @@ class Shooter:
 
     @property
     def busy(self) -> bool:
-        """Whether a job is in progress; valid right after `settle`."""
+        """Whether a job is in progress; valid directly after `settle`."""
         return self.job is not None and not self.job.done
 
     def find(self, number: str) -> ShootingJob | None:
-        """Return a job by its id; None if it does not exist."""
+        """Return a job by its id, or None if it does not exist."""
         return next((job for job in self.jobs if str(job.number) == number), None)
 
     def begin(
@@ -294,7 +307,8 @@ class Shooter:
     ) -> ShootingJob:
         """Start to shoot.
 
-        `shots`: options of each frame: exposureProgram with its values, and whiteBalance.
+        Args:
+            shots: Options of each frame: exposureProgram with its values, and whiteBalance.
         """
         now = self._clock.now()
         begins = now + number_in(options, "exposureDelay", 0.0)
@@ -324,7 +338,7 @@ class Shooter:
             job.files.append(self.write(frame, job))
 
     def stop(self) -> None:
-        """Stop after the current frame; before any frame during the self-timer."""
+        """Stop after the current frame, or before any frame during the self-timer."""
         now = self._clock.now()
         job = self.job
         if job is None:
@@ -345,7 +359,7 @@ class Shooter:
     def plan(
         self, settings: Mapping[str, JsonValue], options: Mapping[str, JsonValue], at: float
     ) -> Take:
-        """Plan a frame that is exposed at the time `at` of the clock."""
+        """Plan a frame exposed at clock time `at`."""
         exposure, gains = automatic(self._scene, self._person, settings)
         program = int(number_in(settings, "exposureProgram", 2.0))
         self._count += 1

@@ -1,1 +1,1 @@
-"""The Open Spherical Camera protocol, as Ricoh's Web API 2.1 speaks it."""
+"""The Open Spherical Camera protocol, as defined by Ricoh's Web API 2.1."""

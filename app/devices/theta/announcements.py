@@ -1,8 +1,8 @@
-"""Cameras that announce themselves in the network, by multicast DNS.
+"""Cameras that announce themselves in the network through multicast DNS.
 
 A Ricoh Theta that has joined a network announces itself as "THETA" and its serial number under
-``_osc._tcp.local.``, without further facts. Anybody in the network can announce anything: names and
-addresses are only hints.
+``_osc._tcp.local.``, without further data. Any device in the network can announce anything, so
+names and addresses are only hints.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 SERVICE: Final = "_osc._tcp.local."
-"""Type under which cameras of this kind announce themselves."""
+"""Service type of OSC cameras."""
 
 _MOST_ADVERTS: Final = 32
 _LONGEST_NAME: Final = 255
@@ -45,12 +45,14 @@ def browse_network(
     *,
     interfaces: Sequence[str] | None = None,
 ) -> None:
-    """Listen to announcements until `stop` is set, plus half a second at most; blocks.
+    """Listen to announcements, blocking until at most half a second after `stop` is set.
 
-    Raises `Unreachable` with the code "no-mdns" when this machine cannot listen: it has no network,
-    or another program or a firewall prevents it.
+    Raises:
+        Unreachable: With the code "no-mdns" if this computer cannot listen because it has no
+            network,
+            or another program or a firewall prevents it.
     """
-    # Takes a quarter of a second and is needed only here.
+    # The import takes a quarter of a second and is needed only here.
     from zeroconf import Error, InterfaceChoice, ServiceBrowser, Zeroconf
 
     names: SimpleQueue[str] = SimpleQueue()

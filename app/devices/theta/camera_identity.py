@@ -19,12 +19,12 @@ _LONGEST: Final = 64
 _ORDER: Final = ("typed", "access point", "remembered", "network")
 
 Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
-"""Where an address came from: a camera's own Wi-Fi, an announcement, last time, the user."""
+"""Origin of an address: a camera's own Wi-Fi, an announcement, the last session, or the user."""
 
 
 @dataclass(frozen=True, slots=True)
 class FoundCamera:
-    """A camera that answers, or one that certainly exists but requires a password first."""
+    """A camera that answers, or one that is identified but requires a password first."""
 
     name: str
     endpoint: Endpoint
@@ -41,7 +41,8 @@ def described(
 ) -> FoundCamera:
     """Combine an address, an announcement and a camera's own description.
 
-    `info`: the camera's description; None if it requires a password first.
+    Args:
+        info: The camera's description, or None if it requires a password first.
     """
     label = words(announced, _LONGEST)
     serial = words(info.serial_number, _LONGEST) if info else serial_in(label)
@@ -62,7 +63,7 @@ def described(
 
 
 def theta_user(announced: str) -> str:
-    """Return the user name in an announced name, "" if there is none.
+    """Return the user name in an announced name, or "" if there is none.
 
     Examples:
         >>> theta_user("THETAYL00105377._osc._tcp.local.")
@@ -73,7 +74,7 @@ def theta_user(announced: str) -> str:
 
 
 def serial_in(announced: str) -> str:
-    """Return the digits of the serial number in an announced name, "" if there are none."""
+    """Return the digits of the serial number in an announced name, or "" if there are none."""
     match = _INSTANCE.match(announced)
     return match.group(3) if match else ""
 
@@ -82,7 +83,7 @@ def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
     """Keep each camera once, with its best address.
 
     Addresses that work without a password come first, then typed, access point, remembered and
-    network; the result has the same order. Missing facts are filled in from the other addresses of
+    network; the result has the same order. Missing data is filled in from the other addresses of
     the same camera.
     """
     ranked = sorted(
@@ -99,12 +100,12 @@ def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
 
 
 def same_camera(one: FoundCamera, other: FoundCamera) -> bool:
-    """Return whether two entries are one camera: same serial number and model, or same address."""
+    """Return whether two entries are the same camera, by serial number and model or by address."""
     if one.serial and other.serial and one.serial != other.serial:
         return False
     if one.endpoint == other.endpoint:
         return True
-    # Every model has its own series of digits, so equal digits alone prove nothing.
+    # Every model has its own series of serial numbers, so equal digits alone prove nothing.
     return bool(one.serial) and one.serial == other.serial and _agree(one.model, other.model)
 
 

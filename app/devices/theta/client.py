@@ -38,17 +38,18 @@ BUSY_PAUSES_S: Final = (0.5, 1.0, 2.0, 2.0, 3.0)
 """Pauses in seconds before a request is sent again to a camera that is busy."""
 
 MAX_LISTED: Final = 100
-"""Entries that are asked for at once; more come page by page."""
+"""Maximum number of entries per request; more are read page by page."""
 
 MAX_DELETED: Final = 128
-"""Files that a camera deletes in one command."""
+"""Maximum number of files that a camera deletes in one command."""
 
 MAX_THUMBNAIL: Final = 1_000_000
-"""Largest thumbnail in bytes; real ones have ten thousand."""
+"""Maximum size of a thumbnail in bytes; real ones have about ten thousand."""
 
 _PREVIEW: Final = ("width", "height", "framerate")
 _MULTIPART: Final = {"Accept": "multipart/x-mixed-replace"}
-_PREVIEW_SETTLE_S: Final = 1.0  # cameras want it between options and a preview
+# seconds that cameras need between a change of options and a preview
+_PREVIEW_SETTLE_S: Final = 1.0
 _MOST_ORIGINALS: Final = 2000
 _NEWEST_API: Final = 2
 _JPEG: Final = b"\xff\xd8\xff"
@@ -56,7 +57,7 @@ _INFO: Final = "/osc/info"
 _STATE: Final = "/osc/state"
 _EXECUTE: Final = "/osc/commands/execute"
 _STATUS: Final = "/osc/commands/status"
-# First timeout of each request: cameras answer these within a second, and a shorter wait makes a
+# First timeout of each request. Cameras answer these within a second, and a short timeout makes a
 # lost reply cheap. All other requests have the timeout of the link.
 _PATIENCE_S: Final = {
     _INFO: 5.0,
@@ -72,19 +73,19 @@ _T = TypeVar("_T")
 
 
 class OscClient:
-    """One camera.
+    """A client for one camera.
 
-    All methods raise like `Link.get`, and `CameraRefused` also for an error object with status 200.
-    A request to a busy camera is repeated after `BUSY_PAUSES_S`. A request that timed out has twice
-    the time when it is repeated.
+    All methods raise the same errors as `Link.get`, and `CameraRefused` also for an error object
+    with status 200. A request to a busy camera is repeated after `BUSY_PAUSES_S`. After a timeout,
+    the repeated request has twice the time.
     """
 
     def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
-        self.most_listed = MAX_LISTED  # Entries per page.
+        self.most_listed = MAX_LISTED  # entries per page
         self.link = link
         self.clock = clock
         self._token = token
-        # To delete a file a camera needs its own URL, which may name another host.
+        # To delete a file, a camera needs its own URL, which may name another host.
         self._originals: OrderedDict[str, str] = OrderedDict()
         self._late: dict[str, int] = {}
 
@@ -98,7 +99,11 @@ class OscClient:
         return self._patiently(lambda: parse_state(self._put(_STATE, "", None), endpoint))
 
     def get_options(self, names: Sequence[str]) -> dict[str, JsonValue]:
-        """Read options. Raises `BadReply` if the reply has none."""
+        """Read options.
+
+        Raises:
+            BadReply: If the reply contains no options.
+        """
         results = self.execute("camera.getOptions", {"optionNames": list(names)}).results
         options = results.get("options")
         if not isinstance(options, dict):
@@ -106,13 +111,14 @@ class OscClient:
         return {name: options[name] for name in names if name in options}
 
     def set_options(self, options: Mapping[str, JsonValue]) -> None:
-        """Change options; after an error some of them may be changed."""
+        """Change options; after an error, some of them may have changed."""
         self.execute("camera.setOptions", {"options": dict(options)})
 
     def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> CommandReply:
         """Send a command without waiting for its end.
 
-        `parameters`: None leaves them out of the request.
+        Args:
+            parameters: Parameters of the command, or None to omit them from the request.
         """
         body: dict[str, Any] = {"name": name}
         if parameters is not None:
@@ -124,13 +130,14 @@ class OscClient:
         return self._command(_STATUS, {"id": command_id})
 
     def take_picture(self) -> CommandReply:
-        """Take one picture."""
+        """Take a single photo."""
         return self.execute("camera.takePicture")
 
     def start_capture(self, mode: str | None) -> CommandReply:
         """Start a series.
 
-        `mode`: "bracket" or another; None uses the shooting method that the camera is set to.
+        Args:
+            mode: "bracket" or another mode, or None for the shooting method set on the camera.
         """
         return self.execute("camera.startCapture", None if mode is None else {"_mode": mode})
 
@@ -139,11 +146,11 @@ class OscClient:
         return self.execute("camera.stopCapture")
 
     def stop_self_timer(self) -> CommandReply:
-        """Stop a countdown."""
+        """Stop the self-timer."""
         return self.execute("camera._stopSelfTimer")
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
-        """List photos with a usable name and URL, the newest first, each once."""
+        """List each photo with a usable name and URL once, the newest first."""
         entries: dict[str, FileEntry] = {}
         position = 0
         while position < count:
@@ -161,7 +168,7 @@ class OscClient:
             entries.update(
                 {entry.url: entry for entry in parse_entries(results, self.link.endpoint)}
             )
-            # Some cameras return fewer than requested; some return the first page for ever.
+            # Some cameras return fewer entries than requested; some return the first page forever.
             rows = results.get("entries")
             position += len(rows) if isinstance(rows, list) else 0
             more = position < (whole(results.get("totalEntries")) or 0)
@@ -172,8 +179,10 @@ class OscClient:
     def delete(self, urls: Sequence[str]) -> None:
         """Delete files on the camera.
 
-        Raises `DeviceError` with the code "not-a-file" and deletes nothing unless all are URLs of
-        files on this camera: some words would delete all files of a kind.
+        Raises:
+            DeviceError: With the code "not-a-file" if any entry is not the URL of a file on this
+                camera;
+                nothing is deleted then. Some keywords would delete all files of a kind.
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
@@ -187,9 +196,9 @@ class OscClient:
 
     @contextmanager
     def open_file(self, url: str, *, start: int = 0) -> Iterator[Incoming]:
-        """Open a file from the byte `start` on; no other request may be sent until it is closed.
+        """Open a file at byte offset `start`; no other request may be sent until it is closed.
 
-        A camera that supports ranges answers with 206, any other with 200 and the whole file.
+        A camera that supports ranges answers with 206, others with 200 and the whole file.
         """
         headers = {"Accept": "*/*"}
         if start > 0:
@@ -200,8 +209,11 @@ class OscClient:
     def thumbnail(self, url: str) -> bytes:
         """Download the thumbnail of a file.
 
-        Returns a JPEG of at most `MAX_THUMBNAIL` bytes, not decoded. Raises `BadReply` if it is
-        larger or not a JPEG.
+        Returns:
+            A JPEG of at most `MAX_THUMBNAIL` bytes, not decoded.
+
+        Raises:
+            BadReply: If the thumbnail is larger or not a JPEG.
         """
         data = bytearray()
         end_s = self.clock.now() + self.link.timeouts.whole_s
@@ -223,8 +235,11 @@ class OscClient:
     def live_preview(self, size: tuple[int, int, int] | None = None) -> Iterator[Iterator[bytes]]:
         """Open the live preview; no other request may be sent until it is closed.
 
-        `size`: columns, rows and frames per second; None uses the camera's setting. Yields JPEG
-        frames, not decoded, until the camera ends the preview.
+        Args:
+            size: Columns, rows and frames per second, or None for the camera's setting.
+
+        Yields:
+            JPEG frames, not decoded, until the camera ends the preview.
         """
         self.use_api_2()
         parameters: dict[str, JsonValue] = dict(zip(_PREVIEW, size or (), strict=False))
@@ -237,12 +252,15 @@ class OscClient:
             yield (jpeg for chunk in incoming.chunks() for jpeg in parser.feed(chunk))
 
     def use_api_2(self) -> bool:
-        """Switch a Theta S or SC to the API that this client speaks.
+        """Switch a Theta S or SC to the API version of this client.
 
-        They fall back to the old one with every new connection.
+        These models revert to the old version on every new connection.
 
-        Returns whether a switch was necessary. Raises `CameraNotReady` with the code "old-api" if
-        the camera stays with the old API.
+        Returns:
+            Whether a switch was necessary.
+
+        Raises:
+            CameraNotReady: With the code "old-api" if the camera stays with the old API.
         """
         if self.state().api_version != 1:
             return False
@@ -296,7 +314,7 @@ class OscClient:
         return ask()
 
     def _remember(self, results: Mapping[str, JsonValue]) -> None:
-        """Store the camera's own spelling of every URL in its results."""
+        """Store the camera's own form of every URL in its results."""
         entries = results.get("entries")
         rows = entries if isinstance(entries, list) else [dict(results)]
         for entry in rows:

@@ -1,9 +1,9 @@
-"""Search for cameras: in their own Wi-Fi, where the last one was, and announced in the network.
+"""Search for cameras: in their own Wi-Fi, at the last address, and announced in the network.
 
-All addresses are asked at the same time, each in a thread of its own, since an address where
-nothing listens may swallow everything that is sent there. Only what describes itself as a camera of
-this protocol counts, or what is announced as one and requires a password. Only addresses that are
-near are tried unless the user types them.
+All addresses are queried at once, each in a separate thread, since an unused address may silently
+drop everything sent to it. Only devices that describe themselves as OSC cameras count, or that are
+announced as such and require a password. Only local addresses are tried unless the user types
+them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from app.devices.theta.reply import Timeouts
 from app.devices.theta.untrusted import JsonValue
 
 CONNECT_S: Final = 2.5
-"""Time in which an address must accept a connection, in seconds."""
+"""Time limit for an address to accept a connection, in seconds."""
 
 _LATE_S: Final = 1.0
 _STEP_S: Final = 0.05
@@ -56,7 +56,7 @@ _ROUTER: Final = tr(
 
 
 class Asker(Protocol):
-    """The part of a `Link` that discovery uses."""
+    """The part of a `Link` used by discovery."""
 
     def get(self, path: str) -> JsonValue:
         """Request JSON."""
@@ -67,16 +67,18 @@ class Asker(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Discovery:
-    """The result of a search: cameras, and remarks on what was not found."""
+    """The result of a search: cameras, and remarks on failures."""
 
     cameras: tuple[FoundCamera, ...] = ()
     notes: tuple[str, ...] = ()
 
     def one(self) -> FoundCamera:
-        """Choose a camera if the user names none: the only one, or the one that was used last.
+        """Choose a camera if the user names none: the only one, or the one used last.
 
-        Raises `Unreachable` with the code "no-camera" if there is none; `DeviceError` with the code
-        "several-cameras" if there are several and none was used last.
+        Raises:
+            Unreachable: With the code "no-camera" if there is none.
+            DeviceError: With the code "several-cameras" if there are several and none was used
+                last.
         """
         if not self.cameras:
             raise Unreachable(
@@ -107,8 +109,11 @@ def discover(
 ) -> Discovery:
     """Search for cameras at all addresses at once.
 
-    `timeout_s`: how long to listen, in seconds; the last replies may take another second. Raises
-    `Cancelled` when the token is cancelled.
+    Args:
+        timeout_s: Time to listen, in seconds; the last replies may take another second.
+
+    Raises:
+        Cancelled: If the token is cancelled.
     """
     search = _Search(clock, timeout_s, link_factory or _links(clock, timeout_s))
     before = last if last is not None else last_camera()
@@ -135,7 +140,10 @@ def look_at(
     """Identify the camera at an address that the user typed.
 
     A cut or garbled reply is requested again, see `FirstContact`; a second timeout ends the search.
-    Raises `DeviceError` like `Link.get`; `Cancelled` when the token is cancelled.
+
+    Raises:
+        DeviceError: As in `Link.get`.
+        Cancelled: If the token is cancelled.
     """
     link = (link_factory or _links(clock, timeout_s))(endpoint)
     try:
@@ -174,7 +182,7 @@ class _Reply:
 
 @dataclass(slots=True)
 class _Search:
-    """A search in progress; its fields are used under its lock."""
+    """A search in progress; its fields are accessed while holding its lock."""
 
     clock: Clock
     timeout_s: float
@@ -192,7 +200,7 @@ class _Search:
         self._start = (self.clock.now(), time.monotonic())
 
     def ask(self, endpoint: Endpoint, source: Source, announced: str = "") -> None:
-        """Identify the camera at an address, once, in a separate thread."""
+        """Identify the camera at an address once, in a separate thread."""
         with self._lock:
             before = self._answers.get(endpoint)
             if before is not None:
@@ -236,7 +244,7 @@ class _Search:
             self._changed.clear()
 
     def outcome(self) -> Discovery:
-        """Return the result so far."""
+        """Return the results so far."""
         with self._lock:
             answers = {place: answer for place, answer in self._answers.items() if answer.done}
             notes = list(self._notes)
@@ -246,7 +254,7 @@ class _Search:
             replace(camera, used_last=last is not None and same_camera(camera, last))
             for camera in merged(camera for camera in answers_in if camera is not None)
         )
-        # Every home network has a router: no remark about it if there is a camera.
+        # Every home network has a router, so do not mention it if a camera was found.
         if not cameras:
             notes += [_trouble(endpoint, answer.error) for endpoint, answer in answers.items()]
         return Discovery(cameras, tuple(dict.fromkeys(note for note in notes if note)))
@@ -259,14 +267,14 @@ class _Search:
             return None
         if answer.announced:
             return described(endpoint, source, None, answer.announced)
-        # No camera requires a password in its own Wi-Fi; a router does.
+        # Cameras never require a password in their own Wi-Fi; routers do.
         if source == "remembered" and self.last_camera is not None and endpoint != ACCESS_POINT:
             return _as_known(self.last_camera, source)
         return None
 
     def _on_advert(self, advert: Advert) -> None:
         near = [address for address in advert.addresses[:_PER_ADVERT] if is_near(address)]
-        # IPv4 or IPv6, not both: some cameras cannot answer two requests at once.
+        # Query IPv4 or IPv6 but not both, since some cameras cannot answer two requests at once.
         plain = [address for address in near if ":" not in address]
         for address in plain or near:
             with suppress(DeviceError):
@@ -292,7 +300,7 @@ class _Search:
             link.close()
 
     def _info(self, link: Asker) -> Info:
-        """Request the description; repeat after a cut or garbled reply while there is time."""
+        """Request the description; repeat while there is time if the reply is cut or garbled."""
         deadline, first = self._start[0] + self.timeout_s, FirstContact(self.clock, silences=1)
         while True:
             try:
@@ -323,7 +331,7 @@ def _ask_info(
 
 
 def _trouble(endpoint: Endpoint, error: DeviceError | None) -> str:
-    """Explain why a device that answers is not in the list; "" if nothing answers."""
+    """Explain why a device that answers is not listed, or return "" if nothing answers."""
     if error is None or isinstance(error, Unreachable):
         return ""
     if isinstance(error, CameraRefused):
@@ -339,5 +347,5 @@ def _links(clock: Clock, timeout_s: float) -> Callable[[Endpoint], Asker]:
 
 
 def _as_known(camera: FoundCamera, source: Source) -> FoundCamera:
-    """Describe a camera that requires a password by its description from last time."""
+    """Complete a camera that requires a password with its description from last time."""
     return replace(camera, source=source, needs_password=True)

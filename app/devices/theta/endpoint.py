@@ -1,8 +1,8 @@
 """The address of a camera, and the URLs from the camera that may be followed.
 
-A camera puts the address that it believes it has into its URLs. Only the path and query of such a
+A camera builds its URLs from the address that it believes it has. Only the path and query of such a
 URL are used, at the address that the user typed, so that a forwarded port works and no URL can lead
-to another machine.
+to another computer.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from app.core.text import tr
 from app.devices.errors import BadReply, DeviceError
 
 LONGEST_URL: Final = 2000
-"""Characters of a URL that are accepted from a camera."""
+"""Maximum length of a URL accepted from a camera, in characters."""
 
 _HTTP_PORT: Final = 80
 _LAST_PORT: Final = 65535
 _LONGEST_HOST: Final = 253
 _LABEL: Final = re.compile(r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?")
 _ZONE: Final = re.compile(r"[A-Za-z0-9._-]{1,32}")
-# Unreserved characters, the ones with a meaning inside a path, and whole percent escapes.
+# Unreserved characters, characters with a meaning inside a path, and complete percent escapes.
 _PATH: Final = re.compile(r"/(?:[A-Za-z0-9._~!$&'()*+,;=:@/-]|%[0-9A-Fa-f]{2})*")
 _QUERY: Final = re.compile(r"(?:[A-Za-z0-9._~!$&'()*+,;=:@/?-]|%[0-9A-Fa-f]{2})*")
 _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
@@ -36,7 +36,8 @@ _HINT: Final = tr('Type it like "192.168.1.1" or "THETAYL00105377.local".')
 class Endpoint:
     """Host and port of a camera.
 
-    Raises `DeviceError` with the code "bad-address" if the host or the port is invalid.
+    Raises:
+        DeviceError: With the code "bad-address" if the host or the port is invalid.
 
     Examples:
         >>> Endpoint.parse("http://cam.local:8080/").url("/osc/info")
@@ -62,10 +63,12 @@ class Endpoint:
 
     @classmethod
     def parse(cls, text: str) -> Endpoint:
-        """Read an address that a user typed.
+        """Parse an address typed by the user.
 
-        Raises `DeviceError` with the code "bad-address" if it is not an address, uses https or
-        contains a password.
+        Raises:
+            DeviceError: With the code "bad-address" if the text is not an address, uses https or
+                contains a
+                password.
         """
         address = text.strip()
         rest = _without_scheme(address).partition("/osc/")[0].rstrip("/")
@@ -84,25 +87,30 @@ class Endpoint:
 
     @property
     def base(self) -> str:
-        """Scheme, host and port, without a final slash."""
+        """Scheme, host and port, without a trailing slash."""
         host = f"[{self.host.replace('%', '%25')}]" if ":" in self.host else self.host
         return f"http://{host}" if self.port == _HTTP_PORT else f"http://{host}:{self.port}"
 
     def url(self, path: str) -> str:
-        """Return the URL of a path. Raises `BadReply` like `rewrite`."""
+        """Return the URL of a path.
+
+        Raises:
+            BadReply: As in `rewrite`.
+        """
         return self.rewrite(path)
 
     def rewrite(self, url: str) -> str:
         """Return the path and query of a camera's URL at this host and port.
 
-        Raises `BadReply` with the code "bad-url" if the URL is longer than `LONGEST_URL`, has a
-        scheme other than http, a password, a fragment, an invalid character, or "." or ".." in its
-        path, in any spelling.
+        Raises:
+            BadReply: With the code "bad-url" if the URL is longer than `LONGEST_URL`, has a scheme
+                other than http, a password, a fragment, an invalid character, or "." or ".." in its
+                path, in any spelling.
         """
         if len(url) > LONGEST_URL:
             raise _bad_url(tr("it is too long"))
         whole = f"http://camera{url}" if url.startswith("/") and not url.startswith("//") else url
-        # urlsplit silently drops tabs and line ends, so they are searched before.
+        # urlsplit silently removes tabs and line breaks, so check for them first.
         if not whole.isascii() or any(ord(sign) <= 0x20 or ord(sign) == 0x7F for sign in whole):
             raise _bad_url(tr("it contains invalid characters"))
         try:
@@ -226,9 +234,9 @@ _NEAR: Final = tuple(
 
 
 def is_near(host: str) -> bool:
-    """Return whether an address is in a private network, on this link or on this machine.
+    """Return whether an address is in a private network, on this link or on this computer.
 
-    Only such addresses are tried unless the user types them.
+    Other addresses are tried only if the user types them.
 
     Examples:
         >>> is_near("192.168.1.1"), is_near("8.8.8.8"), is_near("fe80::1%eth0")
@@ -242,15 +250,20 @@ def is_near(host: str) -> bool:
 
 
 def check_address(text: str) -> Endpoint:
-    """Read an address that the user typed, without sending anything to it.
+    """Parse an address typed by the user, without sending anything to it.
 
-    `text`: for example "192.168.1.1", "http://cam.local:8080/" or "[fe80::1%eth0]". Hosts outside
-    the local network are accepted, too. Raises `DeviceError` with the code "bad-address" if it is
-    not an address, or an address that no single camera can have.
+    Args:
+        text: For example "192.168.1.1", "http://cam.local:8080/" or "[fe80::1%eth0]". Hosts outside
+            the local network are also accepted.
+
+    Raises:
+        DeviceError: With the code "bad-address" if the text is not an address, or no single camera
+            can
+            have that address.
     """
     endpoint = Endpoint.parse(text)
     address = None
-    with suppress(ValueError):  # A name.
+    with suppress(ValueError):  # The host is a name.
         address = ipaddress.ip_address(endpoint.host.partition("%")[0])
     everybody = endpoint.host == "255.255.255.255"
     if everybody or (address and (address.is_multicast or address.is_unspecified)):

@@ -1,6 +1,7 @@
-"""How long to retry an address that has not answered as a camera yet.
+"""Retry limits for an address that has not answered as a camera yet.
 
-Real Wi-Fi loses, cuts and garbles replies for a while; a router's page and a closed port stay.
+Real Wi-Fi loses, cuts and garbles replies temporarily, whereas a router's page or a closed port is
+permanent.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from app.devices.errors import BadReply, DeviceError, NotACamera, PasswordNeeded
 from app.devices.theta.network_errors import BROKEN, NO_SUCH_NAME, NOBODY
 
 GARBLED_S: Final = 20.0
-"""How long cut, garbled or interrupted replies are tolerated, in seconds."""
+"""Time during which cut, garbled or interrupted replies are tolerated, in seconds."""
 
 PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
 """Pauses between two requests in seconds; the last one repeats."""
@@ -24,7 +25,8 @@ _REFUSALS: Final = 3
 class FirstContact:
     """The failures of one address, in order.
 
-    `silences`: the number of timeouts in a row after which to give up.
+    Args:
+        silences: Number of consecutive timeouts after which to give up.
     """
 
     def __init__(self, clock: Clock, silences: int) -> None:
@@ -34,7 +36,7 @@ class FirstContact:
         self._pauses = 0
 
     def hopeless(self, error: DeviceError) -> bool:
-        """Count a failure; return whether to give the address up."""
+        """Count a failure, and return whether to give up."""
         kind = _kind(error)
         if kind == "garbled":
             return self._clock.now() - self._began > GARBLED_S
@@ -43,7 +45,7 @@ class FirstContact:
         return self._in_a_row >= self._most[kind]
 
     def pause_s(self) -> float:
-        """Return the pause before the next request in seconds; each is longer than the last."""
+        """Return the pause before the next request in seconds, growing along `PAUSES_S`."""
         self._pauses += 1
         return PAUSES_S[min(self._pauses, len(PAUSES_S)) - 1]
 

@@ -1,7 +1,7 @@
-"""The camera that was used last, in a file of the user's folder; without its password.
+"""The camera used last, saved in the user's data folder without its password.
 
-Anybody who can write to that folder can change the file, so only addresses that are near are read
-from it.
+Anyone with write access to that folder can change the file, so only local addresses are read from
+it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from app.devices.theta.messages import Info
 from app.devices.theta.untrusted import parse_json, table, whole, words
 
 FILE: Final = "last-camera.json"
-"""Name of the file in the user's folder."""
+"""Name of the file in the user's data folder."""
 
 _MOST_BYTES: Final = 4096
 _PORTS: Final = 65535
@@ -33,7 +33,9 @@ _LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|hom
 def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
     """Save a camera for the next start.
 
-    Returns False if it was not saved: the folder is not writable, or the address is not near.
+    Returns:
+        False if the camera was not saved, because the folder is not writable or the address is not
+        local.
     """
     place = user_data() if folder is None else folder
     if not _may_be_tried(camera.endpoint.host):
@@ -54,7 +56,7 @@ def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
 
 
 def last_camera(folder: Path | None = None) -> FoundCamera | None:
-    """Return the camera that was used last; None if none was saved or the file is invalid."""
+    """Return the camera used last, or None if none was saved or the file is invalid."""
     place = user_data() if folder is None else folder
     try:
         if not (place / FILE).is_file():

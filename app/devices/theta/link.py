@@ -1,8 +1,8 @@
-"""HTTP to one camera: one request at a time, with bounded replies and bounded waiting.
+"""HTTP to one camera: one request at a time, with limits on size and time.
 
-`requests` prepares a request and an adapter of its kind carries it. Its `Session.send` is not
-used: that follows proxies and cookies, and reads the whole body of a redirect or a 401, however
-long it is.
+`requests` prepares a request and one of its adapters sends it. `Session.send` of `requests` is not
+used, because it follows proxies and cookies, and reads the whole body of a redirect or a 401
+regardless of its length.
 """
 
 from __future__ import annotations
@@ -38,21 +38,24 @@ from app.devices.theta.untrusted import MAX_BYTES, JsonValue, write_json
 
 _HEADERS: Final = {
     "Accept": "application/json",
-    "Accept-Encoding": "identity",  # nothing is unpacked, so nothing can swell
+    "Accept-Encoding": "identity",  # nothing is decompressed, so no reply can expand in memory
     "Cache-Control": "no-store",
     "User-Agent": "Turnlight",
     "X-XSRF-Protected": "1",
 }
 _JSON_TYPE: Final = {"Content-Type": "application/json;charset=utf-8"}
 _UNAUTHORIZED: Final = 401
-_KEEP_S: Final = 3.0  # an idle connection is not trusted longer
+_KEEP_S: Final = 3.0  # seconds after which an idle connection is no longer trusted
 _ANSWERS: Final = 3
 
 
 class Link:
     """The connection to one camera.
 
-    `adapter`: sends the requests; real connections by default. It must return bytes as they arrive.
+    Args:
+        adapter: Adapter that sends the requests; real connections by default. It must return bytes
+            as
+            they arrive.
     """
 
     def __init__(
@@ -82,17 +85,19 @@ class Link:
     def get(self, path: str, patience_s: float | None = None) -> JsonValue:
         """Request JSON.
 
-        Raises `Unreachable` if nothing answers in time or the connection breaks; `NotACamera` if
-        something other than a camera answers; `PasswordNeeded` if the camera requires a password or
-        refuses this one; `CameraRefused` for an HTTP error; `BadReply` if the reply is too large or
-        cannot be read.
+        Raises:
+            Unreachable: If nothing answers in time or the connection breaks.
+            NotACamera: If something other than a camera answers.
+            PasswordNeeded: If the camera requires a password or rejects this one.
+            CameraRefused: If the reply is an HTTP error.
+            BadReply: If the reply is too large or cannot be read.
         """
         return self._exchange(self._request("GET", path), patience_s)
 
     def post(
         self, path: str, body: Mapping[str, Any] | None, patience_s: float | None = None
     ) -> JsonValue:
-        """Send JSON, or an empty body for None, and read JSON; raises like `get`."""
+        """Send JSON, or an empty body for None, and read JSON; raises the same errors as `get`."""
         return self._exchange(self._request("POST", path, body), patience_s)
 
     @contextmanager
@@ -104,7 +109,8 @@ class Link:
     ) -> Iterator[Incoming]:
         """Open a file, or the stream of a command if there is a body, until the end of the block.
 
-        Raises `DeviceError` like `get`, when it is opened and while it is read.
+        Raises:
+            DeviceError: As in `get`, when the stream is opened and while it is read.
         """
         watch = Watch(self._clock)
         with ExitStack() as stack:
@@ -146,7 +152,7 @@ class Link:
 
     @contextmanager
     def _turn(self) -> Iterator[None]:
-        """Allow one request at a time: cameras mix up two."""
+        """Allow only one request at a time, since cameras confuse concurrent ones."""
         if self._holder == threading.get_ident():
             raise RuntimeError("a stream of this link is still open in this thread")
         with self._lock:
@@ -158,7 +164,7 @@ class Link:
                 self._used_s = self._clock.now()
 
     def _open(self, request: requests.Request, watch: Watch, quiet_s: float) -> Incoming:
-        """Send a request, with a password if the camera requires one; the body stays unread."""
+        """Send a request, with a password if the camera requires one, leaving the body unread."""
         watch.allow(self.timeouts.whole_s)
         if isinstance(self._adapter, WatchedAdapter):
             self._adapter.watch = watch
@@ -177,7 +183,7 @@ class Link:
         raise password_refused()
 
     def _challenged(self, reply: Incoming) -> bool:
-        """Store the challenge of a 401; return whether only the nonce was too old."""
+        """Store the challenge of a 401, and return whether only the nonce was stale."""
         challenge = reply.headers.get("www-authenticate", "")
         try:
             if not wants_digest(challenge):

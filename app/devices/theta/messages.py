@@ -1,7 +1,7 @@
 """A camera's messages as types: its description, state, command replies and file list.
 
-Every field of a message is checked before it is used; names of files, too. A message that lacks
-what makes it one is a `BadReply`; any other field that is missing or invalid takes a neutral value.
+Every field of a message is checked before use, including file names. A message without its
+essential fields is a `BadReply`; any other missing or invalid field gets a neutral value.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from app.devices.theta.untrusted import (
 _NAME: Final = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}")
 _DATE: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d(?:[+-]\d\d:\d\d)?", re.ASCII)
 _LARGEST_FILE: Final = 2**40
-# Windows takes these for devices, whatever follows the dot.
+# Windows treats these as devices, whatever follows the dot.
 _RESERVED: Final = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
 _OK: Final = 200
 _FIRMWARE: Final = re.compile(r"\d{1,6}(?:\.\d{1,6}){0,5}", re.ASCII)
@@ -44,8 +44,9 @@ _URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "con
 class FileEntry:
     """A file on the camera.
 
-    * `name`: 1 to 64 of A-Z a-z 0-9 _ . - without a leading dot: safe as a part of a path.
-    * `date_time`: "2026:11:21 14:05:09+09:00", or without the offset; "" if not stated.
+    Attributes:
+        name: 1 to 64 characters of A-Z a-z 0-9 _ . - without a leading dot, safe in a path.
+        date_time: "2026:11:21 14:05:09+09:00", or without the offset; "" if not stated.
     """
 
     name: str
@@ -56,10 +57,13 @@ class FileEntry:
 
 
 def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[FileEntry, ...]:
-    """Read the results of camera.listFiles, in the camera's order.
+    """Parse the results of camera.listFiles, in the camera's order.
 
-    An entry without a usable URL is skipped. The last part of the URL replaces an unsafe name; if
-    that is unsafe, too, the entry is skipped. Raises `BadReply` if there is no list.
+    An entry without a usable URL is skipped. An unsafe name is replaced with the last part of the
+    URL; if that is also unsafe, the entry is skipped.
+
+    Raises:
+        BadReply: If there is no list.
     """
     entries = results.get("entries")
     if not isinstance(entries, list):
@@ -69,7 +73,7 @@ def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple
 
 
 def safe_name(text: object) -> str:
-    """Return a file name if it can be a part of a path on any system, else "".
+    """Return a file name if it is safe in a path on any system, or else "".
 
     Examples:
         >>> safe_name("R0010015.JPG"), safe_name("../R0010015.JPG")
@@ -103,7 +107,7 @@ def _entry(fields: Mapping[str, JsonValue], endpoint: Endpoint) -> FileEntry | N
 
 
 def safe_url(value: object, endpoint: Endpoint) -> str:
-    """Return a URL at an endpoint, "" for anything that `Endpoint.rewrite` refuses."""
+    """Return a URL at an endpoint, or "" if `Endpoint.rewrite` rejects it."""
     if not isinstance(value, str) or not value:
         return ""
     try:
@@ -114,10 +118,11 @@ def safe_url(value: object, endpoint: Endpoint) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Info:
-    """Answer to /osc/info.
+    """Reply to /osc/info.
 
-    * `firmware`: (2, 10, 3) for "2.10.3"; empty if it does not consist of numbers.
-    * `api_level`: (1, 2) for S and SC, (2,) for later models.
+    Attributes:
+        firmware: Version such as (2, 10, 3) for "2.10.3"; empty if it does not consist of numbers.
+        api_level: (1, 2) for S and SC, (2,) for later models.
     """
 
     model: str
@@ -130,11 +135,12 @@ class Info:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Answer to /osc/state.
+    """Reply to /osc/state.
 
-    * `battery_level`: 0 to 1.
-    * `battery_state`: "charging", "charged", "disconnect" or another word.
-    * `capture_status`: "idle", "shooting", "bracket shooting" or another word; "" if not stated.
+    Attributes:
+        battery_level: Charge from 0 to 1.
+        battery_state: "charging", "charged", "disconnect" or another word.
+        capture_status: "idle", "shooting", "bracket shooting" or another word; "" if not stated.
     """
 
     battery_level: float | None = None
@@ -155,13 +161,14 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class CommandReply:
-    """Answer to a command.
+    """Reply to a command.
 
-    * `id`: to ask for the status; sent back unchanged. None if there is no usable one.
-    * `completion`: 0 to 1 while in progress.
-    * `results`: unchanged from the camera.
-    * `file_urls`: of its files, at the endpoint in use.
-    * `refused_urls`: the number of URLs that cannot be used.
+    Attributes:
+        id: Identifier for status requests, sent back unchanged, or None if there is no usable one.
+        completion: Progress from 0 to 1.
+        results: The camera's results, unchanged.
+        file_urls: URLs of the resulting files, at the endpoint in use.
+        refused_urls: Number of unusable URLs.
     """
 
     state: Literal["done", "inProgress"]
@@ -173,10 +180,11 @@ class CommandReply:
 
 
 def parse_info(value: JsonValue) -> Info:
-    """Read the answer to /osc/info.
+    """Parse the reply to /osc/info.
 
-    Raises `CameraRefused` for an error object; `NotACamera` if it is not the description of an OSC
-    camera.
+    Raises:
+        CameraRefused: If the reply is an error object.
+        NotACamera: If the reply does not describe an OSC camera.
     """
     error = refused(value, _OK)
     if error is not None:
@@ -199,9 +207,11 @@ def parse_info(value: JsonValue) -> Info:
 
 
 def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
-    """Read the answer to /osc/state.
+    """Parse the reply to /osc/state.
 
-    Raises `CameraRefused` for an error object; `BadReply` if there is no state.
+    Raises:
+        CameraRefused: If the reply is an error object.
+        BadReply: If the reply contains no state.
     """
     fields = table(value).get("state")
     if not isinstance(fields, dict):
@@ -220,16 +230,18 @@ def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
 
 
 def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
-    """Read the reply to a command or to a question about its status.
+    """Parse the reply to a command or to a status request.
 
-    Raises `CameraRefused` for an error object; `BadReply` if it is not such a reply.
+    Raises:
+        CameraRefused: If the reply is an error object.
+        BadReply: If the reply has another form.
     """
     error = refused(value, _OK)
     if error is not None:
         raise error
     fields = table(value)
     state, results, number = fields.get("state"), fields.get("results"), _id(fields.get("id"))
-    # Some cameras leave the state out once there are results.
+    # Some cameras omit the state once there are results.
     if state == "done" or (state is None and isinstance(results, dict)):
         urls, bad = _files(table(results), endpoint)
         return CommandReply("done", number, None, table(results), urls, bad)
@@ -241,7 +253,7 @@ def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
 
 
 def _files(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[tuple[str, ...], int]:
-    """Return the URLs of files at an endpoint, and the number of URLs that cannot be used."""
+    """Return the URLs of files at an endpoint, and the number of unusable URLs."""
     lists = {key: value for key in _URL_LISTS if isinstance(value := results.get(key), list)}
     single = (results.get(key) for key in _URL_KEYS)
     addresses = [*filter(None, single), *(url for urls in lists.values() for url in urls)]

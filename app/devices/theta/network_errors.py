@@ -13,18 +13,18 @@ from app.core.text import tr
 from app.devices.errors import BadReply, DeviceError, NotACamera, Unreachable
 
 CLOSED: Final = "closed"
-"""Code of a stream that another thread has closed."""
+"""Code of a stream closed by another thread."""
 
 BROKEN: Final = "broken"
 """Code of a connection that ended too early."""
 
 NOBODY: Final = "connection-refused"
-"""Code of an address where no program listens, so that the computer refuses the connection."""
+"""Code of an address that refuses the connection because no program is listening."""
 
 NO_SUCH_NAME: Final = "no-such-name"
 """Code of a host name that does not exist in the network."""
 
-# UnicodeError and ValueError: host names that no resolver accepts, invalid chunk lengths.
+# UnicodeError and ValueError cover invalid host names and invalid chunk lengths.
 NETWORK_ERRORS: Final = (
     requests.RequestException,
     urllib3_errors.HTTPError,
@@ -32,7 +32,7 @@ NETWORK_ERRORS: Final = (
     UnicodeError,
     ValueError,
 )
-"""Everything that `requests`, `urllib3` and the sockets below them raise."""
+"""All exceptions raised by `requests`, `urllib3` and the sockets below them."""
 
 _WIFI: Final = tr("Check that the camera is on and this computer is in its Wi-Fi, then try again.")
 _NEARER: Final = tr("Move closer to the camera, then try again. Finished downloads are kept.")
@@ -51,17 +51,17 @@ _NONSENSE: Final = (
 
 
 def timeout() -> Unreachable:
-    """Return the error of a reply that did not come in time."""
+    """Return the error for a reply that did not arrive in time."""
     return Unreachable(tr("The camera did not answer in time."), _WIFI, "timeout")
 
 
 def broken(code: str = "") -> Unreachable:
-    """Return the error of a connection that ended too early."""
+    """Return the error for a connection that ended too early."""
     return Unreachable(tr("The connection to the camera was interrupted."), _NEARER, code or BROKEN)
 
 
 def no_camera() -> NotACamera:
-    """Return the error of a device that is not a camera."""
+    """Return the error for a device that is not a camera."""
     return NotACamera(
         tr("The device at this address is not a 360 camera."),
         tr(
@@ -72,13 +72,14 @@ def no_camera() -> NotACamera:
 
 
 def failure(error: BaseException) -> DeviceError:
-    """Translate an exception of a request into a `DeviceError`.
+    """Convert an exception of a request to a `DeviceError`.
 
-    Returns `Unreachable` for timeouts, refused and broken connections, `NotACamera` for another
-    protocol, `BadReply` for invalid headers.
+    Returns:
+        `Unreachable` for timeouts and for refused or broken connections, `NotACamera` for another
+        protocol, or `BadReply` for invalid headers.
     """
     chain = tuple(_chain(error))
-    # urllib3 derives its errors of names and refused connections from its timeouts.
+    # urllib3 derives its errors for unknown names and refused connections from its timeouts.
     if any(isinstance(link, (urllib3_errors.NameResolutionError, UnicodeError)) for link in chain):
         return Unreachable(
             tr("There is no camera with this name in the network."),

@@ -12,7 +12,7 @@ from app.devices.errors import CameraRefused
 from app.devices.theta.untrusted import JsonValue, table, words
 
 BUSY: Final = "serviceUnavailable"
-"""The only code after which the same request may be sent again."""
+"""The only code after which the same request may be repeated."""
 
 _UPDATE: Final = tr(
     "Update the camera's firmware with Ricoh's app; if it is current, report the camera's model."
@@ -77,7 +77,7 @@ _BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterVal
 
 
 def refused(value: JsonValue, status: int) -> CameraRefused | None:
-    """Return the error in a message; None if it has none."""
+    """Return the error contained in a message, or None."""
     message = table(value)
     error = message.get("error")
     if not isinstance(error, dict) and message.get("state") != "error":
@@ -87,15 +87,16 @@ def refused(value: JsonValue, status: int) -> CameraRefused | None:
 
 
 def bare_refusal(status: int) -> CameraRefused:
-    """Return the error for a reply with nothing but an HTTP status."""
+    """Return the error for a reply that has only an HTTP status."""
     return refusal(_BY_STATUS.get(status, "unexpected"), status)
 
 
 def refusal(code: str, status: int, message: str = "") -> CameraRefused:
     """Return the error for a camera's error code.
 
-    * `code`: the camera's; "unexpected" replaces one that does not look like a code.
-    * `message`: the camera's own sentence, shown only for a code that is not in `REFUSALS`.
+    Args:
+        code: The camera's code; anything that does not look like a code becomes "unexpected".
+        message: The camera's own sentence, shown only if the code is not in `REFUSALS`.
     """
     sound = code if _CODE.fullmatch(code) else "unexpected"
     sentence, hint = REFUSALS.get(sound, _UNKNOWN)

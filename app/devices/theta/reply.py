@@ -1,4 +1,4 @@
-"""A reply of a camera: its body, read within limits of size, time and pace, and its status."""
+"""A camera's reply: its status, and its body read within limits of size, time and pace."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _WHOLE: Final = frozenset({"", "identity", "chunked"})
 
 @dataclass(frozen=True, slots=True)
 class Timeouts:
-    """How long a camera may take, in seconds of the clock."""
+    """Time limits for a camera, in seconds of the clock."""
 
     connect_s: float = 3.0
     read_s: float = 20.0
@@ -70,8 +70,9 @@ class Incoming:
     def chunks(self, size: int = _CHUNK) -> Iterator[bytes]:
         """Yield the body as it arrives, in pieces of at most `size` bytes.
 
-        Raises `Unreachable` if the connection breaks, stalls, ends too early or is closed by
-        `Link.close`.
+        Raises:
+            Unreachable: If the connection breaks, stalls, ends too early or is closed by
+                `Link.close`.
         """
         idle_s, least = self._timeouts.idle_s, self._timeouts.least_bytes
         waits_s, count = 0.0, 0
@@ -91,10 +92,11 @@ class Incoming:
             yield piece
 
     def whole(self, most: int) -> bytes:
-        """Read a whole short body before the watch's deadline.
+        """Read a short body completely before the watch's deadline.
 
-        Raises `BadReply` with the code "too-large" if it has more than `most` bytes; `Unreachable`
-        like `chunks`.
+        Raises:
+            BadReply: With the code "too-large" if the body has more than `most` bytes.
+            Unreachable: As in `chunks`.
         """
         data = bytearray()
         pieces = self._pieces(min(_CHUNK, most + 1))
@@ -129,7 +131,11 @@ class Incoming:
             raise broken(CLOSED)
 
     def _pieces(self, size: int) -> Iterator[bytes]:
-        """Yield pieces until the end; raises `Unreachable` if it comes too early."""
+        """Yield pieces until the end.
+
+        Raises:
+            Unreachable: If the connection ends too early.
+        """
         if self.headers.get("content-encoding", "").strip().lower() not in _PLAIN:
             raise _packed_error()
         if self.headers.get("transfer-encoding", "").strip().lower() not in _WHOLE:
@@ -168,11 +174,14 @@ def _packed_error() -> BadReply:
 
 
 def judge_json(reply: Incoming, data: bytes) -> JsonValue:
-    """Read a reply that should be JSON.
+    """Parse a reply that should be JSON.
 
-    An error object with status 200 is returned like any value. Raises `CameraRefused` for an HTTP
-    error, with the camera's code if it sent one; `NotACamera` for a web page, a redirect or
-    an unknown path; `BadReply` for anything else that is not JSON.
+    An error object with status 200 is returned like any other value.
+
+    Raises:
+        CameraRefused: If the reply is an HTTP error, with the camera's code if it sent one.
+        NotACamera: If the reply is a web page or a redirect, or the path is unknown.
+        BadReply: If the reply is anything else but JSON.
     """
     if _OK <= reply.status < _NOT_OK:
         if _is_page(reply, data):
@@ -188,8 +197,12 @@ def judge_json(reply: Incoming, data: bytes) -> JsonValue:
 def judge_stream(reply: Incoming) -> None:
     """Check that a reply is a stream.
 
-    Raises `CameraRefused` for an HTTP error (404 is "notFound") or an error object instead of the
-    file; `NotACamera` for a redirect or a web page; `BadReply` for anything else.
+    Raises:
+        CameraRefused: If the reply is an HTTP error (404 is "notFound") or an error object instead
+            of
+            the file.
+        NotACamera: If the reply is a redirect or a web page.
+        BadReply: If the reply is anything else.
     """
     kind = reply.headers.get("content-type", "").lower()
     if reply.status in _STREAMS:

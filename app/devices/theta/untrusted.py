@@ -1,7 +1,7 @@
-"""JSON from a source that is not trusted, and JSON that a small camera can read.
+"""JSON from untrusted sources, and JSON that a simple camera can parse.
 
-A reply may be damaged or malicious, so its bytes, nesting, number of values and length of numbers
-are limited.
+A reply may be damaged or malicious, so its size, its nesting, the number of its values and the
+length of its numbers are limited.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from app.core.text import tr
 from app.devices.errors import BadReply
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
-"""A JSON value; every number is finite, every text valid Unicode."""
+"""A JSON value; every number is finite, and every text valid Unicode."""
 
 MAX_BYTES: Final = 4_000_000
-"""Longest reply in bytes; a listing of a hundred files is 50 kB."""
+"""Maximum size of a reply in bytes; a listing of a hundred files has 50 kB."""
 
 MAX_DEPTH: Final = 32
-"""Deepest nesting; cameras use seven levels."""
+"""Maximum nesting; cameras use seven levels."""
 
 MAX_VALUES: Final = 100_000
-"""Most values in a reply, so that a few megabytes do not become hundreds in memory."""
+"""Maximum number of values in a reply, so that a few megabytes do not become hundreds in memory."""
 
 _MAX_DIGITS: Final = 40
 _TEXT: Final = 200
@@ -33,12 +33,17 @@ _HINT: Final = tr("Try again. If the problem persists, restart the camera.")
 
 
 def parse_json(data: bytes) -> JsonValue:
-    """Read the body of a reply.
+    """Parse the body of a reply.
 
-    `data`: JSON in UTF-8. Invalid characters become "\N{REPLACEMENT CHARACTER}": one badly encoded
-    description must not hide a whole listing. Of equal keys the last one counts. Raises `BadReply`
-    if it is not JSON, exceeds the limits, or contains NaN, an infinity or a number of more than 40
-    characters.
+    Args:
+        data: JSON in UTF-8. Invalid characters become "�", because one badly encoded description
+            must
+            not make a whole listing unusable. Of duplicate keys, the last one counts.
+
+    Raises:
+        BadReply: If the data is not JSON, exceeds the limits, or contains NaN, an infinity or a
+            number
+            of more than 40 characters.
     """
     if len(data) > MAX_BYTES:
         raise BadReply(tr("The camera's answer is too large."), _HINT, "too-large")
@@ -91,12 +96,14 @@ def _sound_text(text: str) -> str:
 
 
 def write_json(value: Any) -> bytes:
-    """Write the body of a request.
+    """Encode the body of a request.
 
     Numbers have no exponents, so that a shutter speed of 0.00004 is sent as the camera lists it and
     not as 4e-05.
 
-    Raises `ValueError` for a number that is not finite; `TypeError` for a type outside JSON.
+    Raises:
+        ValueError: If a number is not finite.
+        TypeError: If a type has no JSON form.
 
     Examples:
         >>> write_json({"shutterSpeed": 0.00004})
@@ -131,14 +138,14 @@ def table(value: object) -> dict[str, JsonValue]:
 
 
 def words(value: object, longest: int = _TEXT) -> str:
-    """Return a text cut to `longest`, without control characters and outer spaces; else ""."""
+    """Return a text truncated to `longest`, stripped and without control characters, or else ""."""
     if not isinstance(value, str):
         return ""
     return "".join(sign for sign in value[:longest] if sign.isprintable()).strip()
 
 
 def texts(value: object, most: int = 100) -> tuple[str, ...]:
-    """Return the texts of a list, cleaned like `words`, without empty ones."""
+    """Return the non-empty texts of a list, cleaned as by `words`."""
     items = (words(item) for item in value[:most]) if isinstance(value, list) else ()
     return tuple(text for text in items if text)
 
@@ -157,7 +164,7 @@ def fraction(value: object) -> float | None:
 
 
 def whole(value: object, most: int = 2**53) -> int | None:
-    """Return a whole number from 0 to `most`, or None for anything else; 5.0 is 5."""
+    """Return a whole number from 0 to `most`, or None for anything else; 5.0 counts as 5."""
     amount = number(value)
     if amount is None or not amount.is_integer() or not 0 <= amount <= most:
         return None

@@ -1,1 +1,1 @@
-"""Brackets of any camera whose pictures arrive in a folder."""
+"""Brackets of any camera whose photos arrive in a folder."""

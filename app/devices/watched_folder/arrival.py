@@ -1,4 +1,4 @@
-"""A picture that has arrived in the folder: whether it is whole, its exposure and its date."""
+"""A photo that has arrived in the folder: its integrity, exposure and date."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.devices.capture.file_integrity import whole_file
 from app.devices.theta.untrusted import words
 
 MAX_BYTES: Final = 2_000_000_000
-"""Size limit of a file; a JPEG may have a quarter of it."""
+"""Size limit of a file in bytes; a JPEG may have a quarter of it."""
 
 _TEMPORARY: Final = re.compile(
     r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
@@ -35,11 +35,12 @@ _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A picture that has arrived completely.
+    """A photo that has arrived completely.
 
-    * `shape`: rows and columns.
-    * `kind`: how its pixels are stored.
-    * `taken_s`: time of EXIF in seconds; comparable only within one camera.
+    Attributes:
+        shape: Rows and columns.
+        kind: Format of its pixels.
+        taken_s: EXIF time in seconds, comparable only within one camera.
     """
 
     path: Path
@@ -52,13 +53,13 @@ class Arrival:
 
 
 def is_wanted(name: str) -> bool:
-    """Return whether a file could be a picture that the program reads, by its name."""
+    """Return whether a file name suggests a photo that the program can read."""
     usable = name.isprintable() and not _TEMPORARY.match(name)
     return usable and name.lower().endswith(ENDINGS)
 
 
 def passed_over(name: str) -> str:
-    """Return why a file of this name is skipped; "" if that needs no explanation.
+    """Return the reason for skipping a file of this name, or "" if none is needed.
 
     The sentence is the same for all files of one kind.
     """
@@ -80,10 +81,12 @@ def passed_over(name: str) -> str:
 def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
     """Read a file that has arrived.
 
-    * `size`: in bytes.
-    * `modified_s`: modification time in seconds, for files without a date.
+    Args:
+        size: Size in bytes.
+        modified_s: Modification time in seconds, for files without a date.
 
-    Returns the picture, or a sentence why it is not a frame.
+    Returns:
+        The photo, or a sentence explaining why it is not a frame.
     """
     try:
         _check_whole(path, size)
@@ -119,7 +122,7 @@ def _check_whole(path: Path, size: int) -> None:
         if size > MAX_BYTES // 4 or not whole_file(path):
             raise incomplete
         return
-    # Other formats have no end marker; if they are cut off, their last rows are missing.
+    # Other formats have no end marker; if truncated, they lack their last rows.
     if not is_whole(read_header(path).frame.as_stored, Token()):
         raise incomplete
 

@@ -1,6 +1,6 @@
-"""Pictures that arrive together with different exposures: one bracket.
+"""Brackets: photos with different exposures that arrive together.
 
-A bracket is complete when nothing more has come for a while, or when an exposure comes again.
+A bracket is complete when nothing more has arrived for a while, or when an exposure repeats.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class IncomingBracket:
 
 @dataclass(slots=True)
 class _OpenBracket:
-    """A bracket to which more frames may belong."""
+    """A bracket to which more frames may be added."""
 
     frames: list[Arrival]
     last_s: float
@@ -37,10 +37,12 @@ class _OpenBracket:
 
 
 class Grouping:
-    """Sorts pictures into brackets.
+    """Groups photos into brackets.
 
-    `quiet_s`: a bracket is complete when nothing has arrived for so many seconds; frames that were
-    taken further apart, besides their exposures, belong to different brackets.
+    Args:
+        quiet_s: Seconds without arrivals after which a bracket is complete. Frames taken further
+            apart
+            than this, not counting their exposures, belong to different brackets.
     """
 
     def __init__(self, quiet_s: float) -> None:
@@ -50,7 +52,7 @@ class Grouping:
         self._notes: list[str] = []
 
     def add(self, arrival: Arrival, now: float) -> None:
-        """Add a picture. `now`: time in seconds."""
+        """Add a photo that arrived at time `now` in seconds."""
         key = (arrival.camera, arrival.shape, arrival.kind)
         group = self._open.get(key)
         if group is not None:
@@ -68,19 +70,19 @@ class Grouping:
         group.last_s = group.quiet_from_s = now
 
     def touch(self, now: float) -> None:
-        """Extend the wait of open brackets, since a file is still being copied."""
+        """Extend the wait for open brackets, since a file is still being copied."""
         for group in self._open.values():
             group.quiet_from_s = min(now, group.last_s + _PATIENCE * self._quiet_s)
 
     def forget(self, path: Path) -> None:
-        """Remove a file that was deleted or has changed."""
+        """Remove a file that was deleted or modified."""
         for key, group in tuple(self._open.items()):
             group.frames = [frame for frame in group.frames if frame.path != path]
             if not group.frames:
                 del self._open[key]
 
     def complete(self, now: float) -> Iterator[IncomingBracket]:
-        """Yield the complete brackets and remove them. `now`: time in seconds."""
+        """Yield the brackets complete at time `now` in seconds, and remove them."""
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:
                 self._close(
@@ -90,12 +92,12 @@ class Grouping:
             yield self._ready.pop(0)
 
     def take_notes(self) -> list[str]:
-        """Return the notes since the last call."""
+        """Return the notes added since the last call."""
         notes, self._notes = self._notes, []
         return notes
 
     def _another(self, group: _OpenBracket, arrival: Arrival, twin: Arrival | None) -> str:
-        """Return why a picture starts a new bracket; "" if it belongs to this one."""
+        """Return why a photo starts a new bracket, or "" if it belongs to this one."""
         name = arrival.path.name
         if twin is not None:
             return tr(
@@ -136,11 +138,11 @@ def _copies(one: Arrival, other: Arrival) -> bool:
 
 
 def _gap_s(frames: list[Arrival], arrival: Arrival) -> float:
-    """Return the seconds to the nearest frame, without the exposures; 0 if unknown."""
+    """Return the seconds to the nearest frame, not counting the exposures, or 0 if unknown."""
     if arrival.taken_s is None:
         return 0.0
     gaps = [
-        # Many cameras take a second, dark frame after a long exposure.
+        # Many cameras record a second, dark frame after a long exposure.
         abs(arrival.taken_s - frame.taken_s)
         - 2.0 * max(frame.exposure.shutter_s, arrival.exposure.shutter_s)
         for frame in frames

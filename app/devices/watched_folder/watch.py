@@ -1,8 +1,8 @@
-"""A folder into which some camera's pictures come.
+"""A folder watched for new photos from a camera.
 
-The camera may be any whose files end up in a folder: by cable, by Wi-Fi, from a card. The folder is
-listed again and again; nothing in it is changed. A file counts when it has not changed for some
-seconds and is a whole picture with an exposure time.
+Any camera is supported whose files arrive in a folder by cable, by Wi-Fi or from a card. The folder
+is listed repeatedly, and nothing in it is changed. A file counts once it has been unchanged for
+some seconds and is a complete photo with an exposure time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from app.devices.watched_folder.arrival import Arrival, is_wanted, passed_over, 
 from app.devices.watched_folder.incoming_bracket import Grouping, IncomingBracket
 
 MAX_FILES: Final = 5000
-"""Most entries of a folder that is watched."""
+"""Maximum number of entries in a watched folder."""
 
 _POLL_S: Final = 0.5
 _GONE_S: Final = 30.0
@@ -33,17 +33,17 @@ _HOLD_S: Final = 10.0
 
 
 class _Stamp(NamedTuple):
-    """The facts that change with a file."""
+    """The change stamp of a file."""
 
     inode: int
     size: int
     modified_ns: int
-    changed_ns: int  # also by a change of its permissions
+    changed_ns: int  # also updated by a change of permissions
 
 
 @dataclass(slots=True)
 class _FileState:
-    """A file in the folder, and since when it is unchanged."""
+    """A file in the folder, and the time since when it has been unchanged."""
 
     stamp: _Stamp
     since_s: float
@@ -51,20 +51,21 @@ class _FileState:
     refused: bool = False
 
     def differs(self, stamp: _Stamp) -> bool:
-        """Whether the file has changed, or a file that could not be read may be readable now."""
+        """Return whether the file has changed, or an unreadable file may have become readable."""
         return self.stamp[:3] != stamp[:3] or (self.refused and self.stamp != stamp)
 
 
 class WatchedFolder:
-    """A folder that pictures come into.
+    """A folder watched for new photos.
 
-    Files that are there at the start are ignored, and so are sub-folders, links, and hidden and
-    temporary files.
+    Files present at the start are ignored, as are subfolders, links, and hidden or temporary files.
 
-    * `quiet_s`: a bracket is complete when nothing has arrived for so many seconds.
-    * `still_s`: a file counts when size and modification time are unchanged for so many seconds.
+    Args:
+        quiet_s: Seconds without arrivals after which a bracket is complete.
+        still_s: Seconds after which a file with unchanged size and modification time counts.
 
-    Raises `Unreachable` with the code "no-folder" if the folder does not exist or cannot be read.
+    Raises:
+        Unreachable: With the code "no-folder" if the folder does not exist or cannot be read.
     """
 
     def __init__(
@@ -101,10 +102,14 @@ class WatchedFolder:
     def poll(self) -> tuple[Arrival, ...]:
         """List the folder once.
 
-        Returns the pictures that have become complete since the last call, in the order of
-        shooting. A file that changes afterwards is returned again. Raises `Unreachable` with the
-        code "no-folder" if the folder cannot be read for half a minute; `CaptureFailed` with the
-        code "too-many-files" if it has more than `MAX_FILES` entries.
+        Returns:
+            The photos completed since the last call, in shooting order. A file that changes
+            afterwards is
+            returned again.
+
+        Raises:
+            Unreachable: With the code "no-folder" if the folder cannot be read for half a minute.
+            CaptureFailed: With the code "too-many-files" if it has more than `MAX_FILES` entries.
         """
         now = self._clock.now()
         try:
@@ -125,9 +130,11 @@ class WatchedFolder:
         return tuple(sorted(arrivals, key=lambda arrival: arrival.order))
 
     def brackets(self, token: Token | None = None) -> Iterator[IncomingBracket]:
-        """Yield brackets of two or more exposures as they become complete; never ends by itself.
+        """Yield brackets of two or more exposures as they are completed, without end.
 
-        Raises `Cancelled` when the token is cancelled; `DeviceError` like `poll`.
+        Raises:
+            Cancelled: If the token is cancelled.
+            DeviceError: As in `poll`.
         """
         token = token or Token()
         while True:
@@ -142,7 +149,7 @@ class WatchedFolder:
             wait(self._clock, _POLL_S, token)
 
     def _take(self, arrivals: tuple[Arrival, ...], now: float) -> None:
-        """Group arrivals in the order of shooting, after those that are still being copied."""
+        """Group arrivals in shooting order, once earlier files are no longer being copied."""
         if not self._waiting:
             self._held_since_s = now
         self._waiting += arrivals
@@ -160,7 +167,7 @@ class WatchedFolder:
         return any(not state.settled for state in self._files.values())
 
     def _look(self, name: str, stamp: _Stamp, now: float) -> Arrival | None:
-        """Return a picture that has just become complete; None for any other file."""
+        """Return a photo that has just been completed, or None for any other file."""
         state = self._files.get(name)
         if state is None or state.differs(stamp):
             self._forget(name)
@@ -177,7 +184,7 @@ class WatchedFolder:
         return arrival
 
     def _list_files(self) -> dict[str, _Stamp]:
-        """Return the files that could be pictures by name, with the facts that change with them."""
+        """Return the change stamps of the files that could be photos, by name."""
         stamps: dict[str, _Stamp] = {}
         sentence = tr("The folder {folder} cannot be read: {reason}.")
         hint = tr("Check its name, and the cable or card.")
@@ -201,14 +208,14 @@ class WatchedFolder:
         return stamps
 
     def _stamp(self, entry: os.DirEntry[str]) -> _Stamp | None:
-        """Return the facts that change with a file; None for one that is skipped."""
+        """Return the change stamp of a file, or None if it is skipped."""
         if not is_wanted(entry.name):
             self._note(passed_over(entry.name))
             return None
         try:
             facts = entry.stat(follow_symlinks=False)
         except OSError:
-            return None  # It has just been removed.
+            return None  # The file has just been removed.
         if stat.S_ISLNK(facts.st_mode):
             self._note(tr("{name} is a link, and links are not followed.", name=entry.name))
         if not stat.S_ISREG(facts.st_mode):

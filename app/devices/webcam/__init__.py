@@ -1,4 +1,4 @@
-"""Live pictures: webcams, network cameras, films, and the demo's."""
+"""Live video: webcams, network cameras, video files, and the demo webcam."""
 
 from __future__ import annotations
 

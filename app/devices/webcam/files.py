@@ -1,6 +1,6 @@
-"""Videos: one that plays as a live camera, and a writer.
+"""Video files: playback as a live camera, and a writer.
 
-As a live camera, a video plays at its own pace in a loop.
+As a live camera, a video plays at its own frame rate in a loop.
 """
 
 from __future__ import annotations
@@ -30,16 +30,18 @@ _VIDEO: Final = Manner(
 )
 _VIDEO_FPS: Final = 25.0
 _MOST_FPS: Final = 240.0
-_LONGEST_STEP_S: Final = 1.0  # a longer gap between two pictures is no pace
+# seconds; a longer gap between two frames does not count as the frame rate
+_LONGEST_STEP_S: Final = 1.0
 _BEHIND_S: Final = 0.5
 
 
 class VideoFile(CaptureStream):
-    """A video as a live camera.
+    """A video file as a live camera.
 
-    It applies the rotation of the file. If the file disappears with its disk, it waits.
+    It applies the file's rotation. If the file disappears with its drive, playback waits for it.
 
-    * `width`: most columns of its pictures; 0 does not resize them.
+    Args:
+        width: Maximum columns of a frame, or 0 to keep its size.
     """
 
     def __init__(
@@ -57,7 +59,7 @@ class VideoFile(CaptureStream):
         self._frame_count = 0  # since the beginning of the file
 
     def connect(self) -> None:
-        """Open the file at its start."""
+        """Open the file at its beginning."""
         check_video(self._path)
         capture = self.begin(native_path(self._path.resolve()))
         if capture is None:
@@ -70,7 +72,7 @@ class VideoFile(CaptureStream):
             raise _bad(self._path)
 
     def read(self) -> Bytes | None:
-        """Return the next picture at its time."""
+        """Return the next frame when it is due."""
         capture = self._capture
         if capture is None:
             raise _bad(self._path)
@@ -90,7 +92,7 @@ class VideoFile(CaptureStream):
         self.connect()
 
     def _step(self, capture: VideoDevice) -> float:
-        """Return the seconds from the last picture to this one."""
+        """Return the seconds from the last frame to this one."""
         place = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
         step, self._place_s = place - self._place_s, place
         if self._frame_count == 0 or not 0.0 < step < _LONGEST_STEP_S:
@@ -100,7 +102,7 @@ class VideoFile(CaptureStream):
 
 
 class FilmWriter:
-    """Writes pictures, (H, W, 3) uint8 sRGB, as a video; all have the size of the first."""
+    """Writes frames, (H, W, 3) uint8 sRGB, to a video file with the size of the first frame."""
 
     def __init__(self, path: Path, fps: float) -> None:
         self._path, self._fps = path, fps
@@ -108,7 +110,7 @@ class FilmWriter:
         self._size = (0, 0)
 
     def __enter__(self) -> FilmWriter:
-        """Open the file with the first picture."""
+        """Open the file."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -117,7 +119,7 @@ class FilmWriter:
             self._writer.release()
 
     def add(self, picture: Bytes) -> None:
-        """Append a picture."""
+        """Append a frame."""
         if self._writer is None:
             self._size = picture.shape[1], picture.shape[0]
             code = cv2.VideoWriter.fourcc(*"mp4v")
@@ -128,7 +130,11 @@ class FilmWriter:
 
 
 def check_video(path: Path) -> None:
-    """Check that a file is a video; raises `WebcamError` as `video.check_video` does."""
+    """Check that a file is a video.
+
+    Raises:
+        WebcamError: As in `video.check_video`.
+    """
     try:
         video.check_video(path)
     except video.VideoError as error:

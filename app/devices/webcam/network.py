@@ -1,8 +1,8 @@
-"""Network cameras: JPEG pictures over http or https, or RTSP.
+"""Network cameras: JPEG frames over http or https, or RTSP.
 
-RTSP uses the FFmpeg of OpenCV. FFmpeg does not report why it cannot open a stream, so the program
-sends one request first. FFmpeg has a timeout for opening and one for each picture, so that no
-thread waits longer, even for a camera that accepts the connection and stays silent.
+RTSP uses OpenCV's FFmpeg. FFmpeg does not report why it cannot open a stream, so the program sends
+a request of its own first. FFmpeg has timeouts for opening and for each frame, so that no thread
+waits longer, even if the camera accepts the connection and stays silent.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from app.devices.webcam.opencv import CaptureStream, VideoDevice
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
-"""Returns user name and password; called in the webcam's thread, since a keyring may be slow."""
+"""Function that returns the user name and password; called in the webcam's thread, since a keyring
+may be slow.
+"""
 
 NETWORK: Final = Manner(
     noun=tr("network camera"),
@@ -36,12 +38,12 @@ NETWORK: Final = Manner(
     pauses_s=(0.5, 1.0, 2.0, 5.0, 10.0),
     silence_s=6.0,
 )
-"""How patient one is with a camera in the network."""
+"""Time limits and hints for a network camera."""
 
 _CHUNK: Final = 64 << 10
-_MOST_CHUNKS: Final = 256  # twice the largest picture
-_WAITED_S: Final = 0.005  # of real time
-_GUESSES: Final = ("/", "/video")  # where the usual phone apps have their pictures
+_MOST_CHUNKS: Final = 256  # twice the largest frame
+_WAITED_S: Final = 0.005  # seconds of real time
+_GUESSES: Final = ("/", "/video")  # usual paths of the video in phone apps
 _OK, _UNAUTHORIZED, _NOT_FOUND = 200, 401, 404
 _ANSWERS: Final = 3
 
@@ -55,17 +57,18 @@ def _name(address: Address) -> str:
 
 
 def no_keys() -> Credentials | None:
-    """Return no password."""
+    """Return None, for a camera without a password."""
     return None
 
 
 class MjpegWebcam(Webcam):
-    """A camera at an http or https address that sends a stream of JPEG pictures.
+    """A camera at an http or https address that sends a stream of JPEG frames.
 
-    Digest and basic authentication work; redirects are refused. If several pictures have arrived,
+    Digest and basic authentication work; redirects are refused. If several frames have arrived,
     only the newest is decoded.
 
-    * `width`: most columns of its pictures; 0 does not resize them.
+    Args:
+        width: Maximum columns of a frame, or 0 to keep its size.
     """
 
     def __init__(
@@ -78,7 +81,7 @@ class MjpegWebcam(Webcam):
         self._wire: Wire | None = None
         self._response: HTTPResponse | None = None
         self._parser = MjpegParser()
-        self._current = False  # whether nothing older than the last read is on its way
+        self._current = False  # whether nothing older than the last read is in transit
 
     def connect(self) -> None:
         """Request the stream."""
@@ -97,7 +100,7 @@ class MjpegWebcam(Webcam):
                 return
 
     def read(self) -> Bytes | None:
-        """Return the newest picture."""
+        """Return the newest frame."""
         wire, response = self._wire, self._response
         if wire is None or response is None:
             raise camera_gone()
@@ -106,8 +109,8 @@ class MjpegWebcam(Webcam):
         for _ in range(_MOST_CHUNKS):
             began = time.monotonic()
             data = _chunk(response)
-            # A picture after a wait is new. Received bytes are not enough to read on:
-            # it may be the end of a chunk, with nothing behind it until the next picture.
+            # A frame received after a wait is new. Received bytes alone are no reason to read on,
+            # since they may be the end of a chunk with nothing behind it until the next frame.
             self._current = time.monotonic() - began > _WAITED_S
             current |= self._current
             frames = self._parser.feed(data)
@@ -116,7 +119,7 @@ class MjpegWebcam(Webcam):
                 raise camera_gone()
             if newest and (not data or current or not wire.ready):
                 break
-        # Skip a damaged picture; the next may be complete.
+        # Skip a damaged frame; the next one may be intact.
         picture = decode(newest) if newest else None
         return None if picture is None else fitted(picture, self._width)
 
@@ -130,13 +133,13 @@ class MjpegWebcam(Webcam):
             wire.close()
 
     def cut(self) -> None:
-        """Interrupt a waiting read."""
+        """Interrupt a blocking read."""
         wire = self._wire
         if wire is not None:
             wire.watch.close()
 
     def _open(self, address: Address) -> HTTPResponse:
-        """Send the request, with a password if the camera requires one; the body stays unread."""
+        """Send the request, with a password if the camera requires one, leaving the body unread."""
         keys: Credentials | None = None
         headers: dict[str, str] = {}
         for turn in range(_ANSWERS):
@@ -170,7 +173,7 @@ class MjpegWebcam(Webcam):
 
 
 def _chunk(response: HTTPResponse) -> bytes:
-    """Return the received bytes; empty at the end of the stream."""
+    """Return the received bytes, or none at the end of the stream."""
     try:
         return response.read1(_CHUNK)
     except FAILURES:
@@ -178,7 +181,7 @@ def _chunk(response: HTTPResponse) -> bytes:
 
 
 def _answer(challenge: str, keys: Credentials, address: Address, *, again: bool) -> str:
-    """Return the Authorization header for a challenge; "" if there is none."""
+    """Return the Authorization header for a challenge, or "" if there is none."""
     if wants_digest(challenge):
         digest = Digest(keys)
         try:
@@ -193,7 +196,7 @@ def _answer(challenge: str, keys: Credentials, address: Address, *, again: bool)
 
 
 def _content_type(response: HTTPResponse) -> str:
-    """Return the content type of a reply that may contain pictures."""
+    """Return the content type of a reply that may contain frames."""
     status = response.status
     content = (response.getheader("Content-Type") or "").strip()[:1000]
     kind = content.lower().partition(";")[0].strip()
@@ -207,7 +210,7 @@ def _content_type(response: HTTPResponse) -> str:
 
 
 def _check_status(status: int, missing: str, hint: str) -> None:
-    """Raise an error for a reply without success; `missing` is the one for status 404."""
+    """Raise an error unless the status is success; `missing` is the message for status 404."""
     if 300 <= status < 400:
         raise no_stream(tr("This address redirects to another one."), tr("Type that address."))
     if status == _NOT_FOUND:
@@ -218,12 +221,12 @@ def _check_status(status: int, missing: str, hint: str) -> None:
 
 
 def no_stream(message: str, hint: str) -> WebcamError:
-    """Return the error of an address without pictures."""
+    """Return the error for an address without video."""
     return WebcamError(message, hint, "not-a-stream")
 
 
 def password_error(*, is_refused: bool) -> WebcamError:
-    """Return the error of a missing or wrong password."""
+    """Return the error for a missing or wrong password."""
     if is_refused:
         return WebcamError(
             tr("The camera does not accept this user name and password."),
@@ -238,7 +241,8 @@ def password_error(*, is_refused: bool) -> WebcamError:
 class RtspWebcam(CaptureStream):
     """A camera at an rtsp address.
 
-    * `width`: most columns of its pictures; 0 does not resize them.
+    Args:
+        width: Maximum columns of a frame, or 0 to keep its size.
     """
 
     def __init__(
@@ -272,7 +276,7 @@ class RtspWebcam(CaptureStream):
             )
 
     def read(self) -> Bytes | None:
-        """Return the next picture."""
+        """Return the next frame."""
         if self._capture is None:
             raise camera_gone()
         picture = self.grab(self._capture)

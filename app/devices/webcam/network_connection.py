@@ -1,6 +1,6 @@
 """The address of a network camera, and a connection to it with a deadline, plain or encrypted.
 
-Every read has a deadline on the injected clock and in real time, and can be interrupted from
+Every read has a deadline both on the injected clock and in real time, and can be interrupted from
 another thread. Redirects are never followed.
 """
 
@@ -28,7 +28,7 @@ from app.devices.webcam.protocol import WebcamError
 Scheme: TypeAlias = Literal["http", "https", "rtsp"]
 
 LONGEST_ADDRESS: Final = 500
-"""Length limit of an address."""
+"""Maximum length of an address, in characters."""
 
 _PORTS: Final[dict[str, int]] = {"http": 80, "https": 443, "rtsp": 554}
 _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
@@ -42,9 +42,9 @@ CONNECT_S: Final = 5.0
 """Timeout of a camera's first reply, in seconds."""
 
 FAILURES: Final = (OSError, HTTPException, ValueError)
-"""All exceptions of a broken or hostile connection."""
+"""All exceptions caused by a broken or hostile connection."""
 
-_PART_S: Final = 0.5  # of a read that has begun, before the deadline is looked at again
+_PART_S: Final = 0.5  # seconds that a started read may last before the deadline is checked again
 _TLS: Final = "https"
 
 
@@ -63,11 +63,15 @@ class Address:
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """Read an address that a user typed.
+        """Parse an address typed by the user.
 
-        `text`: with or without "http://" (the default), "https://" or "rtsp://". Raises
-        `WebcamError` with the code "bad-address" if it is not an address, or has another scheme,
-        a user name or a password.
+        Args:
+            text: Address with or without "http://" (the default), "https://" or "rtsp://".
+
+        Raises:
+            WebcamError: With the code "bad-address" if the text is not an address, or has another
+                scheme,
+                a user name or a password.
         """
         address = text.strip()
         if not address:
@@ -92,7 +96,7 @@ class Address:
 
     @property
     def base(self) -> str:
-        """Scheme, host and port, without a final slash."""
+        """Scheme, host and port, without a trailing slash."""
         host = self.endpoint.host.replace("%", "%25")
         host = f"[{host}]" if ":" in host else host
         port = self.endpoint.port
@@ -100,17 +104,17 @@ class Address:
 
     @property
     def secret(self) -> bool:
-        """Whether its query contains a password: such an address must not be saved."""
+        """Whether the query contains a password, so that the address must not be saved."""
         names = (name for name, _ in parse_qsl(urlsplit(self.path).query, keep_blank_values=True))
         return any(name.lower() in _SECRETS for name in names)
 
     @property
     def host(self) -> str:
-        """Host and port, to show and to log, without path and query."""
+        """Host and port for display and logs, without path and query."""
         return self.base.partition("://")[2]
 
     def at(self, path: str) -> Address:
-        """Return the address of another path of the same camera."""
+        """Return the address of another path on the same camera."""
         return Address(self.scheme, self.endpoint, path)
 
     def __str__(self) -> str:
@@ -137,7 +141,7 @@ def _endpoint(host: str, scheme: str) -> Endpoint:
 
 
 def _check_path(path: str) -> str:
-    """Return a path if it is valid."""
+    """Return a path after checking it."""
     try:
         # The same checks as for URLs of 360 cameras.
         Endpoint("camera").rewrite(path)
@@ -160,9 +164,10 @@ class Wire:
         self.watch = Watch(clock)
 
     def connect(self) -> None:
-        """Connect; reads must finish within `CONNECT_S` until the next `allow`.
+        """Connect; until the next `allow`, reads must finish within `CONNECT_S`.
 
-        Raises `WebcamError` if nothing answers.
+        Raises:
+            WebcamError: If nothing answers.
         """
         endpoint = self._address.endpoint
         self.watch.allow(CONNECT_S)
@@ -188,13 +193,13 @@ class Wire:
         return cast("BoundedTls", context.wrap_socket(plain, server_hostname=host))
 
     def send(self, lines: list[str]) -> None:
-        """Send the head of a request, without its final empty line; raises one of `FAILURES`."""
+        """Send the head of a request without its final empty line; raises one of `FAILURES`."""
         if self._socket is None:
             raise OSError("not connected")
         self._socket.sendall(_request(lines))
 
     def readline(self, most: int) -> bytes:
-        """Read a line of at most so many bytes; raises one of `FAILURES`."""
+        """Read a line of at most `most` bytes; raises one of `FAILURES`."""
         if self._file is None:
             raise OSError("not connected")
         return self._file.readline(most)
@@ -206,13 +211,13 @@ class Wire:
         lines += ["User-Agent: Turnlight", "Accept-Encoding: identity"]
         lines += [f"{name}: {value}" for name, value in headers.items()]
         self.send(lines)
-        # It only reads from its socket.
+        # HTTPResponse only reads from its socket.
         response = HTTPResponse(cast("Any", self))
         response.begin()
         return response
 
     def makefile(self, mode: str = "rb") -> io.BufferedReader:
-        """Return the stream, like a socket; called by `HTTPResponse`."""
+        """Return the stream as a socket would; called by `HTTPResponse`."""
         del mode
         if self._file is None:
             raise OSError("not connected")
@@ -220,14 +225,14 @@ class Wire:
 
     @property
     def ready(self) -> bool:
-        """Whether there are received bytes to read."""
+        """Whether received bytes are waiting to be read."""
         connection = self._socket
         return connection is not None and (
             pending(connection) or bool(wait_for_read(connection, timeout=0.0))
         )
 
     def close(self) -> None:
-        """Close the connection; a second call does nothing."""
+        """Close the connection; calling this again has no effect."""
         connection, file = self._socket, self._file
         self._socket = self._file = None
         if connection is not None and file is not None:
@@ -242,7 +247,7 @@ def _request(lines: list[str]) -> bytes:
 
 
 def unreachable(error: BaseException) -> WebcamError:
-    """Return the error of a failed connection."""
+    """Return the error for a failed connection."""
     if isinstance(error, ssl.SSLCertVerificationError):
         message = tr("The network camera’s certificate is not trusted by this computer.")
         hint = tr("On your own network, type its address with http:// instead.")
@@ -259,7 +264,7 @@ def unreachable(error: BaseException) -> WebcamError:
 
 
 def camera_gone() -> WebcamError:
-    """Return the error of a stream that has stopped."""
+    """Return the error for a stream that has stopped."""
     return WebcamError(
         tr("Network camera disconnected."),
         tr("Check that its app is running and in the same Wi-Fi. It resumes automatically."),

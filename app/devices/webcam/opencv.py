@@ -1,4 +1,4 @@
-"""Webcams of this computer and their names, through OpenCV."""
+"""Webcams of this computer and their names, read through OpenCV."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from app.devices.webcam.protocol import (
 
 Name = TypeVar("Name")
 LINUX: Final = Path("/sys/class/video4linux")
-"""Folder in which Linux lists video devices."""
+"""Folder where Linux lists video devices."""
 
 _LONGEST: Final = 60
 _NAME_COMMANDS: Final[dict[str, tuple[str, ...]]] = {
@@ -43,38 +43,38 @@ _NAME_COMMANDS: Final[dict[str, tuple[str, ...]]] = {
 _PATIENCE_S: Final = 6.0
 _MOST_CHARACTERS: Final = 200_000
 SIZE: Final = (1280, 720)
-"""Columns and rows to request from a webcam, which may deliver others."""
+"""Columns and rows to request from a webcam, which may deliver other sizes."""
 
 SIZES: Final[dict[int, tuple[int, int]]] = {640: (640, 480), 1280: SIZE, 1920: (1920, 1080)}
-"""Columns and rows to request, by columns; every webcam supports some of them."""
+"""Sizes to request (columns, rows), by width; every webcam supports some of them."""
 
 _FPS: Final = 30
-_FAILED_READS: Final = 10  # the first reads of some webcams are empty
+_FAILED_READS: Final = 10  # the first reads from some webcams are empty
 _MOST_INDEX: Final = 5
-_SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
+_SYSTEM: str = sys.platform  # a variable, so that mypy checks every system's branch
 
 
 class VideoDevice(Protocol):
-    """The part of `cv2.VideoCapture` that the program uses."""
+    """The part of `cv2.VideoCapture` used by the program."""
 
     def isOpened(self) -> bool:
-        """Whether the device is open."""
+        """Return whether the device is open."""
 
     def read(self) -> tuple[bool, Any]:
-        """Return whether there is a picture, and the picture."""
+        """Return whether there is a frame, and the frame."""
 
     def set(self, propId: int, value: float) -> bool:
-        """Set a property; return whether it is supported."""
+        """Set a property, and return whether it is supported."""
 
     def get(self, propId: int) -> float:
-        """Return a property; 0 if it is not supported."""
+        """Return a property, or 0 if it is not supported."""
 
     def release(self) -> None:
         """Close the device."""
 
 
 def open_capture(make: Callable[[Name], VideoDevice], name: Name) -> VideoDevice | None:
-    """Open a device or file by name; None if that fails."""
+    """Open a device or file by name, or return None if that fails."""
     try:
         capture = make(name)
     except cv2.error:
@@ -86,9 +86,10 @@ def open_capture(make: Callable[[Name], VideoDevice], name: Name) -> VideoDevice
 
 
 class CaptureStream(Webcam):
-    """A source that OpenCV reads, with a count of failed reads.
+    """A source read through OpenCV, with a count of failed reads.
 
-    * `capture`: opens a device or file by name.
+    Args:
+        capture: Function that opens a device or file by name.
     """
 
     def __init__(
@@ -100,14 +101,16 @@ class CaptureStream(Webcam):
         self._failures = 0
 
     def begin(self, name: int | str) -> VideoDevice | None:
-        """Open a device or file by name and start to read; None if that fails."""
+        """Open a device or file by name and start to read, or return None if that fails."""
         self._capture, self._failures = open_capture(self._make, name), 0
         return self._capture
 
     def grab(self, capture: VideoDevice) -> Bytes | None:
-        """Return the next picture.
+        """Return the next frame.
 
-        Returns (H, W, 3) uint8, sRGB; None after a failed read (counted) or an invalid picture.
+        Returns:
+            (H, W, 3) uint8 sRGB, or None after a failed read, which is counted, or an invalid
+            frame.
         """
         try:
             ok, picture = capture.read()
@@ -127,15 +130,15 @@ class CaptureStream(Webcam):
 
 
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
-    """Return the webcams in the list of Linux; further nodes of one device have no pictures.
+    """Return the webcams listed by Linux, without further nodes of one device that have no video.
 
-    No name occurs twice.
+    All names are distinct.
     """
     names = []
     for node in folder.glob("video*"):
         number = node.name.removeprefix("video")
         if number.isdecimal() and _first_line(node / "index") in ("0", ""):
-            # "HD Webcam: HD Webcam": the product and what of it this is.
+            # "HD Webcam: HD Webcam": the product, and the part of it.
             name = _tidy(_first_line(node / "name").partition(":")[0])
             names.append((int(number), name or tr("Webcam {number}", number=number)))
     return _distinct(sorted(names))
@@ -144,9 +147,10 @@ def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
 def shown_names(
     indices: Sequence[int], system: str, ask: Callable[[Sequence[str]], str] | None = None
 ) -> tuple[tuple[int, str], ...]:
-    """Name devices that could be opened.
+    """Name the devices that could be opened.
 
-    "Webcam 1" and so on if the system does not name them, or the order is uncertain.
+    They are called "Webcam 1" and so on if the system does not name them, or the order is
+    uncertain.
     """
     command = _NAME_COMMANDS.get(system) if indices else None
     output = (ask or _printed)(command) if command else ""
@@ -194,7 +198,7 @@ def _printed(command: Sequence[str]) -> str:
 
 
 def _distinct(names: list[tuple[int, str]]) -> tuple[tuple[int, str], ...]:
-    """Number the names that occur more than once."""
+    """Number names that occur more than once."""
     counts: dict[str, int] = {}
     result = []
     for index, name in names:
@@ -219,11 +223,11 @@ def _is_there(index: int) -> bool | None:
 
 
 def _open_index(index: int) -> VideoDevice:
-    """Open a device for live pictures: enough pixels, full speed, no queue."""
+    """Open a device for live video: a large frame, full frame rate and no queue."""
     with quiet():
         capture = cv2.VideoCapture(index)
         if capture.isOpened():
-            # Uncompressed, most webcams deliver only a few pictures of this size per second.
+            # Without compression, most webcams deliver only a few frames of this size per second.
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
             capture.set(cv2.CAP_PROP_FRAME_WIDTH, SIZE[0])
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, SIZE[1])
@@ -235,7 +239,9 @@ def _open_index(index: int) -> VideoDevice:
 class OpenCvWebcam(CaptureStream):
     """A webcam of this computer.
 
-    * `is_there`: whether a device with an index exists; None if the system does not report it.
+    Args:
+        is_there: Function that returns whether a device with an index exists, or None if the system
+            does not report it.
     """
 
     def __init__(
@@ -254,7 +260,7 @@ class OpenCvWebcam(CaptureStream):
         self._size = SIZES.get(width, SIZE)
 
     def ask_width(self, width: int) -> None:
-        """Request another size, from the next time it is opened."""
+        """Request another width, which takes effect when the webcam is next opened."""
         self._size = SIZES.get(width, SIZE)
 
     def connect(self) -> None:
@@ -270,7 +276,7 @@ class OpenCvWebcam(CaptureStream):
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._size[1])
 
     def read(self) -> Bytes | None:
-        """Return the next picture."""
+        """Return the next frame."""
         if self._capture is None:
             raise unplugged()
         picture = self.grab(self._capture)
@@ -281,12 +287,12 @@ class OpenCvWebcam(CaptureStream):
 
 
 def list_webcams() -> tuple[tuple[int, str], ...]:
-    """Return the webcams and HDMI grabbers of this computer, by index.
+    """Return the webcams and HDMI grabbers of this computer with their indices.
 
-    Linux lists them. On other systems the first few are opened one after the other, which takes
-    seconds and lights their lamps, so do not call it from the window's thread.
+    Linux lists them. On other systems the first few are opened one by one, which takes seconds and
+    turns on their indicator lights, so do not call this on the UI thread.
 
-    No name occurs twice.
+    All names are distinct.
     """
     if _SYSTEM == "linux":
         return linux_names(LINUX)
@@ -307,7 +313,7 @@ def _probe_indices(capture: Callable[[int], VideoDevice]) -> tuple[int, ...]:
 
 
 def _name(index: int) -> str:
-    """Return the system's name of the device, if a look-up is fast."""
+    """Return the system's name for the device if it can be read quickly."""
     names = dict(linux_names(LINUX)) if _SYSTEM == "linux" else {}
     return names.get(index, tr("Webcam {number}", number=index + 1))
 

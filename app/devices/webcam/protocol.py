@@ -1,6 +1,6 @@
 """The common base of all live cameras, with its thread.
 
-The thread opens the device, delivers pictures in one format, and reopens it after a failure.
+The thread opens the device, delivers frames in one format, and reopens the device after a failure.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from app.devices.errors import DeviceError
 from app.devices.latest_frame import Mailbox
 
 LOST_S: Final = 2.0
-"""A webcam counts as lost after so many seconds without a picture."""
+"""Seconds without a frame after which a webcam counts as lost."""
 
-_OVER_S: Final = 2.0  # pictures are counted over so long
+_OVER_S: Final = 2.0  # seconds over which frames are counted
 _MOST: Final = 400
 _NOTHING_S: Final = 0.02
 _FROZEN_S: Final = 4.0
@@ -41,18 +41,19 @@ _LEAVING_S: Final = 12.0
 
 _RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
 GUESS_FOV_DEG: Final = 65.0
-"""Horizontal field of view to draw with while nothing is known: most webcams have 60 to 78 deg."""
+"""Horizontal field of view in degrees for drawing if it is unknown; most webcams have 60 to 78."""
 
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """The name of a kind of source, its hints and its timeouts.
+    """The name of a kind of source, with its hints and its timeouts.
 
-    * `pauses_s`: seconds before it is reopened: after a picture, after the first failure, and so
-      on; the last one repeats.
-    * `still`: whether the same picture may repeat for ever.
-    * `silence_s`: seconds without a picture after which it is reopened. It counts as lost before,
-      but a camera for one client may not accept the next one at once.
+    Attributes:
+        pauses_s: Pauses in seconds before reopening: after a frame, after the first failure, and so
+            on; the last one repeats.
+        still: Whether the same frame may repeat forever.
+        silence_s: Seconds without a frame after which the source is reopened. It counts as lost
+            earlier, but a camera that serves one client may not accept another immediately.
     """
 
     noun: str = tr("webcam")
@@ -64,7 +65,7 @@ class Manner:
 
 
 WEBCAM: Final = Manner()
-"""Of what is plugged into this computer."""
+"""Defaults for a webcam plugged into this computer."""
 
 
 class Webcam(ABC):
@@ -73,10 +74,11 @@ class Webcam(ABC):
     Each kind of source implements `connect`, `read` and `disconnect`, which only that thread calls;
     everything else may be called from any thread.
 
-    * `name`: to show.
-    * `fov_deg`: horizontal field of view of its pictures, deg; None if unknown.
-    * `frames`: the newest picture.
-    * `count`: number of pictures so far.
+    Args:
+        name: Name for display.
+        fov_deg: Horizontal field of view in degrees, or None if unknown.
+        frames: Mailbox with the newest frame.
+        count: Number of frames so far.
     """
 
     def __init__(
@@ -87,9 +89,9 @@ class Webcam(ABC):
         self._clock = clock
         self._manner = manner
         self.frames: Mailbox[WebcamFrame] = Mailbox()
-        self._lock = threading.Lock()  # of what the properties tell
-        self._switching = threading.Lock()  # of opening and closing
-        self._using = threading.Lock()  # of the source: an old thread may still hold it
+        self._lock = threading.Lock()  # guards the state behind the properties
+        self._switching = threading.Lock()  # guards opening and closing
+        self._using = threading.Lock()  # guards the source, which an old thread may still be using
         self._thread: threading.Thread | None = None
         self._token = Token()
         self._state = WebcamState.OFF
@@ -104,58 +106,63 @@ class Webcam(ABC):
 
     @abstractmethod
     def connect(self) -> None:
-        """Open the source; raises `WebcamError` if that fails."""
+        """Open the source.
+
+        Raises:
+            WebcamError: If the source cannot be opened.
+        """
 
     @abstractmethod
     def read(self) -> Bytes | None:
-        """Return the next picture, (H, W, 3) uint8 sRGB; None if there is none.
+        """Return the next frame as (H, W, 3) uint8 sRGB, or None if there is none.
 
-        Raises `WebcamError` if the source has disappeared.
+        Raises:
+            WebcamError: If the source has disappeared.
         """
 
     @abstractmethod
     def disconnect(self) -> None:
-        """Close the source; a second call does nothing."""
+        """Close the source; calling this again has no effect."""
 
     def pace(self, step_s: float, behind_s: float) -> None:
-        """Wait for the time of the next picture; restart the pace if it is too late.
+        """Wait until the next frame is due, or restart the pacing if it is too late.
 
-        So a slow reader sees fewer pictures instead of a burst.
+        A slow reader therefore gets fewer frames instead of a burst.
         """
         self._due_s = max(self._due_s + step_s, self._clock.now() - behind_s)
         self._clock.sleep(self._due_s - self._clock.now())
 
     def cut(self) -> None:
-        """Interrupt a waiting read from another thread; does nothing by default."""
+        """Interrupt a blocking read from another thread; does nothing by default."""
         return
 
     @property
     def state(self) -> WebcamState:
-        """The current state; also lost while a read hangs."""
+        """The current state, which is lost even while a read hangs."""
         with self._lock:
             silent = self._clock.now() - self._last_s > LOST_S
             return WebcamState.LOST if self._state is WebcamState.LIVE and silent else self._state
 
     @property
     def error(self) -> WebcamError | None:
-        """The current error; None if there is none."""
+        """The current error, or None."""
         if self.state is WebcamState.LOST and self._error is None:
             return self._silent()
         return self._error
 
     @property
     def fps(self) -> float:
-        """Pictures per second over the last two seconds."""
+        """Frames per second over the last two seconds."""
         with self._lock:
             return self._rate(self._clock.now())
 
     def open(self) -> None:
-        """Start the thread; does nothing while it runs."""
+        """Start the thread; has no effect while it runs."""
         with self._switching:
             if self._thread is not None and self._thread.is_alive():
                 return
             self._token = Token()
-            self.frames.get()  # an old picture is no news
+            self.frames.get()  # discard an old frame
             self._note(self._token, WebcamState.CONNECTING)
             self._thread = threading.Thread(
                 target=self._run, args=(self._token,), name="webcam", daemon=True
@@ -164,9 +171,10 @@ class Webcam(ABC):
             self._thread.start()
 
     def close(self, wait_s: float = 0.5) -> None:
-        """Stop; no picture arrives afterwards, even if the device hangs in a read.
+        """Stop; no frame arrives afterwards, even if the device hangs in a read.
 
-        `wait_s`: real seconds to wait for the device.
+        Args:
+            wait_s: Seconds of real time to wait for the device.
         """
         with self._switching:
             thread, self._thread = self._thread, None
@@ -202,7 +210,7 @@ class Webcam(ABC):
                 self._note(token, WebcamState.RETRYING, error)
 
     def _attempt(self, token: Token) -> WebcamError:
-        """Deliver pictures until something fails; return the error."""
+        """Deliver frames until something fails, and return the error."""
         token.check()
         try:
             self.connect()
@@ -241,7 +249,7 @@ class Webcam(ABC):
             self.frames.put(WebcamFrame(picture, number))
 
     def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
-        """Return the problem of a picture; None if it is usable."""
+        """Return the problem with a frame, or None if it is usable."""
         manner = self._manner
         few = picture[8::16, 8::16]
         mark = few.tobytes()
@@ -293,7 +301,7 @@ class Webcam(ABC):
 
 @atexit.register
 def _leave() -> None:
-    """Wait for threads in a read: one that returns while the program ends would abort it."""
+    """Wait for threads in a blocking read, since one that returns during exit would abort."""
     running = dict(_RUNNING)
     for token, cut in running.values():
         token.cancel()
@@ -304,11 +312,11 @@ def _leave() -> None:
 
 
 class WebcamError(DeviceError):
-    """A webcam or its picture cannot be used.
+    """A webcam or its video is unusable.
 
-    Codes: ``no-webcam``, ``busy``, ``unplugged``, ``silent`` (no picture arrives), ``black``,
-    ``frozen``, ``slow``, ``no-views`` (the demo's pictures are missing). Of network cameras:
-    ``bad-address``, ``unreachable``, ``not-a-stream``, ``password``, ``password-refused``. Of
+    Codes: ``no-webcam``, ``busy``, ``unplugged``, ``silent`` (no frame arrives), ``black``,
+    ``frozen``, ``slow``, ``no-views`` (the demo's images are missing). For network cameras:
+    ``bad-address``, ``unreachable``, ``not-a-stream``, ``password``, ``password-refused``. For
     files and folders: ``no-file``, ``bad-file``.
     """
 
@@ -316,23 +324,23 @@ class WebcamError(DeviceError):
 
 
 def no_webcam() -> WebcamError:
-    """Return the error of a missing webcam."""
+    """Return the error for a missing webcam."""
     return WebcamError(
         tr("No webcam is connected."), tr("Plug one in and it starts by itself."), "no-webcam"
     )
 
 
 def unplugged() -> WebcamError:
-    """Return the error of a webcam that was unplugged."""
+    """Return the error for an unplugged webcam."""
     return WebcamError(tr("Webcam disconnected."), tr("Plug it back in to continue."), "unplugged")
 
 
 class WebcamState(StrEnum):
     """The state of a webcam.
 
-    ``off`` until it is opened; ``connecting`` for the first time; ``live`` while pictures arrive;
-    ``lost`` when they have just stopped; ``retrying`` while it is reopened, and while it waits for
-    a password.
+    ``off`` until it is opened; ``connecting`` for the first time; ``live`` while frames arrive;
+    ``lost`` when they have just stopped; ``retrying`` while it is reopened, or waits for a
+    password.
     """
 
     OFF = "off"
@@ -344,9 +352,10 @@ class WebcamState(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WebcamFrame:
-    """One picture.
+    """One frame of a webcam.
 
-    `picture`, (H, W, 3) uint8: sRGB, not mirrored, read-only.
+    Attributes:
+        picture: (H, W, 3) uint8 sRGB, not mirrored, read-only.
     """
 
     picture: Bytes = field(repr=False)

@@ -1,8 +1,8 @@
 """A simulated webcam at the demo location.
 
-The demo location has views every 5 deg, with depth. Between two of them the backgrounds of both are
-moved by their depth and blended; the sitter, who always faces the camera, stays in place, and only
-the light on them changes from one view to the next.
+The demo location has views with depth every 5 degrees. Between two views, both backgrounds are
+shifted according to their depth and blended. The sitter always faces the camera and stays in place;
+only the light on them changes from one view to the next.
 """
 
 from __future__ import annotations
@@ -24,21 +24,23 @@ from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError
 
-_CACHE_SIZE: Final = 12  # views in memory
+_CACHE_SIZE: Final = 12  # views kept in memory
 _SKY_M: Final = 1000.0
-_BEHIND_M: Final = 0.45  # what is further behind the sitter's middle is background
-_STEPS: Final = 2  # of finding, from the depth here, the depth there
+_BEHIND_M: Final = 0.45  # metres behind the sitter's centre beyond which everything is background
+_STEPS: Final = 2  # iterations to find the depth at the target position from the depth here
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _SourceView:
-    """One view, taken apart.
+    """One view separated into layers.
 
-    * `behind`, (H, W, 3) uint8: background; where the sitter hides it, the nearest that is seen.
-    * `visible`, (H, W) uint8: 255 where the background is seen.
-    * `sitter`, (H, W, 4) uint8: sitter times their share, and the share.
-    * `depth`, (h, w) float32: along the axis, metres, of half the size; behind the sitter that of
-      the background around.
+    Attributes:
+        behind: (H, W, 3) uint8. Background; behind the sitter, the nearest visible pixels.
+        visible: (H, W) uint8. 255 where the background is visible.
+        sitter: (H, W, 4) uint8. Sitter premultiplied by alpha, and alpha.
+        depth: (h, w) float32. Depth along the optical axis in metres at half size; behind the
+            sitter,
+            that of the surrounding background.
     """
 
     behind: Bytes = field(repr=False)
@@ -49,12 +51,14 @@ class _SourceView:
 
 
 class DemoViews:
-    """The views of the demo location from one distance; for one thread.
+    """The views of the demo location from one distance; not thread-safe.
 
-    * `distance_m`: from the sitter, metres; the nearest available.
-    * `aspect`: columns over rows of the pictures; views are cut at top and bottom.
+    Args:
+        distance_m: Distance to the sitter in metres; the nearest available is used.
+        aspect: Columns divided by rows of a frame; views are cropped at top and bottom.
 
-    Raises `WebcamError` if they are missing or damaged.
+    Raises:
+        WebcamError: If the views are missing or damaged.
     """
 
     def __init__(self, folder: Path, distance_m: float = 1.2, aspect: float = 16 / 9) -> None:
@@ -86,10 +90,16 @@ class DemoViews:
         return files
 
     def picture(self, turn_deg: float) -> Bytes:
-        """Return what the camera sees.
+        """Return the camera's view at a turn.
 
-        `turn_deg`: how far the sitter has turned, the camera with them; deg. Returns (H, W, 3)
-        uint8: sRGB, a new array. Raises `WebcamError` when a picture is missing or damaged.
+        Args:
+            turn_deg: Turn of the sitter, and of the camera with them, in degrees.
+
+        Returns:
+            (H, W, 3) uint8 sRGB, a new array.
+
+        Raises:
+            WebcamError: If an image is missing or damaged.
         """
         before, after, share = self._neighbours(turn_deg)
         first, second = self._view(before), self._view(after)
@@ -130,7 +140,7 @@ class DemoViews:
         behind_m = np.asarray(cv2.medianBlur(behind_m, 5), np.float32)
         share = cv2.resize(sitter, self._size, interpolation=cv2.INTER_LINEAR)
         share = np.asarray(cv2.GaussianBlur(share, (0, 0), 1.2), np.uint8)[self._rows]
-        # Around the sitter nothing of them may be left in the background.
+        # No trace of the sitter may remain in the background around them.
         hidden = np.asarray(cv2.resize(wide, self._size), np.uint8)[self._rows]
         cut = picture[self._rows]
         down, across = np.nonzero(share)
@@ -141,7 +151,7 @@ class DemoViews:
         )
 
     def _shift(self, view: _SourceView, by_deg: float) -> tuple[Bytes, Bytes]:
-        """Show a view's background from a camera some degrees further; and where it is seen."""
+        """Return a view's background from a camera `by_deg` further, and a visibility mask."""
         rows, columns = view.depth.shape
         focal = self._focal / 2.0
         x = ((np.arange(columns) + 0.5 - columns / 2.0) / focal).astype(np.float32)
@@ -151,7 +161,8 @@ class DemoViews:
         distance = np.float32(self.distance_m)
         depth = view.depth
         for step in range(_STEPS):
-            # About the sitter's axis: what is ahead here is by_deg to the right there.
+            # Rotation about the sitter's axis: a point straight ahead here is by_deg to the right
+            # there.
             beyond = depth - distance
             ahead = beyond * cosine - x * depth * sine + distance
             scale = np.float32(focal) / np.maximum(ahead, np.float32(0.2))
@@ -174,7 +185,7 @@ class DemoViews:
 
 
 def _sitter(metres: Float32, limit_m: float) -> Bytes:
-    """Find the sitter: what is near, in one piece with the middle; 255 there, of half the size."""
+    """Return a mask of the sitter at half size: near pixels connected to the centre are 255."""
     near = (metres < limit_m).astype(np.uint8)
     _, labels = cv2.connectedComponents(near)
     middle = int(labels[labels.shape[0] // 2, labels.shape[1] // 2])
@@ -184,7 +195,7 @@ def _sitter(metres: Float32, limit_m: float) -> Bytes:
 
 
 def _filled(picture: Bytes, hidden: Bytes) -> Bytes:
-    """Continue the background over what is hidden, with the nearest pixels."""
+    """Fill hidden areas of the background with the nearest pixels."""
     mask = (hidden > 0).astype(np.uint8)
     _, labels = cv2.distanceTransformWithLabels(
         mask, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
@@ -197,7 +208,7 @@ def _filled(picture: Bytes, hidden: Bytes) -> Bytes:
 
 
 def _mixed(first: tuple[Bytes, Bytes], second: tuple[Bytes, Bytes], share: float) -> Bytes:
-    """Blend two backgrounds; where only one is seen, that one counts."""
+    """Blend two backgrounds, using the only visible one where the other is hidden."""
     mixed = np.asarray(cv2.addWeighted(first[0], 1.0 - share, second[0], share, 0.0), np.uint8)
     part = (first[1] < 250) | (second[1] < 250)
     if part.any():
@@ -239,16 +250,18 @@ def _missing() -> WebcamError:
 
 
 FPS: Final = 24.0
-"""Pictures per second."""
+"""Frames per second."""
 
 SIZE: Final = (1280, 720)
-"""Columns and rows of their pictures."""
+"""Columns and rows of a frame."""
 
 DEMO_SIZE: Final = (1080, 720)
-"""Those of the demo."""
+"""Columns and rows of a frame of the demo."""
 
 FOV_DEG: Final = 60.0
-"""Horizontal field of view: the demo views' whole width; top and bottom are cut to 36 deg."""
+"""Horizontal field of view in degrees, the full width of the demo views; their height is cropped to
+36 degrees.
+"""
 
 _STILL: Final = replace(WEBCAM, still=True)
 
@@ -256,12 +269,13 @@ _STILL: Final = replace(WEBCAM, still=True)
 class SimulatedWebcam(Webcam):
     """Shows the sitter of the demo location and the background at the current turn.
 
-    The camera looks at the sitter, who is in the middle of the picture and faces it: its heading is
-    the turn + 180.
+    The camera looks at the sitter, who is at the centre of the frame and faces the lens, so its
+    heading is the turn + 180 degrees.
 
-    * `views`: the folder of the demo location's views.
-    * `distance_m`: metres from the sitter; the nearest there is.
-    * `size`: columns and rows.
+    Args:
+        views: Folder with the demo location's views.
+        distance_m: Distance to the sitter in metres; the nearest available is used.
+        size: Columns and rows of a frame.
     """
 
     def __init__(
@@ -275,27 +289,27 @@ class SimulatedWebcam(Webcam):
         super().__init__(tr("Demo webcam"), FOV_DEG, clock or SystemClock(), _STILL)
         self._size = size
         self._last: tuple[float, Bytes] | None = None
-        self._aim = 0.0  # deg
+        self._aim = 0.0  # degrees
         self._folder = views
         self._views: DemoViews | None = None
         self.distance_m = distance_m
 
     @property
     def turn_deg(self) -> float:
-        """The turn that its next picture shows, in (-180, 180], deg."""
+        """The turn of the next frame in (-180, 180] degrees."""
         return self._aim
 
     @property
     def heading_deg(self) -> float:
-        """Where it points, panorama azimuth in (-180, 180], deg."""
+        """The heading of the camera as a panorama azimuth in (-180, 180] degrees."""
         return heading_of_turn(self.turn_deg)
 
     def set_turn(self, turn_deg: float) -> None:
-        """Set the turn (deg, positive clockwise) from the next picture on."""
+        """Set the turn for all following frames, in degrees, positive clockwise."""
         self._aim = wrap(turn_deg)
 
     def connect(self) -> None:
-        """Read the list of views, the first time."""
+        """Read the list of views the first time."""
         if self._views is None:
             aspect = self._size[0] / self._size[1]
             self._views = DemoViews(self._folder, self.distance_m, aspect)
@@ -303,8 +317,8 @@ class SimulatedWebcam(Webcam):
         self._due_s = self._clock.now()
 
     def read(self) -> Bytes | None:
-        """Return the next picture at its time."""
-        # Behind by more than a picture, it skips some, as a camera does.
+        """Return the next frame when it is due."""
+        # If late by more than a frame, skip some, as a camera does.
         self.pace(1.0 / FPS, 1.0 / FPS)
         aim = self._aim
         if self._last is None or self._last[0] != aim:
@@ -315,7 +329,7 @@ class SimulatedWebcam(Webcam):
         """Do nothing."""
 
     def view(self, turn_deg: float) -> Bytes:
-        """Return the picture at a turn, (H, W, 3) uint8 sRGB."""
+        """Return the frame at a turn as (H, W, 3) uint8 sRGB."""
         if self._views is None:
             raise WebcamError(tr("The webcam is not open."), tr("Open it first."), "no-webcam")
         picture = self._views.picture(turn_deg)

@@ -1,4 +1,4 @@
-"""Sources of live pictures, as text for the settings, and the cameras that they make."""
+"""Sources of live video, their text form for the settings, and the cameras created from them."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from app.devices.webcam.simulated import DEMO_SIZE, SimulatedWebcam
 Kind: TypeAlias = Literal["webcam", "network", "video", "demo"]
 
 FOV_RANGE_DEG: Final = (20.0, 150.0)
-"""Range of the horizontal field of view, deg."""
+"""Range of the horizontal field of view in degrees."""
 
 WIDTHS: Final = (640, 1280, 1920)
-"""Columns to request, besides 0 for the default."""
+"""Widths in pixels to request, besides 0 for the default."""
 
 _KINDS: Final = ("webcam", "network", "video", "demo")
 _MOST_INDEX: Final = 63
@@ -33,7 +33,7 @@ _LONGEST_KEPT: Final = 4000
 
 @dataclass(frozen=True, slots=True)
 class LiveSource:
-    """One source of live pictures.
+    """A source of live video.
 
     Examples:
         >>> LiveSource.parse("network:rtsp://192.168.1.20:8554/live").kind
@@ -50,14 +50,19 @@ class LiveSource:
 
     @classmethod
     def network(cls, text: str) -> LiveSource:
-        """Return the source of a network camera; raises `WebcamError` as `Address.parse` does."""
+        """Return the source of a network camera.
+
+        Raises:
+            WebcamError: As in `Address.parse`.
+        """
         return cls("network", str(Address.parse(text)))
 
     @classmethod
     def parse(cls, text: str) -> LiveSource:
-        """Read a source from its `text`.
+        """Parse a source from its `text`.
 
-        Raises `WebcamError` with the code "bad-address" if it is invalid.
+        Raises:
+            WebcamError: With the code "bad-address" if the text is invalid.
         """
         kind, colon, where = text.partition(":")
         if not colon or kind not in _KINDS or not where or len(text) > _LONGEST:
@@ -79,17 +84,17 @@ class LiveSource:
 
     @property
     def index(self) -> int:
-        """Index of a webcam; 0 for other kinds."""
+        """Index of a webcam, or 0 for other kinds."""
         return int(self.where) if self.kind == "webcam" else 0
 
     @property
     def address(self) -> Address | None:
-        """Address of a network camera; None for other kinds."""
+        """Address of a network camera, or None for other kinds."""
         return Address.parse(self.where) if self.kind == "network" else None
 
     @property
     def keepable(self) -> bool:
-        """Whether it may be saved in the settings: it has no password and is not the demo."""
+        """Whether the source may be saved: it has no password and is not the demo."""
         address = self.address
         secret = address is not None and address.secret
         plain = self.text.isprintable() and self.text == self.text.strip()
@@ -97,7 +102,7 @@ class LiveSource:
 
     @property
     def title(self) -> str:
-        """Its name, without secrets."""
+        """Name of the source, without secrets."""
         address = self.address
         if address is not None:
             return address.host
@@ -111,9 +116,13 @@ class LiveSource:
 def make_source(
     source: LiveSource, clock: Clock, *, width: int = 0, keys: Keys = no_keys
 ) -> Webcam:
-    """Return the camera of a source, not yet opened, except for webcams of this computer.
+    """Create the camera of a source, not yet open; webcams of this computer are not supported.
 
-    `width`: most columns of its pictures; 0 for the default. Raises `WebcamError` for a webcam.
+    Args:
+        width: Maximum columns of a frame, or 0 for the default.
+
+    Raises:
+        WebcamError: If the source is a webcam.
     """
     address = source.address
     if address is not None:
@@ -131,8 +140,9 @@ def make_source(
 class SourceView:
     """The settings of one source.
 
-    * `fov_deg`: horizontal field of view as the user set it, deg; None to estimate it.
-    * `learnt_deg`: the last estimate, deg; only for drawing.
+    Attributes:
+        fov_deg: Horizontal field of view in degrees as the user set it, or None to estimate it.
+        learnt_deg: The last estimate in degrees; used only for drawing.
     """
 
     fov_deg: float | None = None
@@ -142,13 +152,13 @@ class SourceView:
 
 @dataclass(frozen=True, slots=True)
 class SourceViews:
-    """The settings of recent sources, the latest last."""
+    """The settings of recent sources, the most recent last."""
 
     views: dict[str, SourceView] = field(default_factory=dict)
 
     @classmethod
     def parse(cls, text: str) -> SourceViews:
-        """Read settings from their `text`, without damaged entries."""
+        """Parse settings from their `text`, skipping damaged entries."""
         try:
             table: Any = json.loads(text[:_LONGEST_KEPT]) if text else {}
         except (ValueError, RecursionError):
@@ -158,7 +168,7 @@ class SourceViews:
 
     @property
     def text(self) -> str:
-        """The settings in one line, to be saved, without the oldest if it is too long."""
+        """The settings as one line for saving, without the oldest if it is too long."""
         rows = list(self.views.items())[-_MOST_KEPT:]
         while rows:
             text = json.dumps({name: _row(view) for name, view in rows}, separators=(",", ":"))
@@ -177,7 +187,7 @@ class SourceViews:
         return SourceViews({**others, source.text: replace(self.of(source), **changes)})
 
     def view_of(self, source: LiveSource) -> SourceViews:
-        """Return a copy without a source that must not be saved."""
+        """Return a copy without `source` if it must not be saved."""
         if source.keepable:
             return self
         return SourceViews({n: view for n, view in self.views.items() if n != source.text})

@@ -1,1 +1,1 @@
-"""Metering and shooting, and the pictures that this leaves on the camera."""
+"""Metering and shooting, and cleaning up surplus photos on the camera."""

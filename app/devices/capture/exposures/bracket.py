@@ -1,4 +1,4 @@
-"""The bracket: taken by the camera itself if it can, otherwise picture by picture."""
+"""The bracket, shot by the camera itself if possible, otherwise photo by photo."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _GATHER_S: Final = 2.0
 _STOP_S: Final = 30.0
 _ENOUGH: Final = 3
 _MOST_ENTRIES: Final = 8
-_TELLING: Final = 0.2  # share of a bracket from which its pace is known
+_TELLING: Final = 0.2  # fraction of a bracket after which its pace is known
 _SLOW: Final = 1.25
 _REFUSALS: Final = frozenset(
     {
@@ -47,16 +47,16 @@ _REFUSALS: Final = frozenset(
 
 
 class _NoBracket(Exception):
-    """The camera refuses its own bracket."""
+    """Raised when the camera refuses its own bracket."""
 
 
 class _NotHeard(Exception):
-    """The camera did not start to shoot."""
+    """Raised when the camera did not start to shoot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A bracket in progress: its start and its deadline, on the clock."""
+    """A bracket in progress, with its start and deadline on the clock."""
 
     began: float
     until: float
@@ -68,10 +68,11 @@ def deadline_s(plan: Plan, delay_s: float = 0.0) -> float:
 
 
 def expose(job: CaptureJob) -> None:
-    """Take the planned bracket and find its files on the camera.
+    """Shoot the planned bracket and locate its files on the camera.
 
-    Raises `DeviceError` if the camera fails (its photos stay on it and are recorded in the
-    journal); `Cancelled` when the token is cancelled.
+    Raises:
+        DeviceError: If the camera fails. Its photos stay on it and are recorded in the journal.
+        Cancelled: If the token is cancelled.
     """
     plan = job.plan
     job.board.show(Stage.EXPOSING, tr("Starting the bracket"), shots=len(plan.shots))
@@ -86,9 +87,13 @@ def expose(job: CaptureJob) -> None:
 
 
 def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = None) -> None:
-    """Find the files of the bracket and write them into the journal.
+    """Find the files of the bracket and record them in the journal.
 
-    `least`: files that are needed; by default three. Raises `CaptureFailed` if there are fewer.
+    Args:
+        least: Minimum number of files; three by default.
+
+    Raises:
+        CaptureFailed: If there are fewer files.
     """
     count = len(job.plan.shots)
     journal = job.session.journal
@@ -107,7 +112,7 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
             break
     group = next((entry.group_id for entry in entries if entry.group_id), "") or ""
     enough = len(entries) >= min(count, _ENOUGH if least is None else least)
-    # After an interruption the photographer's own photos may be among them.
+    # After an interruption, the photographer's own photos may be among them.
     if enough or least is None:
         job.session.set_frames(entries)
     if not enough:
@@ -128,7 +133,7 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
 
 
 def stop(job: CaptureJob) -> None:
-    """Stop the camera after the user cancelled, and ignore its errors."""
+    """Stop the camera after the user cancels, ignoring its errors."""
     contact = job.contact.unstoppable(10.0)
     try:
         _stop_shooting(job, contact)
@@ -140,7 +145,7 @@ def stop(job: CaptureJob) -> None:
 
 
 def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
-    """Stop the shot if possible, or wait for its end, for example of a single photo."""
+    """Stop the shot if possible, or wait for it to end, as for a single photo."""
     status = contact.ask(job.client.state).capture_status
     with suppress(DeviceError):
         if status == "self-timer countdown":
@@ -156,17 +161,19 @@ def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
 
 
 def watch(job: CaptureJob, run: Run) -> None:
-    """Wait by the state alone until the camera has been shooting and is idle again.
+    """Poll only the state until the camera has finished shooting and is idle again.
 
-    It must be idle twice in a row: an SC2 reports it once between two frames. Raises
-    `CaptureFailed` if it takes too long.
+    The camera must be idle twice in a row, because an SC2 reports idle once between two frames.
+
+    Raises:
+        CaptureFailed: If shooting takes too long.
     """
     began, idle, any_progress = job.clock.now(), 0, False
     while True:
         if job.contact.ask(job.client.state).idle:
             idle += 1
         else:
-            # Not while it is idle: the time may have passed without a connection.
+            # Not if it is idle, as the time may have passed without a connection.
             _check_deadline(job, run.until)
             idle, any_progress = 0, True
         if idle >= 2 and (any_progress or job.clock.now() - began > _UNSEEN_S):
@@ -204,7 +211,7 @@ def _value(key: str, shot: PlannedShot) -> Any:
 
 
 def _note_start(job: CaptureJob) -> None:
-    """Record the camera's newest file: later files are ours."""
+    """Record the camera's newest file, so that later files can be recognized as ours."""
     entries = job.contact.ask(lambda: job.client.list_files(_MOST_ENTRIES))
     state = job.contact.ask(job.client.state)
     job.session.update(
@@ -231,7 +238,7 @@ def _shoot(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
 
 
 def _by_itself(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
-    """Let the camera take the bracket; return its URLs, or nothing if it does not name them."""
+    """Let the camera shoot the bracket, and return its URLs if the camera reports them."""
     losses = job.contact.losses
     for _ in range(STARTS):
         if job.contact.losses != losses:
@@ -261,7 +268,7 @@ def _arm(job: CaptureJob, plan: Plan) -> None:
         except CameraRefused as error:
             if error.code not in _REFUSALS:
                 raise
-            # Only for the X is white balance optional.
+            # White balance is optional only for the X.
             if not (white and job.profile.needs_method):
                 raise _NoBracket from error
         else:
@@ -279,7 +286,7 @@ def _start(job: CaptureJob) -> CommandReply:
 
 
 def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]:
-    """Wait until the bracket is done; return its URLs if the camera names them."""
+    """Wait until the bracket is done, and return its URLs if the camera reports them."""
     if job.profile.bracket == "watched" and command.state != "done":
         watch(job, run)
         return ()
@@ -289,7 +296,7 @@ def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]
         job.contact.pause(job.profile.poll_s)
         command = ask_how_far(job, command)
         if command.state != "done" and _overdue(job, run):
-            # Some cameras never report the end; their state shows it.
+            # Some cameras never report the end, but their state shows it.
             idle = idle + 1 if job.contact.ask(job.client.state).idle else 0
             if idle >= 2 and len(_new_files(job)) >= len(job.plan.shots):
                 return ()
@@ -308,7 +315,8 @@ def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]
 def _after_silence(job: CaptureJob, run: Run) -> tuple[str, ...]:
     """Wait for a bracket whose start was not confirmed.
 
-    Raises `_NotHeard` if the camera did not take it.
+    Raises:
+        _NotHeard: If the camera did not shoot it.
     """
     watch(job, run)
     if not _new_files(job):
@@ -337,13 +345,13 @@ def _check_deadline(job: CaptureJob, until: float) -> None:
 
 
 def _tell(job: CaptureJob, completion: float | None, run: Run) -> None:
-    """Show the current exposure, by the camera's progress or else by the clock."""
+    """Show the current exposure, based on the camera's progress or else on the clock."""
     plan = job.plan
     elapsed_s = job.clock.now() - run.began - job.delay_s
     total = max(plan.expected_s, 0.1)
     share = max(completion or 0.0, min(elapsed_s / total, 0.99))
     shots = len(plan.shots)
-    # A camera that is slower than planned shows it by its progress.
+    # The reported progress reveals a camera slower than planned.
     if completion is not None and completion >= _TELLING:
         slower = elapsed_s / min(completion, 1.0)
         total = slower if slower > _SLOW * total else total

@@ -1,8 +1,7 @@
-"""Metering: one picture in the automatic program, and the bracket that follows from its exposure.
+"""Metering: one photo in the automatic program, and the bracket planned from its exposure.
 
-A camera cannot be asked for the exposure that it meters (in its automatic program it answers 0), so
-one picture is taken and its EXIF is read. The two lenses may have been set differently; their mean
-counts.
+A camera does not report its metered exposure (in the automatic program the value is 0), so one
+photo is taken and its EXIF is read. The two lenses may differ in exposure; their mean is used.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from app.devices.errors import (
 from app.devices.theta import untrusted
 
 HEAD_BYTES: Final = 128 << 10
-"""Bytes at the start of a file that contain all headers; public Theta files need 68 KB."""
+"""Bytes at the start of a file that contain all headers; public Theta files need 68 kB."""
 
 _AUTOMATIC: Final = 2
 _ROUNDS: Final = 4
@@ -51,9 +50,10 @@ _MANUAL: Final = 1
 
 
 def make_plan(job: CaptureJob) -> None:
-    """Set the camera up, meter, and plan the bracket; repeat if the camera loses its settings.
+    """Set up the camera, meter, and plan the bracket; repeat if the camera loses its settings.
 
-    Raises `DeviceError` if the camera refuses, or loses its settings every time.
+    Raises:
+        DeviceError: If the camera refuses, or loses its settings every time.
     """
     for _ in range(_ROUNDS):
         losses = job.contact.losses
@@ -92,10 +92,11 @@ def _metered_plan(job: CaptureJob) -> Plan:
 def meter(job: CaptureJob) -> Exposure:
     """Take a photo in the automatic program and return its exposure.
 
-    The photo is deleted from the camera afterwards, if the camera itself named it as its newest and
-    it was not there before.
+    The photo is deleted afterwards if it was not there before and the camera itself reported it as
+    the newest.
 
-    Raises `DeviceError` if there is no photo, or it does not state its exposure.
+    Raises:
+        DeviceError: If there is no photo, or it does not state its exposure.
     """
     delete_pictures(job.contact, job.session)
     camera_settings.change(job.contact, {"exposureProgram": _AUTOMATIC})
@@ -110,7 +111,7 @@ def meter(job: CaptureJob) -> Exposure:
     job.session.update(picture_to_delete=ours, shot_start=None)
     exposure = job.contact.ask(lambda: _exposure_of(job, picture.url))
     with suppress(DeviceError):
-        # The first panorama to show; optional.
+        # Optional: the first panorama to show.
         small = job.client.thumbnail(picture.url)
         job.board.show(Stage.METERING, tr("Metering"), 0.6, metered=small)
     delete_pictures(job.contact, job.session)
@@ -118,9 +119,9 @@ def meter(job: CaptureJob) -> Exposure:
 
 
 def read_limits(job: CaptureJob) -> CameraLimits:
-    """Return the limits of the manual program, which must be set for the camera's lists.
+    """Return the limits of the manual program, which must be active while the lists are read.
 
-    Lists that the camera does not state come from its profile.
+    Lists that the camera does not report come from its profile.
     """
     camera_settings.change(job.contact, {"exposureProgram": _MANUAL})
     values = camera_settings.read(job.contact, tuple(_SUPPORT))
@@ -134,7 +135,7 @@ def read_limits(job: CaptureJob) -> CameraLimits:
 
 
 def _most_shots(job: CaptureJob) -> int:
-    """Return the most frames of a bracket: of the profile, or fewer if the camera states so."""
+    """Return the maximum number of frames of a bracket, from the profile or the camera."""
     most = job.profile.max_shots
     if not job.profile.brackets_itself:
         return most
@@ -148,7 +149,7 @@ def _most_shots(job: CaptureJob) -> int:
 
 
 def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
-    """Return the numbers of a list within the limits, sorted; 0 means automatic."""
+    """Return the sorted numbers of a list that are within the limits; 0 means automatic."""
     if not isinstance(support, list) or len(support) > _MOST_VALUES:
         return ()
     numbers = {untrusted.number(value) for value in support}
@@ -156,7 +157,7 @@ def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
 
 
 def _exposure_of(job: CaptureJob, url: str) -> Exposure:
-    """Return the exposure of a file, from its first bytes."""
+    """Return the exposure of a file, read from its first bytes."""
     data = _start_of(job, url)
     path = job.session.folder / _FILE
     try:
@@ -164,7 +165,7 @@ def _exposure_of(job: CaptureJob, url: str) -> Exposure:
             stream.write(data)
         exposure = metered_exposure(read_header(path))
     except ProbeError as error:
-        # It may have been cut off; `Contact.ask` repeats the request.
+        # The reply may have been cut off; `Contact.ask` repeats the request.
         raise BadReply(tr("The metering photo could not be read."), tr("Start again.")) from error
     except OSError as error:
         raise not_written(CaptureFailed, path.parent, error) from error

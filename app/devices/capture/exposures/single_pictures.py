@@ -1,4 +1,4 @@
-"""Pictures one by one: for metering, and for cameras that cannot take a bracket by themselves."""
+"""Single photos: for metering, and for cameras that cannot shoot a bracket themselves."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from app.devices.errors import (
 from app.devices.theta.messages import CommandReply
 
 FRAME_S: Final = 15.0
-"""Longest time that any camera needs for a photo besides its exposure, in seconds."""
+"""Maximum time in seconds that any camera needs for a photo besides its exposure."""
 
 STARTS: Final = 4
-"""Attempts to start a shot if the camera does not receive the command."""
+"""Attempts to start a shot when the camera does not receive the command."""
 
 _MANUAL: Final = 1
 _LOOKS: Final = 5
@@ -41,7 +41,7 @@ _GONE_CODES: Final = frozenset(
 
 
 def as_sent(value: float) -> int | float:
-    """Return a whole number as int, since cameras write it without a point."""
+    """Return a whole number as int, since cameras write it without a decimal point."""
     return int(value) if value == int(value) else value
 
 
@@ -49,7 +49,8 @@ def as_sent(value: float) -> int | float:
 class CameraPicture:
     """A photo on the camera.
 
-    `has_name`: whether the camera named it as the one just taken, or it comes from the file list.
+    Attributes:
+        has_name: Whether the camera named it as the one just taken, or it comes from the file list.
     """
 
     url: str
@@ -66,9 +67,13 @@ def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPict
     After a connection loss the camera's state and files show whether it took the photo; only a
     photo that was not taken is requested again.
 
-    `longest_s`: longest time for the photo besides `FRAME_S`, in seconds. Raises `Unreachable` if
-    the camera never receives the command; `SettingsLost` if it did not and the settings must be
-    restored first; `CaptureFailed` if it takes too long, or the camera was stopped.
+    Args:
+        longest_s: Longest time for the photo besides `FRAME_S`, in seconds.
+
+    Raises:
+        Unreachable: If the camera never receives the command.
+        SettingsLost: If it did not and the settings must be restored first.
+        CaptureFailed: If it takes too long, or the camera was stopped.
     """
     for _ in range(STARTS):
         losses = job.contact.losses
@@ -85,14 +90,14 @@ def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPict
 
 
 def _note_start(job: CaptureJob, previous: str) -> None:
-    """Record the request of a photo, to find it if the program ends here."""
+    """Record the request for a photo, so that it can be found if the program ends here."""
     clock_text = camera_settings.read(job.contact, (_CLOCK,)).get(_CLOCK)
     start_time = clock_text if isinstance(clock_text, str) and camera_time(clock_text) else ""
     job.session.update(shot_start=ShotStart(previous, start_time))
 
 
 def unheard() -> Unreachable:
-    """Return the error of a start that fails every time."""
+    """Return the error for a command that the camera never received."""
     return Unreachable(
         tr("The connection breaks every time the camera starts to shoot."),
         tr("Move closer to the camera, then try again."),
@@ -106,7 +111,7 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
     while command.state != "done":
         elapsed_s = job.clock.now() - began - longest_s
         if elapsed_s > FRAME_S:
-            # Slow replies may have used up the time in which the loop would have found it.
+            # Slow replies may have used up the time in which the loop would have found the photo.
             entries = find_frames(job.contact, 1, previous=previous)
             if entries:
                 return CameraPicture(entries[0].url, has_name=False)
@@ -118,7 +123,7 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
         job.contact.pause(job.profile.poll_s)
         command = ask_how_far(job, command)
         if elapsed_s > _OVERDUE_S and command.state != "done":
-            # Some cameras never report the end; their state and files show it.
+            # Some cameras never report the end, but their state and files show it.
             idle = idle + 1 if job.contact.ask(job.client.state).idle else 0
             entries = find_frames(job.contact, 1, previous=previous) if idle >= 2 else ()
             if entries:
@@ -126,7 +131,7 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
     urls = command.file_urls
     if urls:
         return CameraPicture(urls[0], has_name=True)
-    # The file list has usable URLs even if the reply has not.
+    # The file list has usable URLs even if the reply does not.
     for _ in range(_LOOKS if command.refused_urls else 1):
         entries = find_frames(job.contact, 1, previous=previous)
         if entries:
@@ -140,8 +145,9 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
 def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
     """Request the status of a command once, with the id of its first reply.
 
-    Raises `Unreachable` if the camera sent no id, or no longer knows the command; `CaptureFailed`
-    if the shot was cancelled at the camera.
+    Raises:
+        Unreachable: If the camera sent no id, or no longer knows the command.
+        CaptureFailed: If the shot was cancelled at the camera.
     """
     number = command.id
     if number is None:
@@ -160,10 +166,13 @@ def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
 
 
 def shoot_singly(job: CaptureJob, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
-    """Take the frames of a bracket one after the other in the manual program.
+    """Shoot the frames of a bracket one by one in the manual program.
 
-    The others have the seam and level of the first if the camera supports it; the self-timer runs
-    only before the first. Raises `DeviceError` if a photo fails.
+    If the camera supports it, all frames use the seam and level of the first. The self-timer runs
+    only before the first.
+
+    Raises:
+        DeviceError: If a photo fails.
     """
     urls: list[str] = []
     for number, shot in enumerate(shots):
@@ -187,7 +196,7 @@ def shoot_singly(job: CaptureJob, shots: Sequence[PlannedShot]) -> tuple[str, ..
 
 
 def set_timer(job: CaptureJob) -> None:
-    """Set the self-timer; warn if the camera refuses it and shoots at once."""
+    """Set the self-timer, and warn if the camera refuses it and shoots immediately."""
     if camera_settings.change_if_known(job.contact, {"exposureDelay": job.delay_s}):
         job.delay_s = 0
         job.board.say(tr("The camera has no self-timer; shooting now"))
@@ -226,10 +235,10 @@ def _note_single(job: CaptureJob, url: str) -> None:
 
 
 def _taken_anyway(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture | None:
-    """Find a photo that was taken although the reply was lost; None if there is none.
+    """Find a photo that was taken although the reply was lost; return None if there is none.
 
-    It counts as named if it is the only new one and the newest in the camera's state, or the state
-    names none and it was taken in time.
+    The photo counts as named if it is the only new one and the newest in the camera's state, or if
+    the state names none and the photo was taken in time.
     """
     start = job.session.journal.shot_start
     until = job.clock.now() + longest_s + FRAME_S

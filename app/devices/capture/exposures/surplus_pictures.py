@@ -1,6 +1,6 @@
-"""Pictures on the camera that this program took and does not need: found, noted and deleted.
+"""Surplus photos on the camera, taken by this program: identifying, recording and deleting them.
 
-Only pictures that are certainly ours are deleted, never those of the photographer.
+Only photos that are certainly ours are deleted, never the photographer's own.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _CLAIM_S: Final = 60.0
 
 
 def delete_pictures(contact: Contact, session: Session) -> None:
-    """Delete the photos that this program took and does not need.
+    """Delete the photos taken by this program that are not needed.
 
     These are the metering photo, and the photos of an interrupted bracket once another one is
-    complete, even if the program ended before it recorded their URLs. If the camera refuses, the
-    journal keeps them for the next time.
+    complete, even if the program ended before it recorded their URLs. If the camera refuses, they
+    stay in the journal for the next time.
     """
     with suppress(DeviceError):
         if session.journal.stage == Stage.METERING.value:
@@ -44,9 +44,10 @@ def delete_pictures(contact: Contact, session: Session) -> None:
 
 
 def set_aside(contact: Contact, session: Session, frames: Sequence[SessionFrame]) -> None:
-    """Record the photos of an interrupted bracket as surplus, since it is shot again.
+    """Record the photos of an interrupted bracket as surplus, since it will be shot again.
 
-    `frames`: the frames that the camera had taken when the bracket stopped.
+    Args:
+        frames: The frames already taken when the bracket stopped.
     """
     _claim_shot(contact, session)
     journal = session.journal
@@ -56,10 +57,10 @@ def set_aside(contact: Contact, session: Session, frames: Sequence[SessionFrame]
 
 
 def _claim_shot(contact: Contact, session: Session) -> None:
-    """Find the photo that was requested before the program ended, and record it.
+    """Find the photo requested before the program ended, and record it.
 
-    It must be the only new one, the camera's newest, and taken within a minute by the camera's own
-    clock: the photographer's own photos are never touched.
+    It must be the only new photo, the camera's newest, and taken within a minute by the camera's
+    own clock, so that the photographer's own photos are never touched.
     """
     start = session.journal.shot_start
     if start is None:
@@ -72,7 +73,7 @@ def _claim_shot(contact: Contact, session: Session) -> None:
 
 
 def in_time(start: ShotStart, entry: FileEntry) -> bool:
-    """Whether a photo was taken at the time of the request, by the camera's own clock."""
+    """Return whether a photo was taken at the time of the request, by the camera's own clock."""
     began, shot_time = camera_time(start.camera_time), camera_time(entry.date_time)
     if began is None or shot_time is None:
         return False
@@ -80,9 +81,10 @@ def in_time(start: ShotStart, entry: FileEntry) -> bool:
 
 
 def _delete(contact: Contact, debt: SessionFrame) -> None:
-    """Delete a photo only if date and size are unchanged: cameras reuse their names.
+    """Delete a photo only if its date and size are unchanged, since cameras reuse names.
 
-    Raises `DeviceError` if the camera refuses.
+    Raises:
+        DeviceError: If the camera refuses.
     """
     url = contact.client.link.endpoint.rewrite(debt.url)
     there = find_listed(contact, url)
@@ -91,13 +93,13 @@ def _delete(contact: Contact, debt: SessionFrame) -> None:
     try:
         contact.ask(lambda: contact.client.delete([url]), NOT_NOW)
     except CameraRefused:
-        # A command whose reply was lost may have deleted it.
+        # A command whose reply was lost may already have deleted the photo.
         if find_listed(contact, url) is not None:
             raise
 
 
 def find_listed(contact: Contact, url: str) -> SessionFrame | None:
-    """Return a file of the camera's list, the newest entries first; None if it is not there."""
+    """Search the camera's list for a file, the newest first; return None if it is missing."""
     for count in (_MOST_ENTRIES, _MOST_LISTED):
         entries = contact.ask(partial(contact.client.list_files, count))
         for entry in entries:
