@@ -1,1 +1,1 @@
-"""The desktop app: theme, widgets, screens, and presenters that know nothing of Qt."""
+"""The desktop app: theme, widgets, screens, and presenters without Qt."""

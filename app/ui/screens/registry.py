@@ -1,4 +1,4 @@
-"""What a screen is, and all of them in the order of the rail; imported when first shown."""
+"""The registry of screens, in the order of the rail; each is imported when first shown."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ from app.words.phrases.turns import size_words, turn_words
 
 
 class ScreenPresenter(Protocol):
-    """What the window needs of every screen's presenter."""
+    """The interface that the window needs of every screen's presenter."""
 
     def attach(self, view: Any) -> None:
-        """Show everything in `view` from now on."""
+        """Show the state in `view` from now on."""
 
     def detach(self) -> None:
-        """Show nothing any more; the view is going away."""
+        """Stop showing the state because the view is being removed."""
 
     def enter(self) -> None:
-        """Begin: the screen has come to the front."""
+        """Start work, because the screen has become visible."""
 
     def leave(self) -> None:
-        """Pause: the screen is no longer in front."""
+        """Pause, because the screen is no longer visible."""
 
     def actions(self) -> Sequence[Action]:
-        """Give what can be done here; the shortcuts hold while the screen is in front."""
+        """Return the available actions, whose shortcuts work while the screen is visible."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScreenSpec:
-    """A screen: its code lies in `app.ui.screens.<key>`, and is imported when it is needed.
+    """A screen, whose code is in `app.ui.screens.<key>` and imported on demand.
 
     Attributes:
-        key: The package, and the value of `Model.step` that brings it to the front. Of "probe" the
-            classes `screen.ProbePresenter` and `screen_view.ProbeScreen` are shown.
-        title, tip, command, icon: On the rail, its tool tip, and in "Find anything". Without a
-            title it is not on the rail.
-        in_front: When it is in front, if not by `Model.step` alone.
-        done: Whether the rail marks it as done.
-        note: What was decided there, short enough for the rail, and in whole words.
+        key: The package, and the value of `Model.step` that shows it. For "probe", the classes are
+            `screen.ProbePresenter` and `screen_view.ProbeScreen`.
+        title, tip, command, icon: Label on the rail, its tooltip, the entry in "Find anything" and
+        the icon. A screen without a title is not on the rail.
+        in_front: Returns whether the screen is visible, if not decided by `Model.step` alone.
+        done: Returns whether the rail marks the screen as done.
+        note: Returns the decision made there in whole words, short enough for the rail.
     """
 
     key: str
@@ -58,22 +58,22 @@ class ScreenSpec:
     note: Callable[[Model], tuple[str, str]] = lambda model: ("", "")
 
     def belongs_in_front(self, model: Model) -> bool:
-        """Whether this screen is to be seen now."""
+        """Return whether this screen should be visible now."""
         return model.step == self.key if self.in_front is None else self.in_front(model)
 
     def make_presenter(
         self, services: Services, place_controller: PlaceController
     ) -> ScreenPresenter:
-        """Make the presenter; it lives as long as the window."""
+        """Create the presenter, which lives as long as the window."""
         presenter: ScreenPresenter = self._part("screen", "Presenter")(services, place_controller)
         return presenter
 
     def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
-        """Make the view, a `QWidget`; it is rebuilt when theme, scale or layout change."""
+        """Create the view, a `QWidget`, which is rebuilt after a change of theme, scale or layout."""
         return self._part("screen_view", "Screen")(presenter, compact)
 
     def read_in(self) -> None:
-        """Import its code before it is shown."""
+        """Import the screen's code before it is shown."""
         self._part("screen", "Presenter")
         self._part("screen_view", "Screen")
 
@@ -88,7 +88,7 @@ def _style(model: Model) -> tuple[str, str]:
 
 
 def _number_shown(model: Model) -> bool:
-    """Whether the rail shows the turn: on the way there the distance to go stands alone."""
+    """Return whether the rail shows the turn, which it hides while the distance to go is shown."""
     return model.step != Step.TURN and not model.goal_computing
 
 
@@ -111,7 +111,7 @@ SCREENS: Final = (
         icon="probe",
         done=lambda model: model.light is not None,
     ),
-    # Before the gallery, which it covers.
+    # listed before the gallery, which it covers
     ScreenSpec(
         "paint",
         in_front=lambda model: model.step == Step.STYLES and model.painting is not None,
@@ -147,15 +147,15 @@ SCREENS: Final = (
 
 
 def screen(key: str) -> ScreenSpec:
-    """Find a screen by its key."""
+    """Return a screen by its key."""
     return next(spec for spec in SCREENS if spec.key == key)
 
 
 def screen_of(model: Model) -> ScreenSpec:
-    """Say which screen belongs in front."""
+    """Return the screen that should be visible now."""
     return next(spec for spec in SCREENS if spec.belongs_in_front(model))
 
 
 def steps() -> tuple[ScreenSpec, ...]:
-    """Give the screens on the rail, from top to bottom."""
+    """Return the screens on the rail, from top to bottom."""
     return tuple(spec for spec in SCREENS if spec.title)

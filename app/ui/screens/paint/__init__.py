@@ -1,1 +1,1 @@
-"""The Paint screen: tools, canvas, and what the strokes change in this place."""
+"""The Paint screen: tools, canvas, and the effect of the strokes in this place."""

@@ -1,4 +1,4 @@
-"""What the canvas shows: weights, target or picture here, on a head seen from some side."""
+"""The view on the canvas: weights, target or picture here, on a head at any angle."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from app.ui.screens.paint.document import PaintDocument
 from app.ui.screens.paint.head_pixels import HeadLook, head_picture, turned_look
 
 Point: TypeAlias = "tuple[float, float, float]"
-"""Position of the pen, canvas pixels from the upper left corner, and its pressure, 0 to 1."""
+"""Position of the pen in canvas pixels from the upper left corner, and its pressure from 0 to 1."""
 
 _TURN_JOB: Final = "paint-turn"
 
 
 class CanvasMode(StrEnum):
-    """What the canvas shows."""
+    """The contents of the canvas."""
 
     WEIGHTS = "weights"
     TARGET = "target"
@@ -34,12 +34,12 @@ class CanvasMode(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CanvasState:
-    """What lies under the strokes.
+    """The parts of the canvas underneath the strokes.
 
     Attributes:
         notice: Text in place of a canvas that is not open yet.
-        picture: (N, N, 3) uint8 or None. Picture of the head in place of the weights, sRGB,
-            continued beyond its edge.
+        picture: Picture of the head in place of the weights, (N, N, 3) uint8 sRGB, extended beyond
+            its edge, or None.
     """
 
     notice: str = ""
@@ -50,21 +50,21 @@ class CanvasState:
 
 
 class CanvasLook:
-    """Chooses what the canvas shows, and from which side."""
+    """Selects the contents of the canvas and the viewing angle."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
         self._changed = changed
         self._document: PaintDocument | None = None
-        self._steps = 0  # of the head, still to be made
+        self._steps = 0  # views that are still to be rendered
         self.mode = CanvasMode.WEIGHTS
 
     def take(self, document: PaintDocument | None) -> None:
-        """Show this painting from now on."""
+        """Switch to this painting."""
         self._document = document
 
     def show(self, mode: CanvasMode) -> None:
-        """Show something else on the canvas."""
+        """Show other contents on the canvas."""
         if mode is not self.mode:
             self.mode = mode
             if self._document is not None and mode is not CanvasMode.WEIGHTS:
@@ -72,12 +72,12 @@ class CanvasLook:
             self._changed()
 
     def turn_head(self, steps: int) -> None:
-        """Turn the head by some views to its left, to paint there; 0 shows the front."""
+        """Turn the head by some views to its left, to paint on its side; 0 shows the front."""
         document = self._document
         if document is None or document.session.stroking:
             return
         yaw = document.turned.yaw_deg if steps and document.turned is not None else 0.0
-        # Keys may come faster than views.
+        # Keys may be pressed faster than views are rendered.
         steps = self._steps = self._steps + steps if steps else 0
         head, tell = document.head, self._services.notify.tell
 
@@ -96,14 +96,15 @@ class CanvasLook:
         )
 
     def resolve(self, document: PaintDocument, answer: Answer, brush: Brush) -> CanvasState:
-        """Return what the canvas shows of a painting."""
+        """Return the state of the canvas for a painting."""
         head = document.turned or document.look
         return CanvasState("", brush, self.mode, head, self._picture(document, answer.picture))
 
     def _picture(self, document: PaintDocument, linear: Float32 | None) -> Bytes | None:
-        """Return the picture in place of the weights; None while they are shown.
+        """Return the picture in place of the weights, or None while those are shown.
 
-        `linear`: the head at the best turn here, (N, N, 3); None without light.
+        Args:
+            linear: The head at the best turn here, (N, N, 3), or None without light.
         """
         if self.mode is CanvasMode.WEIGHTS:
             return None
@@ -117,7 +118,7 @@ class CanvasLook:
         return head_picture(linear, document.look.coverage)
 
     def actions(self) -> Sequence[Action]:
-        """List what the keyboard does with the view."""
+        """Return the view's keyboard actions."""
         weights, target, here = CanvasMode
         return (
             Action("show-weights", tr("Show the weights"), lambda: self.show(weights),

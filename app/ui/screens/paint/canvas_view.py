@@ -1,4 +1,4 @@
-"""The canvas: handles mouse, pen and keyboard, and shows the head with its weights."""
+"""The canvas, which handles mouse, pen and keyboard and shows the head with its weights."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from app.ui.theme import px
 from app.ui.widgets.accessibility import describe, give_role
 
 _FRAME_MS: Final = 8  # faster moves are combined
-_STEP: Final = 1.2  # of the zoom box
+_STEP: Final = 1.2  # margin of the zoom box
 _NOTCH: Final = 120.0
 _MARGIN: Final = 12
 _ARROWS: Final = {
@@ -42,20 +42,21 @@ _ARROWS: Final = {
     Qt.Key.Key_Down: (0, 1),
 }
 _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
-_FIRST: Final = (0.42, 0.62)  # first position of the keyboard's brush: a cheek
+_FIRST: Final = (0.42, 0.62)  # initial position of the keyboard's brush: a cheek
 
 
 class PaintCanvas(Plot):
-    """The head, its weights, and the brush.
+    """The head, its weights and the brush.
 
-    Mouse and pen paint; the wheel zooms, the middle button or Space with the mouse pans. Arrows
-    move the brush by a pixel, with Shift by ten; Enter or Space paints a dab; +, − and 0 zoom.
+    Mouse and pen paint. The wheel zooms, and the middle button, or Space with the mouse, pans.
+    Arrows move the brush by one pixel, or with Shift by ten; Enter or Space paints a dab; +, − and
+    0 zoom.
 
     Attributes:
         pressed: Signal(object, bool). Start of a stroke: a `Point`, and whether it is the eraser.
-        drawn, lifted: Signal(object). More of a stroke, and its end: a list of `Point`s.
-        dabbed: Signal(float, float). One dab, canvas pixels.
-        head_turned: Signal(int). Views to turn the head to its left; 0 for the front.
+        drawn, lifted: Signal(object). Continuation and end of a stroke, each a list of `Point`s.
+        dabbed: Signal(float, float). A single dab, in canvas pixels.
+        head_turned: Signal(int). Number of views to turn the head to its left, or 0 for the front.
     """
 
     pressed = Signal(object, bool)
@@ -101,7 +102,7 @@ class PaintCanvas(Plot):
     # -- what the screen calls -----------------------------------------------------------------
 
     def show_state(self, state: CanvasState) -> None:
-        """Show head, mode and brush."""
+        """Show the head, the mode and the brush."""
         if self._face.set_head(state.head):
             yaw = 0.0 if state.head is None else state.head.yaw_deg
             self._zoom.set_yaw(yaw)
@@ -117,7 +118,7 @@ class PaintCanvas(Plot):
             self._describe()
 
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
-        """Colour and repaint the changed regions; None for everything."""
+        """Repaint the changed regions, or everything if it is None."""
         if regions is None or self._face.size != canvas.size:
             fresh = self._face.size != canvas.size
             self._face.set_canvas(canvas)
@@ -129,17 +130,17 @@ class PaintCanvas(Plot):
             self._face.show_region(canvas, region)
 
     def fit(self) -> None:
-        """Let the head fill the canvas."""
+        """Fit the head to the canvas."""
         self._fits = True
         size = self._face.size or 1
         self._look(fitting(self.width(), self.height(), size))
         self._fits = True
 
     def at(self, x: float, y: float) -> QPointF:
-        """Point of the widget over a canvas pixel."""
+        """Return the point of the widget over a canvas pixel."""
         return QPointF(*self.viewing.to_widget(x, y))
 
-    # -- looking -------------------------------------------------------------------------------
+    # -- zoom and pan --------------------------------------------------------------------------
 
     def _look(self, view: Viewing) -> None:
         self.viewing = view.within(self.width(), self.height(), self._face.size or 1)
@@ -154,7 +155,7 @@ class PaintCanvas(Plot):
         self._look(self.viewing.zoomed(self.viewing.zoom * _STEP**way, *middle))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the head fitted, or the centre of the view."""
+        """Keep the head fitted, or the centre of the view in place."""
         super().resizeEvent(event)
         margin = px(_MARGIN)
         self._zoom.move(self.width() - self._zoom.width() - margin, margin)
@@ -189,7 +190,7 @@ class PaintCanvas(Plot):
         if self._panning is not None:
             step = here - self._panning
             self._panning = here
-            self._space = False  # Space pans now, so it paints no dab.
+            self._space = False  # Space is used for panning now, so its release paints no dab.
             self._look(self.viewing.moved(step.x(), step.y()))
         elif self._stroking:
             self._on(here, 1.0)
@@ -261,7 +262,7 @@ class PaintCanvas(Plot):
             self._move_ring(self._last)
 
     def _spot(self, here: QPointF) -> tuple[float, float] | None:
-        """Return the canvas pixel under a point; None on skin that the front hides."""
+        """Return the canvas pixel under a point, or None on skin that is hidden from the front."""
         return self._face.on_front(*self.viewing.to_canvas(here.x(), here.y()))
 
     def leaveEvent(self, event: QEvent) -> None:
@@ -288,14 +289,14 @@ class PaintCanvas(Plot):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move the brush, paint a dab, zoom."""
+        """Move the brush, paint a dab or zoom."""
         key = Qt.Key(event.key())
         zooms = {Qt.Key.Key_Plus: 1, Qt.Key.Key_Equal: 1, Qt.Key.Key_Minus: -1}
         if key in _ARROWS:
             far = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
             self._step_ring(_ARROWS[key][0] * far, _ARROWS[key][1] * far)
         elif key == Qt.Key.Key_Space:
-            # A dab on release: until then Space may pan.
+            # A dab is painted on release, because Space may still start a pan.
             self._space = True
         elif key in _DABS and not event.isAutoRepeat():
             self._dab()
@@ -316,7 +317,7 @@ class PaintCanvas(Plot):
         super().keyReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show where the keyboard paints."""
+        """Show the position of the keyboard's brush."""
         super().focusInEvent(event)
         if self._ring is None and not self.underMouse():
             self._by_keys = True
@@ -351,7 +352,7 @@ class PaintCanvas(Plot):
         top = float(self._face.size)
         x, y = min(max(round(x) + dx, 0.0), top), min(max(round(y) + dy, 0.0), top)
         there = self.at(x, y)
-        # Scroll after a brush that leaves the canvas.
+        # Scroll to keep the brush visible.
         out_x = min(there.x(), 0.0) + max(there.x() - self.width(), 0.0)
         out_y = min(there.y(), 0.0) + max(there.y() - self.height(), 0.0)
         if out_x or out_y:

@@ -1,4 +1,4 @@
-"""The painting under way: its canvas, its head, the style it began from, and where it is saved."""
+"""The open painting: its canvas, its head, its original style and its file."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ class OpenedCanvas:
     style: UserStyle | None
     restored: bool
     notes: tuple[str, ...] = ()
-    version: str = ""  # of the draft's file
+    version: str = ""  # version of the draft's file
     saved: Layers | None = field(default=None, repr=False)
 
 
 def first_title(style: Style | UserStyle | None) -> str:
-    """Return a title for a painting that begins from a style: "My Rembrandt"."""
+    """Return a title for a painting based on a style: "My Rembrandt"."""
     return tr("My style") if style is None else tr("My {style}", style=style.title)
 
 
 def named_style(
     head: Head, own: Sequence[UserStyle], name: str
 ) -> tuple[Style | None, UserStyle | None]:
-    """Find a style by its name among the built-in ones and the user's own."""
+    """Return a style by name, from the built-in ones or the user's own."""
     mine = next((style for style in own if style.name == name), None)
     if mine is not None:
         return None, mine
@@ -60,7 +60,7 @@ def named_style(
 
 
 def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) -> OpenedCanvas:
-    """Open the draft that began from a style, or start a new canvas."""
+    """Open the draft based on a style, or start a new canvas."""
     built_in, mine = named_style(head, own, key)
     path, draft, notes = find_draft(folder, key)
     version = draft_version(path)
@@ -90,7 +90,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
 
 
 class PaintDocument:
-    """The painting that is open, with its session."""
+    """The open painting with its session."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class PaintDocument:
     def renew(
         self, head: Head, table: LightTable | None, settings: Settings, front_deg: float
     ) -> None:
-        """Keep the canvas on another head, in other light or with other settings."""
+        """Move the canvas to another head, light or set of settings."""
         if head is not self.head:
             self.head, self.look, self.turned = head, head_look(head.transport), None
         self.session = self._session(self.session.canvas, table, settings, front_deg)
@@ -128,7 +128,7 @@ class PaintDocument:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the canvas differs from the saved style, or from its start."""
+        """Whether the canvas differs from the saved style, or from its starting point."""
         canvas = self.session.canvas
         if self._saved is None:
             return canvas.touched
@@ -136,14 +136,14 @@ class PaintDocument:
 
     @property
     def built_in(self) -> str:
-        """Name of the built-in style that the canvas still equals; empty after the first stroke."""
+        """Name of the built-in style that the canvas still equals, or empty after a stroke."""
         if self.unsaved:
             return ""
         name = self.start if self.style is None else self.style.copy_of
         return name if any(style.name == name for style in self.head.pack.styles) else ""
 
     def own_answer(self, model: Model) -> StyleResult | None:
-        """Return the result of the style that the canvas still equals; None after a stroke."""
+        """Return the result of the style that the canvas still equals, or None after a stroke."""
         if self.unsaved or self.session.stroking or self.head is not model.head:
             return None
         name = self.start if self.style is None else self.style.name
@@ -157,14 +157,14 @@ class PaintDocument:
         return target_picture(self.head.transport, self.session.weights), None
 
     def draft(self) -> Draft | None:
-        """Return the unsaved painting; None when everything is saved."""
+        """Return the unsaved painting, or None if everything is saved."""
         if not self.unsaved:
             return None
         name = self.style.name if self.style is not None else ""
         return Draft(self.session.canvas, self.title, self.start, name, self.head.name)
 
     def saved_as(self, style: UserStyle, path: Path) -> None:
-        """Continue as the style that was saved."""
+        """Continue with the style that was saved."""
         self.key, self.title, self.style, self.path = style.name, style.title, style, path
         self._saved = (style.weights, style.ignore)
 

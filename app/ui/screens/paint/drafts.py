@@ -1,4 +1,4 @@
-"""Drafts of unsaved painting, written a moment after each change."""
+"""Drafts of unsaved paintings, written a moment after each change."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ class DraftKeeper:
         self._has_warned = False
 
     def opened(self, path: Path, version: str) -> None:
-        """Remember the version of a draft that was read; another window writes another one."""
+        """Remember the version of a draft, to recognise a later one from another window."""
         self._versions[path] = version
 
     def keep(self, path: Path, draft: Draft | None) -> None:
-        """Write a draft soon; None deletes the file, because everything is saved."""
+        """Write a draft soon, or delete its file if it is None because everything is saved."""
         with self._lock:
             self._waiting[path] = draft
         self._start()
 
     def flush(self) -> bool:
-        """Write all pending drafts now; returns whether they are on disk, else warns."""
+        """Write all pending drafts now, and return whether that succeeded; warn if not."""
         try:
             self._write()
         except (CoreError, OSError) as error:
@@ -64,7 +64,7 @@ class DraftKeeper:
         self._write()
 
     def _write(self) -> None:
-        # Only writers wait for the disk. A stroke that ends meanwhile is queued at once.
+        # Only writers wait for the disk; a stroke that ends meanwhile is queued at once.
         with self._writing:
             with self._lock:
                 waiting = tuple(self._waiting.items())
@@ -78,7 +78,7 @@ class DraftKeeper:
                         del self._waiting[path]
 
     def _replace(self, path: Path, draft: Draft | None) -> None:
-        """Write a draft, or delete it for None; rename a draft of another window."""
+        """Write a draft, or delete it if it is None; a draft of another window is renamed first."""
         here = draft_version(path)
         if here and here != self._versions.get(path, here):
             self._others.append(put_draft_aside(path))
@@ -109,7 +109,7 @@ class DraftKeeper:
             self._start()
 
     def _failed(self, error: Exception) -> None:
-        # Warn once, not after every stroke; the next stroke tries again.
+        # Warn only once, not after every stroke; the next stroke tries again.
         if not self._has_warned:
             self._has_warned = True
             why = disk_words(error)

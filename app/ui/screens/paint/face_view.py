@@ -1,4 +1,4 @@
-"""The head with its weights, as items of a ViewBox: image, hatch, outline, tags and brush."""
+"""The head with its weights, as items of a ViewBox: image, hatching, outline, tags and brush."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from app.ui.screens.paint.zoom_view import Viewing
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 
-_LEAST_VISIBLE: Final = 0.5  # least visibility of skin that can be painted
+_LEAST_VISIBLE: Final = 0.5  # minimum visibility of skin that can be painted
 _RADIUS: Final = 8
 _TAG_INSET: Final = 12
-_SIGN: Final = 12  # reach of the sign in the middle of the ring
+_SIGN: Final = 12  # extent of the sign in the middle of the ring
 _CLEAR: Final = Qt.GlobalColor.transparent
-_HATCH: Final = 8  # distance of the lines, logical pixels
+_HATCH: Final = 8  # spacing of the lines in logical pixels
 _SIGNS: Final[dict[Tool, BrushSign]] = {
     Tool.BRIGHTER: "plus",
     Tool.DARKER: "minus",
@@ -64,16 +64,16 @@ class _Head(pg.ImageItem):  # type: ignore[misc]
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """Return the canvas, in its pixels."""
+        """Return the area of the canvas, in its pixels."""
         return QRectF(self._pixels.rect())
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint it."""
+        """Paint the image."""
         painter.drawImage(self.boundingRect(), self._pixels)
 
 
 class FaceItems:
-    """What the canvas shows, and its items from back to front."""
+    """The contents of the canvas, with the items from back to front."""
 
     def __init__(self, panel: Panel) -> None:
         c = theme().c
@@ -98,7 +98,7 @@ class FaceItems:
 
     @property
     def size(self) -> int:
-        """Side of the canvas, pixels; 0 before the first one."""
+        """Side of the canvas in pixels, or 0 before the first one."""
         return 0 if self._canvas is None or self._head is None else self._canvas.size
 
     @property
@@ -107,7 +107,7 @@ class FaceItems:
         return self._head is not None and self._head.places is not None
 
     def set_head(self, head: HeadLook | None) -> bool:
-        """Set the head; returns whether it is another one."""
+        """Set the head, and return whether it has changed."""
         if head is self._head:
             return False
         self._head = head
@@ -134,7 +134,7 @@ class FaceItems:
             colours.show_picture(self._picture)
 
     def _laid_on(self, canvas: Canvas) -> Canvas:
-        """Return the canvas as it appears on the head in its view."""
+        """Return the canvas as projected onto the head in its current view."""
         if self._places is None:
             return canvas
         # The centre of pixel i is at i + 0.5.
@@ -146,7 +146,7 @@ class FaceItems:
         return replace(canvas, weights=weights, ignore=ignore)
 
     def on_front(self, x: float, y: float) -> tuple[float, float] | None:
-        """Return the pixel of the front view with the same skin; None where the front hides it."""
+        """Return the front view's pixel with the same skin, or None if the front hides it."""
         if self._places is None:
             return x, y
         column, row = int(x), int(y)
@@ -156,18 +156,18 @@ class FaceItems:
         return (across, down) if visibility >= _LEAST_VISIBLE else None
 
     def show_region(self, canvas: Canvas, region: Region) -> None:
-        """Colour a part of the canvas again."""
+        """Update the colours of a part of the canvas."""
         self._canvas = canvas
         if self._picture is None:
             self._colours.show_weights(self._laid_on(canvas), None if self.turned else region)
             whole = self._image.boundingRect()
-            # Enlarging mixes neighbours, so pixels around it change, too.
+            # Scaling up blends neighbours, so pixels around the region change as well.
             wide, high = region.right - region.left + 4, region.bottom - region.top + 4
             part = QRectF(region.left - 2, region.top - 2, wide, high)
             self._image.update(whole if self.turned else part)
 
     def set_picture(self, picture: Bytes | None) -> bool:
-        """Show a picture in place of the weights, None for weights; returns whether it changed."""
+        """Show a picture, or the weights if it is None; return whether it has changed."""
         if picture is self._picture:
             return False
         self._picture = picture
@@ -178,7 +178,7 @@ class FaceItems:
         return True
 
     def set_words(self, notice: str, weights: bool) -> bool:
-        """Set the text in place of a missing canvas; returns whether it changed."""
+        """Set the text in place of a missing canvas, and return whether it has changed."""
         new = (notice, weights) != (self._notice, self._weights)
         self._notice, self._weights = notice, weights
         return new
@@ -190,11 +190,11 @@ class FaceItems:
         self._panel.look_at(QRectF(-view.left / view.zoom, -view.top / view.zoom, wide, high))
 
     def repaint(self) -> None:
-        """Paint everything again."""
+        """Repaint everything."""
         self._panel.viewport().update()
 
     def show_ring(self, place: tuple[float, float] | None, brush: Brush) -> None:
-        """Show the brush at a canvas pixel, and its mirror image paler; None hides both."""
+        """Show the brush at a canvas pixel with a paler mirror image, or hide both for None."""
         fresh, self._brush = brush != self._brush, brush
         mirrored = brush.mirror and not self.turned
         for ring, visible in ((self._ring, True), (self._twin, mirrored)):
@@ -206,7 +206,7 @@ class FaceItems:
                 ring.update()
 
     def _draw_over(self, painter: QPainter, part: QRect) -> None:
-        """Paint hatch, outline, tags and corners over the head."""
+        """Paint hatching, outline, tags and corners over the head."""
         t, area, view = theme(), self._panel.rect(), self._view
         ratio = device_ratio(painter)
         if self.size:
@@ -237,12 +237,12 @@ class FaceItems:
         ring = self._once("ring", key, lambda: self._draw_ring(brush, zoom, ratio))
         half = ring.width() / ratio / 2
         painter.setOpacity(opacity)
-        # On whole device pixels, to stay sharp.
+        # Align it with whole device pixels to stay sharp.
         x, y = (round((value - half) * ratio) / ratio for value in place)
         painter.drawPixmap(QPointF(x, y), ring)
 
     def _once(self, what: str, key: object, make: Callable[[], QPixmap]) -> QPixmap:
-        """Return a pixmap that is drawn once per key: antialiased circles are slow."""
+        """Return a cached pixmap, because antialiased circles are slow to draw."""
         entry = self._cache.get(what)
         if entry is None or entry[0] != key:
             entry = self._cache[what] = (key, make())
@@ -270,7 +270,7 @@ class FaceItems:
         return pixmap
 
     def _draw_hatch(self, painter: QPainter, target: QRectF, part: QRect, ratio: float) -> None:
-        """Hatch ignored areas, with lines that stay sharp at any zoom."""
+        """Hatch ignored areas with lines that stay sharp at any zoom."""
         part = part.intersected(target.toAlignedRect())
         if part.isEmpty():
             return
@@ -291,7 +291,7 @@ class FaceItems:
 
 
 def _pixmap(side: int, ratio: float, fill: QColor | Qt.GlobalColor = _CLEAR) -> QPixmap:
-    """Return a square pixmap; `side` in logical pixels."""
+    """Return a square pixmap with a side in logical pixels."""
     pixmap = QPixmap(round(side * ratio), round(side * ratio))
     pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(fill)

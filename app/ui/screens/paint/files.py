@@ -1,4 +1,4 @@
-"""The painted style as a file: save, rename, duplicate, delete, export and import it."""
+"""The painted style as a file: save, rename, duplicate, delete, export and import."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ _ABOUT: Final = "style"  # subject of the messages that a save clears
 ALL_SAVED: Final = tr("Everything is saved")
 
 NameWish: TypeAlias = Literal["save", "save-as", "rename"]
-"""What the name is for."""
+"""Purpose of the name."""
 
 FileWish: TypeAlias = Literal["export", "import_style"]
-"""What the file is for."""
+"""Purpose of the file."""
 
 
 @dataclass(frozen=True, slots=True)
 class SaveState:
-    """Title and save button.
+    """The title and the save button.
 
     Attributes:
-        status: "not saved yet", "saved"; empty while nothing is open.
-        words: Text of the save button.
-        why: Why saving is not possible now; empty if it is.
+        status: "not saved yet" or "saved", or empty while no painting is open.
+        words: Label of the save button.
+        why: The reason why saving is impossible now, or empty.
         busy: Whether a save is running.
     """
 
@@ -52,23 +52,23 @@ class SaveState:
 
 
 class FilesView(Protocol):
-    """Asks for names and files."""
+    """A view that asks for names and files."""
 
     def ask_name(self, wish: NameWish, title: str) -> None:
-        """Ask for a name; the answer goes to the presenter's `files.named`."""
+        """Ask for a name, and pass it to the presenter's `files.named`."""
 
     def show_trouble(self, sentence: str) -> None:
-        """Show beside the name why it is refused; empty closes the question."""
+        """Show why the name is invalid, or close the question if the sentence is empty."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file; the answer goes to the presenter's `files` method of the same name."""
+        """Ask for a file, and pass it to the presenter's `files` method of the same name."""
 
 
 def save_why(advice: Advice | None, document: PaintDocument) -> str:
-    """Return why the painting cannot be saved now; empty if it can."""
+    """Return why the painting cannot be saved now, or empty if it can."""
     if not document.unsaved:
         return advice_words(Advice.NOTHING_PAINTED) if document.style is None else ALL_SAVED
-    # Restored to its start, a saved style still differs from what was saved.
+    # A saved style that is cleared back to its start differs from its file, so it can be saved.
     restored = advice is Advice.NOTHING_PAINTED and document.style is not None
     return "" if restored else advice_words(advice)
 
@@ -99,15 +99,15 @@ class PaintFiles:
         self.saving = False
 
     def attach(self, view: FilesView | None) -> None:
-        """Ask this view for names and files from now on; None detaches it."""
+        """Ask this view for names and files from now on, or no view if it is None."""
         self._view = view
 
     def take(self, document: PaintDocument) -> None:
-        """Work on this painting from now on."""
+        """Switch to this painting."""
         self._document = document
 
     def resolve(self, document: PaintDocument, advice: Advice | None) -> SaveState:
-        """Return title and save button."""
+        """Return the title and the save button."""
         new = document.style is None
         return SaveState(
             title=document.title,
@@ -118,7 +118,7 @@ class PaintFiles:
         )
 
     def actions(self) -> Sequence[Action]:
-        """List the entries of the menu beside the main button."""
+        """Return the entries of the menu beside the main button."""
         own, open_, painted = self._is_own, self._is_open, self._is_painted
         return (
             Action("save-style-as", tr("Save as a new style…"), self.ask_save_as, "save",
@@ -133,7 +133,7 @@ class PaintFiles:
     # -- saving --------------------------------------------------------------------------------
 
     def ask_save(self) -> None:
-        """Save changes of the user's own style at once; ask for the name of a new one."""
+        """Save changes of the user's own style at once, or ask for the name of a new one."""
         document = self._document
         if document is None or self.saving:
             return
@@ -148,12 +148,12 @@ class PaintFiles:
             self._view.ask_name("save-as", self._document.title)
 
     def ask_rename(self) -> None:
-        """Ask for another name."""
+        """Ask for a new name."""
         if self._document is not None and self._view is not None:
             self._view.ask_name("rename", self._document.title)
 
     def named(self, wish: NameWish, title: str) -> None:
-        """Use the name that was typed."""
+        """Save or rename the style with the typed name."""
         document = self._document
         if document is None or self.saving:
             return
@@ -202,7 +202,7 @@ class PaintFiles:
         work: Callable[[], UserStyle],
         done: Callable[[UserStyle], None],
     ) -> None:
-        """Write a style in a job; the canvas stays, also after an error."""
+        """Write a style in a job; the canvas stays open, even after an error."""
         document.session.abort()
         self.saving = True
         self._changed()
@@ -227,11 +227,11 @@ class PaintFiles:
         document.saved_as(style, before if document.key == style.name else path)
         if document.path != before:
             self._keeper.keep(before, None)
-        # Strokes painted during the save are a draft again.
+        # Strokes painted during the save form a new draft.
         self._keeper.keep(document.path, document.draft())
         self._say_trouble("")
         is_away = self._services.model.painting is None
-        # Do not come back to a screen that was left meanwhile.
+        # The user may have left the screen meanwhile, so stay on the current one.
         self._own_styles.add(style, painting=None if is_away else style.name)
         self._place_controller.refresh_user_styles()
         self._services.notify.tell(
@@ -247,7 +247,7 @@ class PaintFiles:
         self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
     def _facts(self, document: PaintDocument, canvas: Canvas) -> dict[str, str]:
-        """Return side, place, head and origin of the painted style."""
+        """Return side, place, head and original style of the painted style."""
         head = document.head
         built_in, mine = named_style(head, self._services.model.user_styles, document.start)
         origin = mine.style if mine is not None else built_in
@@ -284,7 +284,7 @@ class PaintFiles:
             )
 
     def duplicate(self) -> None:
-        """Copy the user's style as it is saved."""
+        """Copy the user's style as it was last saved."""
         style = self._own()
         if style is None:
             return
@@ -303,12 +303,12 @@ class PaintFiles:
     # -- export and import ---------------------------------------------------------------------
 
     def ask_export(self) -> None:
-        """Ask for the file to export to."""
+        """Ask for a file to export to."""
         if self._document is not None and self._view is not None:
             self._view.ask_file("export", f"{plain_name(self._document.title)}{EXPORT_ENDING}")
 
     def export(self, path: Path) -> None:
-        """Write the canvas to one file, saved or not."""
+        """Export the canvas to a single file, whether or not it is saved."""
         document = self._document
         if document is None:
             return
@@ -320,7 +320,7 @@ class PaintFiles:
         self._own_styles.export(style, path)
 
     def ask_import(self) -> None:
-        """Ask for the file of a style."""
+        """Ask for a style file to import."""
         if self._view is not None:
             self._view.ask_file("import_style", "")
 
@@ -330,7 +330,7 @@ class PaintFiles:
             path, lambda style: self._offer(style, tr("{title} imported.", title=style.title))
         )
 
-    # -- helpers -------------------------------------------------------------------------------
+    # -- user's styles -------------------------------------------------------------------------
 
     def _offer(self, style: UserStyle, message: str) -> None:
         """Add a style to the user's styles and offer to paint on it."""

@@ -1,4 +1,4 @@
-"""The head and its weights as pixels: soft grey light, colours of weights, outline."""
+"""The head and its weights as pixels: soft grey light, colours of the weights and outline."""
 
 from __future__ import annotations
 
@@ -19,36 +19,36 @@ from app.core.text import tr
 Pixels: TypeAlias = NDArray[np.uint32]
 Colour: TypeAlias = tuple[int, int, int]
 
-_FACE: Final = 0.5  # least share of head in a face pixel
-_SOLID: Final = 0.9  # below this share a pixel copies its neighbours: no fringe at the edge
-_LEVEL: Final = 0.30  # linear grey of the median pixel, with room for orange and blue
+_FACE: Final = 0.5  # minimum coverage of a pixel that counts as face
+_SOLID: Final = 0.9  # below this coverage, pixels copy their neighbours
+_LEVEL: Final = 0.30  # linear grey of the median pixel, which leaves room for orange and blue
 _SKY: Final = 0.8
 _FRONT: Final = 0.7
-_LEVELS: Final = 127  # of weights, on either side of 0
+_LEVELS: Final = 127  # number of weights on either side of 0
 _MIDDLE: Final = 0.58  # sRGB value of the head's median pixel
 _STRONGEST: Final = 0.90  # opacity of full weight, so that the face shows through
-_BEND: Final = 2.2  # makes faint weights visible, without an edge where they change sign
+_BEND: Final = 2.2  # makes faint weights visible, without an edge where the sign changes
 _FADE: Final = 8.0  # an ignored area fades within an eighth of the layer's range
 _OPAQUE: Final = np.uint32(0xFF000000)
-_EDGE: Final = 1.6  # width of the outline, device pixels
-_SOFT: Final = 0.4  # blur of enlarged pictures, pixels of the head
-_SPREAD: Final = 2.7  # pixels of the head over which a smoothed edge rises
+_EDGE: Final = 1.6  # width of the outline in device pixels
+_SOFT: Final = 0.4  # blur of enlarged pictures in pixels of the head
+_SPREAD: Final = 2.7  # width of a smoothed edge in pixels of the head
 _FINER: Final = 4
-_LEAST: Final = np.float32(0.01)  # least share of head in a pixel
-_SMOOTH: Final = 1.0  # blur of the outline, pixels of the head
+_LEAST: Final = np.float32(0.01)  # minimum coverage of a pixel by the head
+_SMOOTH: Final = 1.0  # blur of the outline in pixels of the head
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadLook:
-    """A head that is painted on.
+    """A head to paint on.
 
     Attributes:
-        grey: (N, N) float32. The head in soft grey light, sRGB values 0 to 1, continued beyond its
-            edge.
-        coverage: (N, N) float32. Share of each pixel that the head covers.
-        yaw_deg: How far the face is turned toward its own left from the line to the lens, deg.
-        places: (N, N, 3) float32, or None from the front. Where the front view shows the skin of
-            each pixel; see `PaintedHead.places_on_front`.
+        grey: (N, N) float32. The head in soft grey light as sRGB values from 0 to 1, extended
+            beyond its edge.
+        coverage: (N, N) float32. Fraction of each pixel that the head covers.
+        yaw_deg: Angle in degrees by which the face is turned from the lens toward its own left.
+        places: (N, N, 3) float32, or None from the front. Position of each pixel's skin in the
+            front view; see `PaintedHead.places_on_front`.
     """
 
     grey: Float32 = field(repr=False)
@@ -58,7 +58,7 @@ class HeadLook:
 
 
 def head_words(yaw_deg: float) -> str:
-    """Name the view: "the head turned 30° to its left"."""
+    """Return a name for the view: "the head turned 30° to its left"."""
     if not yaw_deg:
         return tr("the head seen from the front")
     size = round(abs(yaw_deg))
@@ -68,7 +68,7 @@ def head_words(yaw_deg: float) -> str:
 
 
 def head_look(transport: Transport) -> HeadLook:
-    """Light a head softly and evenly from both sides, so that its form is visible."""
+    """Light a head softly and evenly from both sides, so that its shape is visible."""
     rows, columns = transport.environment_shape
     elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)[:, None]
     azimuth = 2 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)[None, :]
@@ -77,14 +77,14 @@ def head_look(transport: Transport) -> HeadLook:
     coverage = to_image(transport, transport.coverage)
     grey = _continued(to_image(transport, np.maximum(render(transport, light), 0.0)), coverage)
     face = coverage >= _FACE
-    # numpy.median would import masked arrays first, 40 ms.
+    # numpy.median would first import masked arrays, which takes 40 ms.
     middle = float(np.sort(grey[face])[int(face.sum()) // 2]) if face.any() else 1.0
     tones = colour.srgb_encode(np.clip(grey * (_LEVEL / max(middle, 1e-30)), 0.0, 1.0))
     return HeadLook(np.asarray(tones, np.float32), coverage)
 
 
 def turned_look(head: Head, yaw_deg: float, steps: int) -> HeadLook | None:
-    """Return a head some views further to its left; None is the front view."""
+    """Return a head turned by some views to its left, or None for the front view."""
     yaws = head.aside.yaws
     yaw = yaws[min(max(yaws.index(yaw_deg) + steps, 0), len(yaws) - 1)]
     if not yaw:
@@ -95,15 +95,16 @@ def turned_look(head: Head, yaw_deg: float, steps: int) -> HeadLook | None:
 
 
 def head_picture(linear: NDArray[np.floating[Any]], coverage: Float32) -> Bytes:
-    """Develop a picture of the head for the canvas.
+    """Render a picture of the head for the canvas.
 
     Args:
-        linear: (N, N, 3) float. Linear Rec. 709 on black; edge pixels are scaled by the coverage.
-        coverage: (N, N) float32. Share of each pixel that the head covers.
+        linear: (N, N, 3) float. Linear Rec. 709 on black; edge pixels are multiplied by the
+            coverage.
+        coverage: (N, N) float32. Fraction of each pixel that the head covers.
 
     Returns:
-        (N, N, 3) uint8. sRGB, exposed by `app.core.base.colour.face_exposure`, continued beyond
-        the edge.
+        (N, N, 3) uint8. sRGB exposed by `app.core.base.colour.face_exposure`, extended beyond the
+        edge.
     """
     whole = _continued(np.asarray(linear, np.float32), coverage)
     face = coverage >= _FACE
@@ -141,7 +142,7 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
     weight = np.arange(-_LEVELS, _LEVELS + 1)[None, :, None] / _LEVELS
     opacity = _STRONGEST * np.expm1(-_BEND * np.abs(weight)) / np.expm1(-_BEND)
     tint = np.where(weight < 0, np.array(minus, float), np.array(plus, float))
-    # The form of the face stays visible in the colour.
+    # The shape of the face stays visible in the colour.
     brightness = np.clip(0.5 + 0.5 * grey / (255 * _MIDDLE), 0.4, 1.25)
     colour = np.clip((1 - opacity) * grey + opacity * np.minimum(tint * brightness, 255.0), 0, 255)
     red, green, blue = np.moveaxis(np.rint(colour).astype(np.uint32), 2, 0)
@@ -149,15 +150,15 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
 
 
 class CanvasColours:
-    """Colours of the canvas, at its own resolution.
+    """Colours of the canvas at its own resolution.
 
     Args:
         plus, minus: sRGB of positive and negative weights.
 
     Attributes:
-        pixels: (S, S) uint32. 0xffRRGGBB; the same array as long as the size stays, so that an
-            image may share its memory.
-        ignored: (S, S) uint8. Opacity of the hatch.
+        pixels: (S, S) uint32. 0xffRRGGBB; the array object stays the same until the size changes,
+            so that an image can share its memory.
+        ignored: (S, S) uint8. Opacity of the hatching.
     """
 
     def __init__(self, plus: Colour, minus: Colour) -> None:
@@ -171,8 +172,8 @@ class CanvasColours:
         """Set the head under the weights.
 
         Args:
-            grey: (N, N) float32. sRGB values, 0 to 1.
-            size: Side of the canvas, pixels.
+            grey: (N, N) float32. sRGB values from 0 to 1.
+            size: Side of the canvas in pixels.
         """
         values = np.rint(np.clip(_enlarged(grey, size), 0.0, 1.0) * 255.0).astype(np.int32)
         self._grey = values * (2 * _LEVELS + 1) + _LEVELS
@@ -181,7 +182,7 @@ class CanvasColours:
             self.ignored = np.zeros(values.shape, np.uint8)
 
     def show_weights(self, canvas: Canvas, region: Region | None = None) -> None:
-        """Colour a region, canvas pixels; the whole canvas by default."""
+        """Update the colours of a region in canvas pixels, or of the whole canvas by default."""
         part = region or Region(0, 0, canvas.size, canvas.size)
         if part.empty or self.pixels.shape != canvas.weights.shape:
             return
@@ -205,14 +206,14 @@ class CanvasColours:
 
 
 def _enlarged(picture: NDArray[Any], size: int) -> NDArray[Any]:
-    """Enlarge a picture of the head smoothly, without visible squares."""
+    """Enlarge a picture of the head smoothly, without visible pixels."""
     fine = cv2.resize(picture, (size, size), interpolation=cv2.INTER_CUBIC)
     spread = _SOFT * size / len(picture)
     return np.asarray(cv2.GaussianBlur(fine, (0, 0), spread, borderType=cv2.BORDER_REPLICATE))
 
 
 def finer_places(places: Float32, size: int) -> Float32:
-    """Enlarge `HeadLook.places` to a canvas, in canvas pixels, (S, S, 3) float32."""
+    """Enlarge `HeadLook.places` to (S, S, 3) float32, in canvas pixels."""
     coverage = (places[..., 2:] >= 0).astype(np.float32)
     share, sums = (
         cv2.resize(each, (size, size), interpolation=cv2.INTER_LINEAR)
@@ -228,15 +229,15 @@ def veil_bytes(
     """Cover everything outside the head, with a clean outline at the screen's resolution.
 
     Args:
-        coverage: (N, N) float32. Share of each pixel that the head covers.
-        size: Width and height, device pixels.
+        coverage: (N, N) float32. Fraction of each pixel that the head covers.
+        size: Width and height in device pixels.
         scale: Device pixels per pixel of the head.
-        offset: Upper left corner of the head's picture, device pixels.
+        offset: Upper left corner of the head's picture in device pixels.
 
     Returns:
-        (height, width) uint32. 0xAARRGGBB, colours multiplied by opacity.
+        (height, width) uint32. 0xAARRGGBB with premultiplied alpha.
     """
-    # Enlarge, then smooth: a cubic through the pixels themselves would make waves.
+    # Enlarge first, then smooth, because a cubic through the pixels would ripple.
     side = _FINER * len(coverage)
     fine = cv2.resize(coverage, (side, side), interpolation=cv2.INTER_LINEAR)
     smooth = cv2.GaussianBlur(fine, (0, 0), _FINER * _SMOOTH, borderType=cv2.BORDER_REPLICATE)

@@ -1,4 +1,4 @@
-"""The live column: what the strokes achieve in this place, while the pen moves."""
+"""The live column: the result of the strokes in this place, updated while the pen moves."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ _PORTRAIT: Final = (232, 200)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveState:
-    """The answer for the canvas as data; the properties put it into words when it is shown.
+    """The answer for the canvas as data, which the properties turn into text for display.
 
     Attributes:
-        sentence: Shown in place of the numbers; empty with a `result`.
-        origin: What the style that painting began from achieves here.
-        picture: (h, w, 3) uint8 or None. Portrait, sRGB.
-        panorama: (h, w, 3) uint8 or None. Panorama of the place, sRGB.
-        front: Panorama azimuth of the photographer, deg.
+        sentence: Text in place of the numbers, or empty with a `result`.
+        origin: Result of the original style here.
+        picture: Portrait, (h, w, 3) uint8 sRGB or None.
+        panorama: Panorama of the place, (h, w, 3) uint8 sRGB or None.
+        front: Panorama azimuth of the photographer in degrees.
         weights: (H, W) float32 or None. Pre-integrated target at turn 0.
-        limit: Least match of a style in reach.
-        stale: Of another head or place than the open one; dimmed under "Computing…".
+        limit: Minimum match of a style in reach.
+        stale: Whether the answer is for another head or place, and so dimmed under "Computing…".
     """
 
     stale: bool = False
@@ -70,12 +70,12 @@ class LiveState:
 
     @property
     def turn_deg(self) -> float:
-        """Best turn, deg; 0 without a result."""
+        """Best turn in degrees, or 0 without a result."""
         return 0.0 if self.result is None else self.result.turn_refined_deg
 
     @property
     def turn(self) -> str:
-        """Size of the best turn: "96°"."""
+        """Size of the best turn, such as "96°"."""
         return "" if self.result is None else size_words(self.turn_deg)
 
     @property
@@ -85,12 +85,12 @@ class LiveState:
 
     @property
     def way(self) -> Way:
-        """Direction of the best turn; empty without a result."""
+        """Direction of the best turn, or empty without a result."""
         return "" if self.result is None else direction_of(self.turn_deg)
 
     @property
     def match_value(self) -> float:
-        """Match at the best turn, 0 to 100."""
+        """Match at the best turn, from 0 to 100."""
         return 0.0 if self.result is None else max(self.result.match, 0.0)
 
     @property
@@ -100,24 +100,24 @@ class LiveState:
 
     @property
     def curve(self) -> tuple[float, ...]:
-        """Match at 64 turns; empty without a result."""
+        """Match at 64 turns, or empty without a result."""
         return () if self.result is None else tuple(map(float, self.result.match_curve))
 
     @property
     def arc(self) -> tuple[float, float] | None:
-        """Tolerance arc, deg; None out of reach."""
+        """Tolerance arc in degrees, or None out of reach."""
         result = self.result
         return None if result is None or not result.attainable else result.arc_deg
 
     @property
     def peaks(self) -> tuple[float, ...]:
-        """Turns of the other peaks, deg."""
+        """Turns of the other peaks in degrees."""
         peaks = () if self.result is None else self.result.peaks[1:]
         return tuple(peak.turn_refined_deg for peak in peaks)
 
     @property
     def good(self) -> str:
-        """Sentence about the turns that do as well, or about what is missing."""
+        """Sentence about equally good turns, or about what is missing."""
         result = self.result
         if result is None:
             return ""
@@ -137,9 +137,10 @@ class LiveState:
 
 
 class LightOnHead:
-    """Keeps one light table; makes another in a job when light or head change.
+    """Keeps one light table, and computes another in a job when light or head change.
 
-    `trouble`: why the light cannot be used; empty if it can.
+    Attributes:
+        trouble: The reason why the light cannot be used, or empty.
     """
 
     def __init__(self, services: Services, ready: Callable[[], None]) -> None:
@@ -150,7 +151,7 @@ class LightOnHead:
         self.trouble = ""
 
     def table(self) -> LightTable | None:
-        """Return the table of the model's light and head; None until it is made."""
+        """Return the table of the model's light and head, or None until it is computed."""
         model = self._services.model
         if model.light is None or model.head is None:
             return None
@@ -199,19 +200,19 @@ class LiveAnswer:
         self._changed = changed
         self._document: PaintDocument | None = None
         self._size: Size = _PORTRAIT
-        self._in_stroke = False  # when the whole column was last resolved
+        self._in_stroke = False  # time of the last update of the whole column
         self.light = LightOnHead(services, ready)
         self.answer: Answer | None = None
         self.state = LiveState()
 
     def take(self, document: PaintDocument | None) -> None:
-        """Answer for this painting from now on."""
+        """Switch to this painting."""
         self._document = document
         if document is None:
             self.answer = None
 
     def set_size(self, rows: int, columns: int) -> bool:
-        """Set the size of the portrait, pixels; returns whether it changed."""
+        """Set the size of the portrait in pixels, and return whether it has changed."""
         if (rows, columns) == self._size or rows <= 0 or columns <= 0:
             return False
         self._size = (rows, columns)
@@ -219,7 +220,7 @@ class LiveAnswer:
         return True
 
     def look(self) -> None:
-        """Solve the canvas and resolve the whole column."""
+        """Solve the canvas and update the whole column."""
         if self._document is not None:
             self._resolve(self._document, self._document.session.answer())
 
@@ -264,7 +265,7 @@ class LiveAnswer:
             return
         portrait = _portrait(document, answer, own, light, model.front_deg, self._size)
         if portrait is not None:
-            # At the pace of the pen.
+            # fast enough to keep up with the pen
             state = replace(state, picture=portrait(quick=True))
         self.state = state = _with_result(state, result)
         if portrait and document.head.may_be_full_at(self._size) and not self._in_stroke:
@@ -277,7 +278,7 @@ class LiveAnswer:
         return not same_head or (own is not None and bool(model.computing))
 
     def _without_result(self, state: LiveState, document: PaintDocument) -> LiveState:
-        """Show the target picture, and a sentence in place of the numbers."""
+        """Show the target picture, with a sentence in place of the numbers."""
         has_light = self._services.model.light is not None
         target, lamps = document.target()
         picture = document.head.portrait(target, self._size, lamps) if target.any() else None
@@ -290,7 +291,7 @@ class LiveAnswer:
         )
 
     def _enlarge(self, state: LiveState, picture: Bytes) -> None:
-        """Show the portrait at full size, now that the hand rests."""
+        """Show the portrait at full size, once the pen is at rest."""
         if self.state is state:
             self.state = replace(state, picture=picture)
             self._changed()
@@ -310,7 +311,7 @@ def _portrait(
     front_deg: float,
     size: Size,
 ) -> Callable[..., Bytes] | None:
-    """Return a function of `quick` that makes the portrait at the best turn; None if there is none.
+    """Return a function of `quick` that renders the portrait at the best turn, or None without one.
 
     Args:
         own: Result of the style that the canvas still equals.
@@ -328,14 +329,14 @@ def _portrait(
 
 
 def _limit(document: PaintDocument) -> float:
-    """Return the least match of a style in reach, as on its card."""
+    """Return the minimum match of a style in reach, as on its card."""
     pack, name = document.head.pack, document.built_in
     own = pack.styles[pack.index(name)].signature if name else None
     return own.match[1] if own is not None and own.relations else LIMITS.match
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:
-    """Return the result of the style that painting began from: "Rembrandt itself: 96, at 96°"."""
+    """Return the result of the original style: "Rembrandt itself: 96, at 96°"."""
     result = next((one for one in model.results if one.name == start), None)
     if result is None or model.head is not head or model.computing:
         return ""

@@ -1,4 +1,4 @@
-"""The live column: portrait, turn, match, panorama, plot, and the save button."""
+"""The live column: portrait, turn, match, panorama, plot and save button."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ _PLOT: Final = (176, 120)  # side in a high and in a low window
 class _Numbers(QWidget):
     """Turn and match, or a sentence in place of them.
 
-    `score`: match with its meter, in a compact window apart from the turn.
+    Attributes:
+        score: Match with its meter, which a compact window shows apart from the turn.
     """
 
     def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
@@ -46,7 +47,7 @@ class _Numbers(QWidget):
         self._origin = Text("", 12, role="dim", wrap=True)
         self._sentence = Text("", 14, wrap=True)
         self._probe = Button(tr("Go to Probe"), size="small", do=presenter.measure)
-        # Centred on the first line of a direction of two lines.
+        # Centre it on the first line of a two-line direction.
         beside = QVBoxLayout()
         beside.addSpacing((t.line_height(14 if compact else 16) - px(20)) // 2)
         add(beside, self._icon, ...)
@@ -84,9 +85,10 @@ class _Numbers(QWidget):
 
 
 class LiveColumn(Surface):
-    """Portrait, turn, match, panorama, plot, and the save button.
+    """Portrait, turn, match, panorama, plot and save button.
 
-    `laid`, Signal(QSize): size of the portrait, logical pixels.
+    Attributes:
+        laid: Signal(QSize). Size of the portrait in logical pixels.
     """
 
     laid = Signal(QSize)
@@ -108,7 +110,7 @@ class LiveColumn(Surface):
             size=(wide, wide // 2), sitter=tr("Sitter faces"), behind=""
         )
         self._panorama.setFixedSize(self._panorama.sizeHint())
-        # It only shows the best turn: nothing to drag.
+        # It only shows the best turn, so there is nothing to drag.
         self._panorama.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._panorama.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._place = QWidget()
@@ -202,7 +204,7 @@ class LiveColumn(Surface):
         self.laid.emit(self._picture.size())
 
     def _fit_plot(self) -> None:
-        """Shrink the plot in a low window, so that nothing scrolls."""
+        """Shrink the plot in a low window, so that nothing has to scroll."""
         if self._plot is None:
             return
         most, least = (px(side) for side in _PLOT)

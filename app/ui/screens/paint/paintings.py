@@ -1,4 +1,4 @@
-"""The paintings in memory: opens one from a style or its draft, and follows its style's name."""
+"""The paintings in memory, opened from a style or its draft, which follow renames of the style."""
 
 from __future__ import annotations
 
@@ -17,30 +17,31 @@ _OPEN_JOB: Final = "paint-open"
 
 
 class Paintings:
-    """Keeps each painting as long as one of its strokes can be undone.
+    """Keeps each painting for as long as one of its strokes can be undone.
 
-    `opening`: key of the style that is being opened; None if none is.
+    Attributes:
+        opening: Key of the style that is being opened, or None.
     """
 
     def __init__(self, services: Services, keeper: DraftKeeper) -> None:
         self._services = services
         self._keeper = keeper
-        # The undo list holds the paintings.
+        # The undo stack keeps the paintings alive.
         self._all: WeakValueDictionary[str, PaintDocument] = WeakValueDictionary()
         self.opening: str | None = None
 
     def add(self, document: PaintDocument) -> None:
-        """Keep a painting under its present key."""
+        """Store a painting under its current key."""
         self._all[document.key] = document
 
     def find(self, key: str) -> PaintDocument | None:
-        """Return the painting of a style that is in memory."""
+        """Return the painting of a style if it is in memory."""
         document = self._all.get(key)
         # A painting that was saved as another style no longer belongs to this key.
         return document if document is not None and document.key == key else None
 
     def open(self, key: str, done: Callable[[PaintDocument, OpenedCanvas], None]) -> None:
-        """Open a painting in a job; `done` is not called if another one is wanted by then."""
+        """Open a painting in a job; `done` is skipped if another one is requested meanwhile."""
         self.opening = key
         model, folder = self._services.model, self._services.folders.drafts
         head, own = model.head, model.user_styles
@@ -67,11 +68,11 @@ class Paintings:
             self.add(document)
 
     def renamed(self, style: UserStyle) -> None:
-        """Rename the painting of a style, or the draft of one that is not open."""
+        """Rename the painting of a style, or its draft if it is not open."""
         document = self._all.get(style.name)
         if document is not None:
             document.saved_as(style, document.path)
-            # The draft has the style's title, too.
+            # The draft contains the style's title as well.
             self._keeper.keep(document.path, document.draft())
             return
         self._keeper.flush()

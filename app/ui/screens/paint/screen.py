@@ -1,4 +1,4 @@
-"""The Paint screen: strokes in, the answer of this place out while the pen moves."""
+"""The Paint screen: turns strokes into answers for this place while the pen moves."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _DRAFT_KEPT: Final = tr("Draft kept. Every stroke is still there.")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaintState:
-    """The Paint screen by panel, apart from the canvas itself."""
+    """The state of the Paint screen by panel, apart from the canvas itself."""
 
     tools: ToolsState = field(default_factory=ToolsState)
     canvas: CanvasState = field(default_factory=CanvasState)
@@ -39,23 +39,24 @@ class PaintState:
 
 
 class PaintView(FilesView, Protocol):
-    """Shows a `PaintState` and a canvas."""
+    """A view that shows a `PaintState` and a canvas."""
 
     def show_state(self, state: PaintState) -> None:
-        """Show it."""
+        """Show the state."""
 
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
         """Show the canvas.
 
-        `regions`: the parts that changed since the last call; None for everything.
+        Args:
+            regions: Parts that have changed since the last call, or None for everything.
         """
 
 
 class PaintPresenter(Presenter[PaintView]):
-    """Takes strokes and resolves the Paint screen.
+    """Handles strokes and resolves the Paint screen.
 
-    Its panels: `tools` is the brush, `look` what the canvas shows, `live` the live column, and
-    `files` saves, renames, duplicates, deletes, exports and imports.
+    Its panels are `tools` for the brush, `look` for the contents of the canvas, `live` for the live
+    column, and `files` for saving, renaming, duplicating, deleting, exporting and importing.
     """
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
@@ -80,7 +81,7 @@ class PaintPresenter(Presenter[PaintView]):
     # -- what the frame calls ------------------------------------------------------------------
 
     def attach(self, view: PaintView) -> None:
-        """Show everything in `view` from now on."""
+        """Show the state in `view` from now on."""
         self._view = view
         self.files.attach(view)
         self._sync()
@@ -88,22 +89,22 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def detach(self) -> None:
-        """Show nothing any more."""
+        """Stop showing the state."""
         super().detach()
         self.files.attach(None)
 
     def enter(self) -> None:
-        """Begin: find the draft, prepare the light."""
+        """Open the draft and prepare the light."""
         self._in_front = True
         self._sync()
 
     def leave(self) -> None:
-        """Pause; what is on the canvas is kept."""
+        """Pause, keeping the canvas."""
         self._in_front = False
         self._put_away()
 
     def actions(self) -> Sequence[Action]:
-        """List what can be done here, actions with hints first."""
+        """Return the available actions, with those that have hints first."""
         undo = self._services.undo
         take, larger, *brush = self.tools.actions()
         return (
@@ -124,9 +125,9 @@ class PaintPresenter(Presenter[PaintView]):
     # -- start and size ------------------------------------------------------------------------
 
     def choose_start(self, key: str) -> None:
-        """Paint from another style, or from nothing; the painting is kept as a draft.
+        """Paint from another style or from nothing, keeping the current painting as a draft.
 
-        Can be undone.
+        The user can undo it.
         """
         document, model = self._document, self._services.model
         if document is None or key in (document.start, document.key):
@@ -141,16 +142,17 @@ class PaintPresenter(Presenter[PaintView]):
         )
 
     def sized(self, rows: int, columns: int) -> None:
-        """Set the size of the portrait, pixels."""
+        """Set the size of the portrait in pixels."""
         if self.live.set_size(rows, columns):
             self._refresh()
 
     # -- strokes -------------------------------------------------------------------------------
 
     def press(self, point: Point, eraser: bool = False) -> None:
-        """Begin a stroke; the eraser, the pen's other end, restores.
+        """Begin a stroke; the eraser at the pen's other end restores.
 
-        The answer follows with the next `draw` or `lift`, so that the hand does not wait for it.
+        The answer follows with the next `draw` or `lift`, so that the pen does not have to wait for
+        it.
         """
         if self._document is not None:
             tool = Tool.RESTORE if eraser else self.tools.brush.tool
@@ -180,7 +182,7 @@ class PaintPresenter(Presenter[PaintView]):
             self._view.show_state(self._state)
 
     def lift(self, points: Sequence[Point] = ()) -> None:
-        """End the stroke after the last points; from now on it can be undone."""
+        """End the stroke after the last points, so that it can be undone."""
         document = self._document
         if document is None or not document.session.stroking:
             return
@@ -194,7 +196,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def give_up(self) -> bool:
-        """Abort the current stroke; returns whether there was one."""
+        """Abort the current stroke, and return whether there was one."""
         document = self._document
         if document is None or not document.session.stroking:
             return False
@@ -203,12 +205,12 @@ class PaintPresenter(Presenter[PaintView]):
         return True
 
     def dab(self, x: float, y: float) -> None:
-        """Paint one dab of the brush, canvas pixels."""
+        """Paint a dab of the brush at a position in canvas pixels."""
         self.press((x, y, 1.0))
         self.lift()
 
     def clear(self) -> None:
-        """Remove all strokes; can be undone."""
+        """Remove all strokes; the user can undo it."""
         document = self._document
         if document is None:
             return
@@ -228,7 +230,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._services.undo.redo()
 
     def back(self) -> None:
-        """Abort the current stroke, otherwise go back to the gallery."""
+        """Abort the current stroke, or return to the gallery."""
         if not self.give_up():
             self._services.model.update(painting=None)
 
@@ -236,7 +238,7 @@ class PaintPresenter(Presenter[PaintView]):
         """Go to the Probe screen."""
         self._services.model.update(step=Step.PROBE, painting=None)
 
-    # -- what is shown -------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> PaintState:
         """Return the state of the screen, apart from the canvas."""
@@ -284,7 +286,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def _look_soon(self) -> None:
-        """Solve the canvas after the current event, so that the hand does not wait."""
+        """Solve the canvas after the current event, so that the pen does not have to wait."""
 
         def done(_: None) -> None:
             self.live.look()
@@ -327,7 +329,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._keeper.keep(document.path, document.draft())
 
     def _bring(self, document: PaintDocument) -> None:
-        """Open a painting, whatever screen is in front."""
+        """Open a painting from whichever screen is visible."""
         if self._document is not document:
             self._put_away(quiet=True)
             self._take(document)
@@ -345,7 +347,7 @@ class PaintPresenter(Presenter[PaintView]):
             self._refresh()
 
     def _sync(self, renew: bool = False) -> None:
-        """Open, or update, the painting that the model names."""
+        """Open or update the painting named by the model."""
         model = self._services.model
         key, head = model.painting, model.head
         if key is None or head is None:
@@ -406,7 +408,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def _put_away(self, quiet: bool = False) -> None:
-        """End the stroke, write the draft, and report that it is kept."""
+        """End the stroke, write the draft, and report that it is saved."""
         document = self._document
         if document is None:
             return
@@ -440,7 +442,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def _files_changed(self) -> None:
-        """Show what saving, renaming or deleting changed."""
+        """Show the effects of saving, renaming or deleting."""
         document = self._document
         if document is not None:
             self._paintings.add(document)

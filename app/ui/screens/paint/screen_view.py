@@ -1,4 +1,4 @@
-"""The Paint screen: tools at the left, canvas in the middle, the live answer at the right."""
+"""The Paint screen: tools on the left, canvas in the middle, live answer on the right."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _MODES: Final = (
     (CanvasMode.TARGET.value, tr("Target")),
     (CanvasMode.HERE.value, tr("Here")),
 )
-_LEAST: Final = (496, 400)  # least size of the middle
+_LEAST: Final = (496, 400)  # minimum size of the middle
 _STYLE_FILES: Final = tr("Turnlight styles") + f" (*{EXPORT_ENDING})"
 
 
@@ -69,7 +69,7 @@ class _Link(Pressable):
 
 
 class _Crumbs(QWidget):
-    """Breadcrumbs, "Styles > My Rembrandt  not saved yet", and the choice of what to show."""
+    """Breadcrumbs ("Styles > My Rembrandt  not saved yet") and the choice of contents."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
         super().__init__()
@@ -125,7 +125,7 @@ class PaintScreen(QWidget):
         return middle
 
     def show_state(self, state: PaintState) -> None:
-        """Show it; see `PaintState`."""
+        """Show the state; see `PaintState`."""
         self.tools.show_state(state.tools)
         self.crumbs.show_state(state)
         self.canvas.show_state(state.canvas)
@@ -150,7 +150,7 @@ class PaintScreen(QWidget):
             sheet.open(sheet.field.edit)
 
     def show_trouble(self, sentence: str) -> None:
-        """Show beside the name why it is refused; empty closes the sheet."""
+        """Show why the name is invalid beside it, or close the sheet if the sentence is empty."""
         if self._sheet is not None:
             self._sheet.say(sentence)
 
@@ -170,11 +170,11 @@ class PaintScreen(QWidget):
             sheet.deleteLater()
 
     def _portrait_laid(self, size: QSize) -> None:
-        # Logical pixels are enough: the picture of the head has less than half as many.
+        # Logical pixels are enough, because the picture of the head has less than half as many.
         self._presenter.sized(size.height(), size.width())
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Give the keyboard to the canvas, unless another widget has it."""
+        """Focus the canvas, unless another widget has the focus."""
         super().showEvent(event)
         focus = QApplication.focusWidget()
         if focus is None or not focus.isVisible():

@@ -1,4 +1,4 @@
-"""The tools: the brush, what painting starts from, and undo."""
+"""The tools: the brush, the starting point and undo."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from app.words.styles import side_words
 
 SMALLEST: Final = 4.0
 LARGEST: Final = 160.0
-"""Diameters of the brush, canvas pixels."""
+"""Diameters of the brush in canvas pixels."""
 
 _LIMITS: Final = {"diameter": (SMALLEST, LARGEST), "strength": (0.0, 1.0), "softness": (0.0, 1.0)}
 TOOLS: Final = {
@@ -32,13 +32,13 @@ _EVEN: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ToolsState:
-    """The tool column.
+    """The state of the tool column.
 
     Attributes:
         starts: Key, title and side of each style that painting can start from.
-        start: Key of the current start.
-        undo, redo: Name of the step; empty if there is none.
-        notice: Why there is nothing to start from.
+        start: Key of the current starting point.
+        undo, redo: Name of the step, or empty.
+        notice: The reason why there is nothing to start from.
     """
 
     brush: Brush = field(default_factory=Brush)
@@ -53,9 +53,9 @@ class ToolsState:
 def starts_of(
     document: PaintDocument, own: Sequence[UserStyle]
 ) -> tuple[tuple[str, str, str], ...]:
-    """List key, title and side of each start: nothing, the user's own styles, the built-in ones.
+    """Return key, title and side of each start: nothing, the user's own styles, the built-in ones.
 
-    A style that was saved here began from another one, so it is no start of its own.
+    A style that was saved here is left out, because it has a starting point of its own.
     """
     mine = tuple((one.name, one.title, side_words(one) or tr("painted by you")) for one in own)
     names = {one.name for one in own}
@@ -72,7 +72,7 @@ class BrushBox:
         self.brush = Brush(pen_pressure=True)
 
     def change(self, **changes: Any) -> None:
-        """Change fields of the `Brush`; numbers stay within their limits."""
+        """Change fields of the `Brush`, keeping numbers within their limits."""
         for name, (least, most) in _LIMITS.items():
             if name in changes:
                 changes[name] = min(max(float(changes[name]), least), most)
@@ -82,7 +82,7 @@ class BrushBox:
             self._changed()
 
     def resize(self, steps: int) -> None:
-        """Change the size by steps of 15%, at least 2 pixels each."""
+        """Change the size by steps of 15%, but at least 2 pixels each."""
         now = self.brush.diameter
         size = round(now * _GROW**steps / _EVEN) * _EVEN
         self.change(diameter=now + _EVEN * steps if size == now else size)
@@ -96,7 +96,7 @@ class BrushBox:
         return Action(f"tool-{tool}", words, partial(self.change, tool=tool), tool.value, key)
 
     def actions(self) -> Sequence[Action]:
-        """List what the keyboard does with the brush; the first two have hints."""
+        """Return the brush's keyboard actions, of which the first two have hints."""
         return (
             replace(self._action(Tool.BRIGHTER, "B"), hint=tr("tools"), keys="B D I R"),
             Action("brush-larger", tr("Larger brush"), lambda: self.resize(1), "plus", "]",

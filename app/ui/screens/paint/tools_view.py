@@ -1,4 +1,4 @@
-"""The tool column: tool, size and strength of the brush, what painting starts from, and undo."""
+"""The tool column: tool, size and strength of the brush, starting point and undo."""
 
 from __future__ import annotations
 
@@ -38,13 +38,15 @@ _SLIDERS: Final = (
     ("strength", tr("Strength"), 5.0, 100.0, 30.0, 5.0, 100.0, "%"),
     ("softness", tr("Softness"), 0.0, 100.0, 70.0, 5.0, 100.0, "%"),
 )
-"""Field of the brush, name, least, most, first value, step, units per 1 of the field, unit."""
+"""Field of the brush, name, minimum, maximum, initial value, step, units per 1 of the field, and
+unit.
+"""
 
 _START_WIDTH: Final = 280
 
 
 class _ToolButton(Pressable):
-    """One tool: sign, name and its key; in narrow windows the sign alone."""
+    """A tool with sign, name and key, or in narrow windows with the sign alone."""
 
     def __init__(self, tool: Tool, name: str, key: str, does: str, compact: bool) -> None:
         super().__init__(name)
@@ -78,7 +80,7 @@ class _ToolButton(Pressable):
 
 
 class _Tools(QWidget):
-    """The four tools: one stop for Tab, arrows choose."""
+    """The four tools, a single Tab stop with arrow keys inside."""
 
     def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__()
@@ -108,7 +110,7 @@ class _Tools(QWidget):
 
 
 class BrushSliders(QWidget):
-    """Size, strength and softness."""
+    """The sliders for size, strength and softness."""
 
     def __init__(self, presenter: PaintPresenter, across: bool) -> None:
         super().__init__()
@@ -126,7 +128,7 @@ class BrushSliders(QWidget):
             column(*sliders, into=self, gap=12)
 
     def show_brush(self, brush: Brush) -> None:
-        """Show the brush's numbers."""
+        """Show the values of the brush."""
         for field, (slider, parts) in self._sliders.items():
             slider.set_value(parts * getattr(brush, field))
 
@@ -136,7 +138,7 @@ def _change(presenter: PaintPresenter, field: str, parts: float, value: float) -
 
 
 class _Common(Surface):
-    """Common to both layouts of the tools; each gives `sliders` a place."""
+    """The base class of both layouts of the tools, each of which places `sliders`."""
 
     _clear: Button | IconButton
 
@@ -155,7 +157,7 @@ class _Common(Surface):
         self._last: ToolsState | None = None
 
     def show_state(self, state: ToolsState) -> None:
-        """Show brush, starts and history where they changed."""
+        """Show the changes in brush, starting points and history."""
         last, self._last = self._last, state
         if last is None or state.brush != last.brush:
             self._tools.show_tool(state.brush.tool)
@@ -171,12 +173,12 @@ class _Common(Surface):
             self._clear.set_available(state.can_clear, tr("Nothing painted yet"))
 
     def show_starts(self, state: ToolsState) -> None:
-        """Show the starts and the current one."""
+        """Show the starting points and the current one."""
         raise NotImplementedError
 
 
 class ToolColumn(_Common):
-    """The tools with their words, 232 wide."""
+    """The tools with labels, 232 pixels wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
         mirror, pressure = Toggle(tr("Mirror"), "mirror"), Toggle(tr("Pen pressure"), "pen")
@@ -201,7 +203,7 @@ class ToolColumn(_Common):
         outer.setContentsMargins(0, 0, t.line_width, side)
 
     def show_starts(self, state: ToolsState) -> None:
-        """Show the starts and the current one."""
+        """Show the starting points and the current one."""
         self._start.set_items(state.starts)
         self._start.box.set_available(bool(state.starts), state.notice)
         if state.starts:
@@ -209,7 +211,7 @@ class ToolColumn(_Common):
 
 
 class ToolStrip(_Common):
-    """The tools as icons, 64 wide."""
+    """The tools as icons, 64 pixels wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
         mirror = IconButton("mirror", tr("Mirror"), True, "quiet", shortcut="M")
@@ -238,7 +240,7 @@ class ToolStrip(_Common):
         column(Scroll(inner), into=self, gap=None).setContentsMargins(0, 0, t.line_width, 0)
 
     def show_starts(self, state: ToolsState) -> None:
-        """Show the starts and the current one."""
+        """Show the starting points and the current one."""
         self._entries = [Entry(*entry) for entry in state.starts]
         self._last_start = state.start
         words = next((entry.text for entry in self._entries if entry.key == state.start), "")

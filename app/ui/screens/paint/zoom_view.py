@@ -1,4 +1,4 @@
-"""The zoom: how large the canvas is seen, which part of it, and the box in its corner."""
+"""The zoom: the magnification of the canvas, its visible part and the box in its corner."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _LEAST_ZOOM: Final = 0.5
 _MOST_ZOOM: Final = 8.0
 """Logical pixels per canvas pixel."""
 
-_HEAD_HEIGHT: Final = 0.95  # of the picture: crown to neck, without shoulders
+_HEAD_HEIGHT: Final = 0.95  # area of the picture from crown to neck, without shoulders
 _HEAD_WIDTH: Final = 0.75
-_ABOVE: Final = 0.06  # of the height, above the crown
+_ABOVE: Final = 0.06  # fraction of the height above the crown
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Viewing:
 
     Attributes:
         zoom: Logical pixels per canvas pixel.
-        left, top: Upper left corner of the canvas, logical pixels of the widget.
+        left, top: Upper left corner of the canvas in logical pixels of the widget.
     """
 
     zoom: float = 1.0
@@ -42,36 +42,36 @@ class Viewing:
     top: float = 0.0
 
     def to_canvas(self, x: float, y: float) -> tuple[float, float]:
-        """Canvas pixel under a point of the widget."""
+        """Return the canvas pixel under a point of the widget."""
         return (x - self.left) / self.zoom, (y - self.top) / self.zoom
 
     def to_widget(self, x: float, y: float) -> tuple[float, float]:
-        """Point of the widget over a canvas pixel."""
+        """Return the point of the widget over a canvas pixel."""
         return self.left + x * self.zoom, self.top + y * self.zoom
 
     def moved(self, dx: float, dy: float) -> Viewing:
-        """Return it shifted by logical pixels."""
+        """Return the mapping shifted by logical pixels."""
         return replace(self, left=self.left + dx, top=self.top + dy)
 
     def zoomed(self, zoom: float, x: float, y: float) -> Viewing:
-        """Return it at another zoom, around a point of the widget."""
+        """Return the mapping at another zoom, around a point of the widget."""
         new_zoom = min(max(zoom, _LEAST_ZOOM), _MOST_ZOOM)
         at = self.to_canvas(x, y)
         return Viewing(new_zoom, x - at[0] * new_zoom, y - at[1] * new_zoom)
 
     def within(self, width: float, height: float, size: int) -> Viewing:
-        """Return it shifted so that the middle of the widget is on the canvas."""
+        """Return the mapping shifted so that the middle of the widget is on the canvas."""
         x, y = self.to_canvas(width / 2, height / 2)
         dx, dy = x - min(max(x, 0.0), size), y - min(max(y, 0.0), size)
         return self.moved(dx * self.zoom, dy * self.zoom)
 
 
 def fitting(width: float, height: float, size: int) -> Viewing:
-    """Return the view with the largest whole head, in steps of 10%.
+    """Return the view with the whole head as large as possible, in steps of 10%.
 
     Args:
-        width, height: Of the widget, logical pixels.
-        size: Side of the canvas, pixels.
+        width, height: Size of the widget in logical pixels.
+        size: Side of the canvas in pixels.
     """
     room = min(height / (size * _HEAD_HEIGHT), width / (size * _HEAD_WIDTH))
     zoom = min(max(int(room * 10 + 1e-9) / 10, _LEAST_ZOOM), _MOST_ZOOM)
@@ -100,7 +100,7 @@ class _OnTag(Pressable):
 
 
 class ZoomBox(PaintedWidget):
-    """Buttons for the zoom and the side from which the head is seen."""
+    """The box of buttons for the zoom and the viewing angle."""
 
     stepped = Signal(int)
     fitted = Signal()
@@ -132,7 +132,7 @@ class ZoomBox(PaintedWidget):
         self._yaw.update()
 
     def set_zoom(self, zoom: float) -> None:
-        """Show the zoom, logical pixels per canvas pixel."""
+        """Show the zoom in logical pixels per canvas pixel."""
         words = f"{round(100 * zoom)}%"
         if words != self._words.text():
             self._words.setText(words)

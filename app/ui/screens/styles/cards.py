@@ -1,4 +1,4 @@
-"""The cards of the gallery: their order, and the words on them."""
+"""The cards of the gallery: their order and their text."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from app.words.styles import full_title, side_words
 
 _CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
-_RARE_POINTS: Final = 15.0  # of match by which rarely used styles rank behind others
+_RARE_POINTS: Final = 15.0  # penalty on the match that ranks rarely used styles behind others
 
 Way: TypeAlias = Literal["", "clockwise", "counter-clockwise", "none"]
-"""Direction of a turn; empty without one."""
+"""Direction of a turn, or empty without one."""
 
 
 class Filter(StrEnum):
-    """Choice of cards."""
+    """Filter for the cards."""
 
     ALL = "all"
     IN_REACH = "in"
@@ -47,7 +47,7 @@ class Filter(StrEnum):
 
 
 class Sort(StrEnum):
-    """Order of cards; those out of reach always come last."""
+    """Order of the cards; those out of reach always come last."""
 
     MATCH = "match"
     NAME = "name"
@@ -57,15 +57,15 @@ class Sort(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CardState:
-    """One card of the gallery. Equal cards look the same.
+    """A card of the gallery; cards that compare equal look the same.
 
     Attributes:
-        turn: "96°"; empty without a turn.
+        turn: "96°", or empty without a turn.
         swapped: Whether `target` and `here` are swapped.
-        meter: The match as the meter shows it, 0 to 100; None hides the meter.
-        version: Of the pictures, which are not compared themselves.
-        stale: The answer is for another selection: dimmed until the new one is there.
-        target, here: (h, w, 3) uint8 or None. sRGB, in the size of a card's picture.
+        meter: Match on the meter, 0 to 100, or None to hide the meter.
+        version: Version of the pictures, which are not compared themselves.
+        stale: Whether the answer is for another selection, so that the card is dimmed for now.
+        target, here: (h, w, 3) uint8 sRGB at the size of a card's picture, or None.
     """
 
     key: str
@@ -100,17 +100,17 @@ _NOT_MEASURED: Final = tr("No light measured yet.")
 
 
 def empty_words(card_filter: Filter, measured: bool) -> str:
-    """Return the text in place of cards, where a filter leaves none."""
+    """Return the message for a filter that leaves no cards."""
     if not measured and card_filter is not Filter.MINE:
         return _NOT_MEASURED
     return _EMPTY[card_filter]
 
 
 def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, str], ...]:
-    """Return the words of the filters with their numbers of cards.
+    """Return the filters with their labels and counts.
 
     Args:
-        stale: The answers are for another selection: leave out their numbers.
+        stale: Whether the answers are for another selection, so that the counts are left out.
 
     Returns:
         tuple of (Filter, str).
@@ -136,11 +136,7 @@ def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, s
 def cards_of(
     snapshot: Snapshot, card_filter: Filter, sort: Sort, front: str | None
 ) -> tuple[CardState, ...]:
-    """Make the cards of the gallery.
-
-    Returns:
-        In the order of reading; files that cannot be read come last.
-    """
+    """Return the cards of the gallery in reading order, with unreadable files last."""
     names = [name for name in snapshot.styles if _passes(snapshot, name, card_filter)]
     names.sort(key=lambda name: _order(snapshot, name, sort))
     if sort is Sort.MATCH and snapshot.results:
@@ -152,20 +148,20 @@ def cards_of(
 
 
 def stale_card(card: CardState) -> CardState:
-    """Dim a card whose answer is for another selection; a screen reader skips its numbers."""
+    """Dim a card whose answer is for another selection; screen readers skip its numbers."""
     words = tr("{title}, computing", title=card.title)
     return replace(card, stale=True, spoken=words, tip=words)
 
 
 def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
-    """Return the style in front: the chosen one, or the proposal until it exists."""
+    """Return the current style: the chosen one, or the suggested one until that exists."""
     if chosen is not None and chosen in snapshot.styles:
         return chosen
     return proposal(tuple(snapshot.results.values())) or next(iter(snapshot.styles), None)
 
 
 def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
-    """Move a common style of the same grade before a rare one in front."""
+    """Move a common style in front of a rare one of the same grade."""
     results = [snapshot.results.get(name) for name in names]
     ranks = [_rank(snapshot, result) if result else 0 for result in results]
     for name, rank in zip(names, ranks, strict=True):
@@ -194,19 +190,19 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
         return out, float(abs(whole(result.turn_refined_deg))), match
     if sort is Sort.SIDE:
         return out, _SIDES[style.side], match, title
-    # Without numbers in the usual order of styles.
+    # Without numbers, keep the usual order of styles.
     return out, match + (_RARE_POINTS if result is not None and name in RARE else 0.0)
 
 
 def _rank(snapshot: Snapshot, result: StyleResult) -> int:
-    """0 in reach, 1 nearly, 2 out of reach."""
+    """Return the rank of a grade: 0 in reach, 1 nearly, 2 out of reach."""
     if snapshot.paper or not result.attainable:
         return 2 * (not snapshot.within(result))
     return int(result.grade == "nearly")
 
 
 def rules_words(snapshot: Snapshot) -> str:
-    """Return on how many styles the paper's rule and ours disagree; empty without paper mode."""
+    """Return a sentence about styles graded differently by the paper; empty outside paper mode."""
     results = snapshot.results.values()
     if not snapshot.paper or not results:
         return ""
@@ -215,7 +211,7 @@ def rules_words(snapshot: Snapshot) -> str:
 
 
 def side_line(style: Style) -> str:
-    """Return the side of a style for the second line of its card."""
+    """Return the side of a style, for the second line of its card."""
     return side_words(style) or tr("painted")
 
 
@@ -268,7 +264,7 @@ def _card(snapshot: Snapshot, name: str, is_chosen: bool) -> CardState:
 
 
 def lamps_note(snapshot: Snapshot, name: str) -> str:
-    """Return the note that a style is not lit by the chosen lamps; empty if it is."""
+    """Return a note that a style does not use the chosen lamps, or empty."""
     head = snapshot.question.head
     name = snapshot.source(name)
     studio = head.studio_wanted(name)
@@ -278,7 +274,7 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Return the note that an answer depends on clipped light or gaps, or is rough."""
+    """Return a note that an answer is rough or depends on clipped light or gaps."""
     question = snapshot.question
     if name not in snapshot.results:
         return ""
@@ -297,7 +293,7 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
     note = " ".join(filter(None, (lamps_note(snapshot, card.key), doubt)))
     if not note:
         return card
-    # Without an answer the tip is title and side, without a full stop.
+    # Without an answer the tooltip is only title and side, without a full stop.
     stop = "" if card.key in snapshot.results else "."
     return replace(card, tip=f"{card.tip}{stop} {note}", spoken=f"{card.spoken}. {note}")
 
@@ -305,7 +301,7 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
 def _paper_card(
     card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
 ) -> CardState:
-    """Return the card by the paper's rule: C, grey below its limit, and our grade if it differs."""
+    """Return the card graded by the paper's C, with our grade if it differs."""
     quality, least = snapshot.quality(result), LIMITS.quality
     most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
     within, turn = snapshot.within(result), result.turn_refined_deg
@@ -329,13 +325,13 @@ def _paper_card(
 
 
 def least_match(snapshot: Snapshot, style: Style) -> float:
-    """Return the least match of a style in reach."""
+    """Return the minimum match of a style in reach."""
     own = style.signature
     return own.match[1] if own.relations else LIMITS.match
 
 
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
-    """Return where a style in reach comes only near, and which style it is close to."""
+    """Return sentences about a style that is only nearly in reach, or close to another style."""
     titles = {name: full_title(style) for name, style in snapshot.styles.items()}
     return verdict.near_words(
         result,
@@ -346,7 +342,7 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
 
 
 def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
-    """Return the first of `beside_words` for a card, and for a narrow card."""
+    """Return the first of `beside_words`, for a normal and for a narrow card."""
     styles = snapshot.styles
     if result.looks_more_like is not None:
         other = styles[result.looks_more_like]
@@ -359,12 +355,12 @@ def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
 
 
 def gain_lines(result: StyleResult) -> list[str]:
-    """Return what turning the face aside would gain."""
+    """Return sentences about the gain from turning the face away from the lens."""
     return [verdict.gain_words(gain, result.match) for gain in result.gains]
 
 
 def close_style(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return the title of the style that the picture is close to; empty if the words say so."""
+    """Return the title of the style that the picture is close to, or empty if already mentioned."""
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
@@ -372,13 +368,13 @@ def close_style(result: StyleResult, snapshot: Snapshot) -> str:
 
 
 def close_to(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return which style the picture is close to; empty if the words say so."""
+    """Return a sentence about the style that the picture is close to, or empty if redundant."""
     title = close_style(result, snapshot)
     return verdict.close_to(title) if title else ""
 
 
 def _out_of_reach(result: StyleResult) -> tuple[str, str]:
-    """Return the reason for a card, and for a narrow card."""
+    """Return the reason, for a normal and for a narrow card."""
     soft = result.match >= LIMITS.match and result.strength < LIMITS.strength
     if result.grade is None and soft:
         numbers = result.strength, LIMITS.strength

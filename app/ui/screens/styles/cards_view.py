@@ -1,7 +1,7 @@
-"""The cards of the gallery. One of a style is painted in one go: a window has twenty of them.
+"""The cards of the gallery, each painted in one go because a window has twenty of them.
 
-`CompareSheet` shows some of them side by side. `TurnWords` shows the turn in large figures and its
-direction, `Facts` the numbers beside it.
+`CompareSheet` shows several styles side by side. `TurnWords` shows the turn in large figures with
+its direction, and `Facts` the numbers beside it.
 """
 
 from __future__ import annotations
@@ -30,31 +30,31 @@ from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, OutlineBox
 from app.words.phrases.turns import turn_words
 
-_EDGE: Final = 3  # around the pictures
+_EDGE: Final = 3  # margin around the pictures
 _PAD: Final = 8
 _GAP: Final = 2
 _RADIUS: Final = 6
-_BELOW: Final = 54  # words and meter, from the pictures to the lower edge
+_BELOW: Final = 54  # height of the text and the meter below the pictures
 _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 
 
 def picture_size(card: int) -> QSize:
-    """Return the size of each of the two pictures on a card of this width, logical pixels."""
+    """Return the size in logical pixels of each of the two pictures on a card."""
     t = theme()
     wide = (card - 2 * t.px(_EDGE) - t.px(_GAP)) // 2
     return QSize(wide, round(wide * CLOSE_SHAPE))
 
 
 def card_size(wide: int) -> QSize:
-    """Return the size of a card of this width, logical pixels; faces fill more than half of it."""
+    """Return the size of a card of this width in logical pixels, over half of it faces."""
     return QSize(wide, picture_size(wide).height() + theme().px(_EDGE) + theme().px(_BELOW))
 
 
 class StyleCard(Card):
-    """A style: target and picture here, name and turn, side and match, meter."""
+    """A style with target and picture here, name and turn, side and match, and meter."""
 
     marked = Signal()
-    """Mark or unmark it for comparison: Ctrl and a click, or Space."""
+    """Emitted to mark or unmark the style for comparison, on Ctrl+click or Space."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
@@ -71,18 +71,18 @@ class StyleCard(Card):
             self.update()
 
     def click(self) -> None:
-        """Open it: Enter on a card does what a double click does."""
+        """Open the style, for Enter as for a double click."""
         self.opened.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Mark it with Ctrl held."""
+        """Mark the style on a click with Ctrl held."""
         if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             self.marked.emit()
         else:
             super().mousePressEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Mark it with Space."""
+        """Mark the style on Space."""
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
             self.marked.emit()
         else:
@@ -94,7 +94,7 @@ class StyleCard(Card):
         describe(self, words, tip=state.tip)
 
     def paint_content(self, painter: QPainter) -> None:
-        """Paint pictures, words and meter."""
+        """Paint the pictures, the text and the meter."""
         t = theme()
         edge, pad = t.px(_EDGE), t.px(_PAD)
         high = picture_size(self.width()).height()
@@ -126,7 +126,7 @@ class StyleCard(Card):
             spot = QRect(area.right() + 1 - side, area.top(), side, area.height())
             draw_icon(painter, "not-possible", spot, side, t.c.dim)
             room.setRight(spot.left() - t.px(4))
-            # The line below holds the reason.
+            # The line below shows the reason.
             put_text(painter, room, state.match, t.font(12), t.c.text, RIGHT)
             room.setRight(room.right() - text_width(t.font(12), state.match) - t.px(4))
         elif state.turn:
@@ -152,7 +152,7 @@ class StyleCard(Card):
         put_text(painter, room, line, font, t.c.dim)
 
     def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:
-        """Return both pictures, rounded like one, at the resolution of the screen."""
+        """Return both pictures with rounded outer corners, at the resolution of the screen."""
         key = (wide, high, dpr, self.state.version, self.state.swapped, theme().name)
         if self._ready is not None and self._ready[0] == key:
             return self._ready[1]
@@ -163,7 +163,7 @@ class StyleCard(Card):
         each = (wide - t.px(_GAP)) / 2
         painter = QPainter(pixmap)
         box(painter, QRectF(0, 0, wide, high), t.px(_RADIUS), t.c.well)
-        # Paint into the well's shape: a clip would leave jagged corners.
+        # Paint into the well's shape, because clipping would leave jagged corners.
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceIn)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         for number, picture in enumerate((self.state.target, self.state.here)):
@@ -176,7 +176,7 @@ class StyleCard(Card):
 
 
 def _put(painter: QPainter, area: QRectF, picture: NDArray[Any] | None) -> None:
-    """Draw a picture into a rectangle of the same proportions, its middle where they differ."""
+    """Draw the middle of a picture into a rectangle, cropped to its aspect ratio."""
     if picture is None:
         return
     image = to_image(picture)
@@ -200,7 +200,7 @@ class PaintCard(Card):
 
 
 class DamagedCard(OutlineBox):
-    """A style that cannot be read."""
+    """The card of a style that cannot be read."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__()
@@ -217,7 +217,7 @@ class DamagedCard(OutlineBox):
 
 
 class HeldKey(QObject):
-    """Reports whether S is held in a widget, whatever has the focus there."""
+    """Reports whether S is held in a widget, whichever of its children has the focus."""
 
     held = Signal(bool)
 
@@ -226,7 +226,7 @@ class HeldKey(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Follow the key, and let go where its end would be missed."""
+        """Follow the key, and release it where its own release would be missed."""
         kind, down = event.type(), QEvent.Type.KeyPress
         if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
             self.held.emit(False)
@@ -238,7 +238,7 @@ class HeldKey(QObject):
 
 
 class _ComparedStyle(QWidget):
-    """A style among others: target over here, its turn, and the way there."""
+    """A style in the comparison: its target above the picture here, its turn and direction."""
 
     def __init__(self, state: DetailState, size: QSize) -> None:
         super().__init__()
@@ -274,7 +274,7 @@ class _ComparedStyle(QWidget):
 
 
 class CompareSheet(KeysSheet):
-    """Two to four styles beside each other, in pictures of one size, crop and exposure."""
+    """Two to four styles side by side, in pictures with the same size, crop and exposure."""
 
     opened = Signal(str)
 
@@ -290,7 +290,7 @@ class CompareSheet(KeysSheet):
 
 
 def compared_size(host: QWidget, count: int) -> QSize:
-    """Return the size of a picture in a comparison of styles, logical pixels."""
+    """Return the size of a picture in a comparison of styles, in logical pixels."""
     t = theme()
     across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
     side = max(min(across, (host.height() - t.px(376)) // 2), t.px(96))
@@ -299,7 +299,7 @@ def compared_size(host: QWidget, count: int) -> QSize:
 
 _MISSING: Final = tr("No light measured yet.")
 _LABEL: Final = 50
-_BESIDE: Final = 52  # height of the words beside the number: two lines of a reason
+_BESIDE: Final = 52  # height of the text beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
     ("quality", tr("C")),
@@ -310,7 +310,7 @@ _FACTS: Final = (
 
 
 class TurnWords(QWidget):
-    """Turn, direction and hour, or the verdict of a style out of reach."""
+    """The turn with direction and clock position, or the verdict on a style out of reach."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -333,12 +333,12 @@ class TurnWords(QWidget):
             row(number, (column(..., *words, ...), 1), into=self, gap=12)
             self.setFixedHeight(t.px(_BESIDE))
         else:
-            # The icon beside the number: the longest direction fills the line below.
+            # The icon goes beside the number, because the longest direction fills the line below.
             number = row(self._turn, self._icon, ..., gap=8)
             column(number, (column(*words), 1), into=self)
 
     def show_state(self, state: DetailState) -> None:
-        """Show the turn of the needle, or the reason for none."""
+        """Show the turn of the needle, or the reason why there is none."""
         out, probe = bool(state.verdict), state.main == "probe"
         self._turn.say("" if out else state.turn)
         self._icon.setVisible(state.way in _WAYS and not out)
@@ -379,13 +379,13 @@ class Facts(QWidget):
         column(facts, self._short, ..., into=self, gap=gap)
 
     def show_state(self, state: DetailState) -> None:
-        """Show the numbers of the needle's turn; leave out empty ones."""
+        """Show the numbers at the needle's turn, leaving out empty ones."""
         for key, (name, value) in self._rows.items():
             words = str(getattr(state, key))
             value.say(words)
             name.setVisible(bool(words))
         self._short.set_text(state.ratio_short)
-        # A style out of reach needs the room for its reason.
+        # A style out of reach needs the space for its reason.
         short = bool(state.ratio_short) and not (self._compact or state.verdict)
         self._short.setVisible(short)
         for widget in (*self._rows["ratio"], self._short):
@@ -395,7 +395,7 @@ class Facts(QWidget):
 
 
 def _describe(widget: QWidget, words: str) -> None:
-    """Set the tool tip of a widget, for screen readers as well."""
+    """Set the tooltip of a widget, also for screen readers."""
     if widget.accessibleDescription() != words:
         widget.setToolTip(words)
         widget.setAccessibleDescription(words)

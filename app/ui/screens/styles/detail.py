@@ -1,4 +1,4 @@
-"""The chosen style at any turn: its state, and the numbers and sentences in it."""
+"""The state of the chosen style at any turn, with its numbers and sentences."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class CurveMark:
 
     Attributes:
         tag, words: "Median", "Median at −84°: C 12".
-        picture: (h, w, 3) uint8. sRGB, in the size of the portraits.
+        picture: (h, w, 3) uint8 sRGB at the size of the portraits.
     """
 
     tag: str
@@ -150,9 +150,9 @@ class DetailState:
 def with_words(
     base: DetailState, snapshot: Snapshot, result: StyleResult, turn: float, *, at_best: bool
 ) -> DetailState:
-    """Return the state with the numbers and sentences of a turn, deg."""
+    """Return the state with the numbers and sentences at a turn in degrees."""
     within = snapshot.within(result)
-    # At the best turn the same as on the card.
+    # At the best turn, show the same numbers as the card.
     match = result.match if at_best else value_at(result.match_curve, turn)
     strength = result.strength if at_best else value_at(result.strength_curve, turn)
     quality = None
@@ -195,7 +195,7 @@ def with_words(
     verdict = verdict_sentence(result)
     if quality is not None:
         verdict = paper_verdict(snapshot.quality(result))
-    # A style out of reach by the paper's rule alone has no shortfall.
+    # A style that only the paper's rule puts out of reach has no shortfall.
     lacks = None if result.attainable else result.shortfall
     cause = reason_line(lacks) if result.grade is None else reason_sentence(lacks)
     return replace(
@@ -210,13 +210,13 @@ def with_words(
 def _with_quality(
     state: DetailState, snapshot: Snapshot, result: StyleResult, quality: float
 ) -> DetailState:
-    """Show C in place of match, scaled from 0, or a lower minimum, to the largest."""
+    """Show C instead of the match, scaled from its minimum, if negative, or 0 to its maximum."""
     curve, limit = result.quality_curve * snapshot.quality_scale, LIMITS.quality
     low = min(float(curve.min()), 0.0)
     size = max(float(curve.max()), limit, low + 1e-30) - low
     match = state.match
     if state.at_best:
-        # The grade is of the picture at the best turn.
+        # The grade applies to the picture at the best turn.
         grade = grade_words(result.grade, result.attainable)
         match = tr("{match}, ours: {grade}", match=match, grade=grade)
     return replace(
@@ -233,14 +233,14 @@ def _with_quality(
 
 
 def _caution(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return the warning that the turn depends on the sitter's head, or on a guess."""
+    """Return a warning that the turn depends on the sitter's head or on an estimate."""
     words = caution_words(snapshot.source(result.name)) if result.attainable else None
     parts = (doubt_note(snapshot, result.name), f"{words}." if words else "")
     return " ".join(filter(None, parts))
 
 
 def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) -> str:
-    """Return the tolerance arc, and whether it is less certain; empty out of reach."""
+    """Return the tolerance arc and its reliability as text, or empty out of reach."""
     if not within:
         return ""
     arc = arc_words(result.arc_near(turn))
@@ -252,7 +252,7 @@ def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) ->
 
 
 def numbers_text(state: DetailState, place: str = "") -> str:
-    """Return the numbers of a style as lines of text, for the clipboard."""
+    """Return the numbers of a style as lines of text for the clipboard."""
     lines = [f"{state.title}, {lower_first(state.side)}"]
     if place:
         lines.append(tr("Place: {place}", place=place))

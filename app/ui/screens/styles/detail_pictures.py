@@ -1,6 +1,6 @@
-"""Portraits, background and weights of the chosen style; all of them follow the needle.
+"""Portraits, background and weights of the chosen style, all at the needle's turn.
 
-What does not depend on the turn is made once.
+Parts that do not depend on the turn are computed once.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ _OF_PICTURE: Final = (
     *("here", "here_exposed", "exposed_tip", "lamps_note", "marks"),
     *("ratio", "ratio_short", "ratio_tip", "glare", "glare_tip", "glare_strong"),
 )
-"""Fields that are measured in the picture here, and so come with it."""
+"""Fields measured in the picture here, which must change together with it."""
 
 
 class DetailResolver:
-    """Resolves the detail; keeps everything that does not depend on the turn.
+    """Resolves the detail, caching everything that does not depend on the turn.
 
     Args:
-        before: Its values are copied, so another thread may use it.
+        before: Resolver whose values are copied, so that another thread may use the copy.
     """
 
     def __init__(self, before: DetailResolver | None = None) -> None:
@@ -75,12 +75,13 @@ class DetailResolver:
         draft: bool = False,
         last: DetailState | None = None,
     ) -> DetailState:
-        """Resolve the detail of a style.
+        """Return the detail of a style.
 
         Args:
-            needle_deg: Turn, deg; None for the best.
-            quick: With small pictures that follow a hand, unless larger ones exist already.
-            draft: With half as many pixels across, and without catchlights.
+            needle_deg: Turn in degrees, or None for the best one.
+            quick: Whether to use small pictures, which keep up with a drag, unless larger ones
+                exist.
+            draft: Whether to halve the pixels across and leave out catchlights.
             last: State whose larger picture is shown in place of a quick one.
         """
         key = (name, needle_deg, sizes.portrait, sizes.background)
@@ -94,7 +95,7 @@ class DetailResolver:
         )
 
     def is_quick(self, state: DetailState) -> bool:
-        """Whether larger pictures of a state are still to be made."""
+        """Return whether the larger pictures of a state are still missing."""
         return self._cache.is_value("quick-state", state)
 
     def _resolved(
@@ -133,7 +134,7 @@ class DetailResolver:
     def _with_last_picture(
         self, state: DetailState, snapshot: Snapshot, last: DetailState
     ) -> DetailState:
-        """Keep the last picture under a moving needle, with the values of its own turn."""
+        """Keep the last picture while the needle moves, together with the values of its turn."""
         if last.needle == state.needle:
             return replace(state, **{name: getattr(last, name) for name in _OF_PICTURE})
         return replace(
@@ -159,7 +160,7 @@ class DetailResolver:
         marks: tuple[CurveMark, ...] = ()
         if snapshot.paper:
             marks = self._marks(snapshot, snapshot.results[state.key], light, sizes, quick)
-        # The draft and the full picture that follows share these.
+        # shared by the draft and the full picture that follows
         values, linear, exposed = self._cache.once(
             "lit",
             (state.key, turn),
@@ -185,7 +186,7 @@ class DetailResolver:
     def _portrait_parts(
         self, snapshot: Snapshot, name: str, light: PlaceLight, turn: float
     ) -> tuple[dict[str, Any], FloatImage, tuple[float, ...]]:
-        """Return fields of the state, the linear picture and its exposure gains for a turn."""
+        """Return state fields, the linear picture and its exposure gains at a turn."""
         question, head = snapshot.question, snapshot.head_for(name)
         transport = question.head.transport
         facing = wrap(turn + question.front_deg)
@@ -223,7 +224,7 @@ class DetailResolver:
         sizes: Sizes,
         quick: bool,
     ) -> tuple[CurveMark, ...]:
-        """Return the turns of median and least C with their pictures: figure 4 of the paper."""
+        """Return the turns of median and minimum C with pictures, as in the paper's figure 4."""
         curve, head = result.quality_curve, snapshot.question.head
         everywhere = np.ones(len(curve), bool)
 
@@ -275,7 +276,7 @@ class DetailResolver:
             )
         pack, yaw = head.pack, snapshot.head_for(name).yaw_deg
         name = snapshot.source(name)
-        # Rolled to the turn of the lens, by whole texels.
+        # rolled by whole texels to the turn of the lens
         columns = round(yaw / 360.0 * pack.header.environment[1])
 
         def make() -> FloatImage:

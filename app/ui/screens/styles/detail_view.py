@@ -1,4 +1,4 @@
-"""The detail of the chosen style: pictures, plot, numbers, panorama, and what to do next."""
+"""The detail of the chosen style: pictures, plot, numbers, panorama and next steps."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ _TAB: Final = 176  # height of a tab in the narrow layout
 _PLOT: Final = 224
 _DIAL, _SMALL_DIAL = 216, 164
 _SHAPE: Final = 208 / 200
-_NARROW: Final = 1.4  # height by width of four portraits in a row
-_LOWEST: Final = 136  # of the portraits, in a low window
-_PANORAMA: Final = 272 / 400  # of the width, without the gap
+_NARROW: Final = 1.4  # height divided by width of four portraits in a row
+_LOWEST: Final = 136  # height of the portraits in a low window
+_PANORAMA: Final = 272 / 400  # fraction of the width, without the gap
 _TABS: Final = (("plot", tr("Match")), ("weights", tr("Weights")), ("background", tr("Background")))
 
 
 def panorama_size(width: int) -> QSize:
-    """Return the size of the panorama for a width of the detail, logical pixels."""
+    """Return the size of the panorama for a width of the detail, in logical pixels."""
     wide = round(_inner(width) * _PANORAMA)
     return QSize(wide, wide // 2)
 
 
 def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSize]:
-    """Return the sizes of portraits and background for a width of the detail, logical pixels.
+    """Return the sizes of portraits and background in logical pixels for a width of the detail.
 
     Args:
-        marks: Portraits beside target and here.
+        marks: Number of portraits beside target and here.
 
     Returns:
-        200 x 208 and 128 x 136 in 456.
+        For example 200 x 208 and 128 x 136 at a width of 456.
     """
     t = theme()
     inner = _inner(width)
@@ -72,7 +72,7 @@ def _inner(width: int) -> int:
 
 
 class _Title(QWidget):
-    """The name of the style; names of the user's styles can be edited in place."""
+    """The name of the style; names of the user's own styles can be edited in place."""
 
     renamed = Signal(str)
 
@@ -94,7 +94,7 @@ class _Title(QWidget):
         self._close.say(close)
 
     def ask(self, title: str) -> None:
-        """Replace the words by the field."""
+        """Replace the text with the field."""
         self._text.hide()
         self._side.hide()
         self._close.hide()
@@ -105,7 +105,7 @@ class _Title(QWidget):
         self._field.edit.setFocus(Qt.FocusReason.TabFocusReason)
 
     def say(self, sentence: str) -> None:
-        """Show why a name is refused; empty closes the field."""
+        """Show why a name is invalid, or close the field if the sentence is empty."""
         self._field.set_error(sentence)
         if not sentence:
             self.close_field()
@@ -117,7 +117,7 @@ class _Title(QWidget):
         self._close.say(self._close.text())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc leaves the name as it was."""
+        """Cancel the edit on Esc."""
         if event.key() == Qt.Key.Key_Escape and self._field.isVisible():
             self.close_field()
         else:
@@ -136,7 +136,7 @@ class _Legend(QWidget):
 
 
 class _Warning(QWidget):
-    """A line with an icon, which keeps its height while empty, so that nothing jumps."""
+    """A line with an icon that keeps its height while empty, so that nothing jumps."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -157,10 +157,10 @@ class _Warning(QWidget):
 
 
 class StyleDetail(Surface):
-    """Everything about the chosen style."""
+    """All details of the chosen style."""
 
     looked = Signal(float)
-    """New turn of the needle, deg; the latest one, once per round of the event loop."""
+    """Emitted with the needle's latest turn in degrees, at most once per event loop iteration."""
     peak_taken = Signal(int)
     best_asked = Signal()
     main_asked = Signal()
@@ -168,7 +168,7 @@ class StyleDetail(Surface):
     paint_asked = Signal()
     renamed = Signal(str)
     laid = Signal(QSize, QSize)
-    """New sizes of portraits and background, logical pixels."""
+    """Emitted with the new sizes of portraits and background in logical pixels."""
 
     def __init__(self, compact: bool, actions: Callable[[], Sequence[Action]]) -> None:
         super().__init__("panel", ("left",))
@@ -221,10 +221,10 @@ class StyleDetail(Surface):
         self.paint.set_tip(tr("Paint on this style"), "P")
         self.more = IconButton("more", tr("More"), size=size, do=self._open_menu)
 
-    # -- places --------------------------------------------------------------------------------
+    # -- layout --------------------------------------------------------------------------------
 
     def _lay(self, *parts: Item) -> None:
-        """Scroll everything if there is too little height, except for the buttons below."""
+        """Make everything but the bottom buttons scroll when there is too little height."""
         t = theme()
         inside = QWidget()
         gap = 8 if self._compact else 12
@@ -253,7 +253,7 @@ class StyleDetail(Surface):
     def _lay_full(self) -> None:
         t = theme()
         numbers = boxed(column(self.words, 8, self.facts, ..., margins=(0, 4, 0, 0)))
-        # Words come and go with the needle; nothing below may move.
+        # Text changes with the needle, but nothing below it may move.
         numbers.setFixedHeight(t.px(_PLOT))
         middle = row((self.plot, 0, Qt.AlignmentFlag.AlignTop), (numbers, 1), gap=8)
         place = row(self.weights, self.background, gap=8)
@@ -275,7 +275,7 @@ class StyleDetail(Surface):
         self._lay(self.words, gap, tabs, gap, self._pages)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Set the proportions of the pictures."""
+        """Update the sizes of the pictures."""
         super().resizeEvent(event)
         self._fit()
 
@@ -284,7 +284,7 @@ class StyleDetail(Surface):
         return self.target, self.here, *self.marks
 
     def _fit(self) -> None:
-        """Set the sizes of the pictures for the width."""
+        """Set the sizes of the pictures for the current width."""
         marks = 0 if self.marks[0].isHidden() else len(self.marks)
         portrait, background = picture_sizes(self.width(), self._compact, marks)
         for picture in self._portraits:
@@ -304,7 +304,7 @@ class StyleDetail(Surface):
         """Shrink the portraits in a low window, so that nothing below them scrolls."""
         around = self._whole.contentsMargins()
         room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
-        self._content.activate()  # Layouts within have not noticed the new sizes yet.
+        self._content.activate()  # Inner layouts do not know the new sizes yet.
         short = self._content.sizeHint().height() - room
         lowest = min(portrait.height(), theme().px(_LOWEST))
         portrait.setHeight(max(portrait.height() - max(short, 0), lowest))
@@ -314,12 +314,12 @@ class StyleDetail(Surface):
     # -- showing -------------------------------------------------------------------------------
 
     def show_clipped(self, clipped: bool) -> None:
-        """Offer to capture the full range; in a small window Paint then becomes an icon."""
+        """Offer to capture the full range; a small window then shows Paint as an icon."""
         self.recapture.setVisible(clipped)
         self.paint.setText("" if clipped and self._compact else tr("Paint"))
 
     def show_state(self, state: DetailState) -> None:
-        """Show a style at a turn, where it changed."""
+        """Show the changes in a style at a turn."""
         before, self._last = self._last, state
         if state is before:
             return
@@ -350,7 +350,7 @@ class StyleDetail(Surface):
         self.paint.set_available(bool(state.key))
 
     def _show_marks(self, before: DetailState | None, state: DetailState) -> None:
-        """Show median and least C beside target and here, in paper mode."""
+        """Show median and minimum C beside target and here, in paper mode."""
         for picture, mark in zip(self.marks, state.marks, strict=False):
             picture.set_picture(mark.picture)
             picture.set_tag(mark.tag)
@@ -385,10 +385,10 @@ class StyleDetail(Surface):
         self.background.set_picture(state.background)
         self.background.set_tag(tr("Background") if state.background is not None else "", "tl")
 
-    # -- hands ---------------------------------------------------------------------------------
+    # -- user actions --------------------------------------------------------------------------
 
     def _on_move(self, turn_deg: float) -> None:
-        """Keep the latest turn; skip the ones in between."""
+        """Store the latest turn, skipping those in between."""
         self._turn = turn_deg
         if not self._later.isActive():
             self._later.start()
@@ -404,7 +404,7 @@ class StyleDetail(Surface):
         self._title.ask(title)
 
     def show_trouble(self, sentence: str) -> None:
-        """Show why a name is refused; empty closes the field."""
+        """Show why a name is invalid, or close the field if the sentence is empty."""
         self._title.say(sentence)
 
     def _open_menu(self) -> None:

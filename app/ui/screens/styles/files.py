@@ -1,4 +1,4 @@
-"""The style in front as files: its sheet, its numbers, and the user's own styles."""
+"""The files of the current style: set sheet, numbers and the user's own styles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from app.words.portrait.age import age_words
 from app.words.portrait.heads import head_title
 
 FileWish: TypeAlias = Literal["save_sheet", "export", "import_style"]
-"""What the file is for."""
+"""Purpose of the file."""
 
 Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
@@ -40,19 +40,19 @@ _ENDINGS = (".pdf", ".png")
 
 
 class StyleFilesView(Protocol):
-    """Asks for names, files and photos, and passes texts and folders to the system."""
+    """A view that asks for names, files and photos, and opens folders and the clipboard."""
 
     def ask_name(self, title: str) -> None:
-        """Ask for another name of the chosen style; the answer goes to `files.rename`."""
+        """Ask for a new name for the chosen style, and pass it to `files.rename`."""
 
     def show_trouble(self, sentence: str) -> None:
-        """Show beside the name why it is refused."""
+        """Show why the name is invalid, beside it."""
 
     def ask_photo(self) -> None:
-        """Ask for a photo whose light is to become a style."""
+        """Ask for a photo to turn its light into a style."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file; the answer goes to the `files` method of the same name."""
+        """Ask for a file, and pass it to the `files` method of the same name."""
 
     def show_folder(self, folder: Path) -> None:
         """Show a folder in the system's file manager."""
@@ -73,7 +73,7 @@ def plain_name(text: str) -> str:
 
 
 def sheet_name(state: DetailState, place: str) -> str:
-    """Return a name for the file: "Rembrandt left, North studio.pdf"."""
+    """Return a file name such as "Rembrandt left, North studio.pdf"."""
     sides = {"left": tr("{title} left"), "right": tr("{title} right")}
     title = sides.get(state.key.partition("-")[0], "{title}").format(title=state.title)
     name = ", ".join(part for part in (title, place) if part)
@@ -88,7 +88,7 @@ def save_sheet(
     now: datetime,
     token: Token,
 ) -> Path:
-    """Make a set sheet and write it.
+    """Create a set sheet and save it.
 
     Raises:
         CoreError: If the user did not agree to replace a file, or it cannot be written.
@@ -153,7 +153,7 @@ _ROUGHLY: Final = {
 
 
 def _age_words(place: Place | None, now: datetime) -> str:
-    """Return how old the light is, and how it was measured if that is rough."""
+    """Return the age of the light, with the way it was measured if that is rough."""
     if place is None or place.capture is None:
         return ""
     how, where = _ROUGHLY.get(place.capture.plan, ""), place.location
@@ -177,11 +177,11 @@ class StyleFiles:
         self._view: StyleFilesView | None = None
 
     def attach(self, view: StyleFilesView | None) -> None:
-        """Ask this view for names and files from now on; None detaches it."""
+        """Ask this view for names and files from now on, or no view if it is None."""
         self._view = view
 
     def actions(self) -> Sequence[Action]:
-        """List the entries of the menu beside the main button."""
+        """Return the entries of the menu beside the main button."""
         has_turn, own = self._has_turn, self._is_own
         return (
             Action("set-sheet", tr("Save set sheet…"), self.ask_sheet, "sheet", "Ctrl+S", has_turn),
@@ -199,13 +199,13 @@ class StyleFiles:
     # -- sheet and numbers ---------------------------------------------------------------------
 
     def ask_sheet(self) -> None:
-        """Ask for the file of the set sheet."""
+        """Ask for a file name for the set sheet."""
         if self._view is not None and self._has_turn():
             _, state = self._front()
             self._view.ask_file("save_sheet", sheet_name(state, self._place_name()))
 
     def save_sheet(self, path: Path) -> None:
-        """Write the set sheet of the style at the turn on display."""
+        """Save the set sheet of the style at the displayed turn."""
         snapshot, state = self._front()
         if snapshot is None or not self._has_turn():
             return
@@ -243,13 +243,13 @@ class StyleFiles:
     # -- the user's own styles -----------------------------------------------------------------
 
     def ask_rename(self) -> None:
-        """Ask for another name of the user's style in front."""
+        """Ask for a new name for the current style."""
         style = self._own_style()
         if style is not None and self._view is not None:
             self._view.ask_name(style.title)
 
     def rename(self, title: str) -> None:
-        """Rename the user's style in front."""
+        """Rename the current style, which must be one of the user's own."""
         style = self._own_style()
         if style is None or " ".join(title.split()) == style.title:
             self._say_trouble("")
@@ -257,36 +257,36 @@ class StyleFiles:
         self._own.rename(style, title, lambda: self._say_trouble(""), self._say_trouble)
 
     def duplicate(self) -> None:
-        """Copy the user's style in front, and choose the copy."""
+        """Copy the current style, and choose the copy."""
         style = self._own_style()
         if style is not None:
             self._own.duplicate(style, self._own.add)
 
     def delete(self) -> None:
-        """Delete the user's style in front; undo restores it."""
+        """Delete the current style; undo restores it."""
         style = self._own_style()
         if style is not None:
             self._own.delete(style)
 
     def ask_export(self) -> None:
-        """Ask for the file to export to."""
+        """Ask for a file to export to."""
         style = self._own_style()
         if style is not None and self._view is not None:
             self._view.ask_file("export", f"{plain_name(style.title)}{EXPORT_ENDING}")
 
     def export(self, path: Path) -> None:
-        """Export the user's style in front to one file."""
+        """Export the current style to a single file."""
         style = self._own_style()
         if style is not None:
             self._own.export(style, path)
 
     def ask_photo(self) -> None:
-        """Ask for a photo whose light is to become a style."""
+        """Ask for a photo to turn its light into a style."""
         if self._view is not None:
             self._view.ask_photo()
 
     def ask_import(self) -> None:
-        """Ask for the file of a style."""
+        """Ask for a style file to import."""
         if self._view is not None:
             self._view.ask_file("import_style", "")
 
@@ -299,7 +299,7 @@ class StyleFiles:
 
         self._own.take_in(path, done)
 
-    # -- helpers -------------------------------------------------------------------------------
+    # -- messages ------------------------------------------------------------------------------
 
     def _own_style(self) -> UserStyle | None:
         key = self._front()[1].key

@@ -1,4 +1,4 @@
-"""The gallery: pictures of all styles in this place, made at once."""
+"""The gallery: pictures of all styles in this place, rendered together."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 T = TypeVar("T")
 
 Size: TypeAlias = tuple[int, int]
-"""Rows and columns, device pixels."""
+"""Rows and columns in device pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +45,10 @@ class Sizes:
 
 
 class ValueCache:
-    """Keeps one value of each kind, as long as its key and its owner stay the same.
+    """Caches one value of each kind until its key or its owner changes.
 
     Args:
-        before: Its values are copied, so another thread may use it.
+        before: Cache whose values are copied, so that another thread may use the copy.
     """
 
     def __init__(self, before: ValueCache | None = None) -> None:
@@ -57,17 +57,17 @@ class ValueCache:
         )
 
     def has(self, what: str, key: Hashable, owner: object) -> bool:
-        """Return whether `once` would find a value."""
+        """Return whether the cache holds a value for this key and owner."""
         entry = self._values.get(what)
         return entry is not None and entry[0] == key and entry[1] is owner
 
     def is_value(self, what: str, value: object) -> bool:
-        """Return whether this is the value of a kind."""
+        """Return whether this is the cached value of a kind."""
         entry = self._values.get(what)
         return entry is not None and entry[2] is value
 
     def once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
-        """Return the value of a kind; make it again for another key or owner."""
+        """Return the value of a kind, computing it again for another key or owner."""
         entry = self._values.get(what)
         if entry is None or entry[0] != key or entry[1] is not owner:
             self._values[what] = entry = (key, owner, make())
@@ -80,16 +80,16 @@ class GalleryQuestion:
     """Everything that the gallery depends on.
 
     Attributes:
-        light: None while no light was measured; then there are no results.
+        light: Light of the place, or None before it is measured, when there are no results.
         objective: "picture" or "paper".
-        sun: tuple of float or None. Azimuth in the panorama and elevation, deg.
+        sun: Panorama azimuth and elevation in degrees, or None.
         size: Rows and columns of a card's picture.
         rough: Whether the place was measured from one photo.
-        doubtful, unseen: Styles whose answer depends on what is clipped, and on what was not seen.
-        selection: What the results were computed for.
+        doubtful, unseen: Styles whose answers depend on clipped light, and on gaps.
+        selection: Selection for which the results were computed.
         capture: How the light was measured.
-        pinned: The style as which all pictures here are exposed, "" for what is proposed; None:
-            each by its own light.
+        pinned: Style whose exposure all pictures share ("" for the suggested one), or None if each
+            picture has its own.
     """
 
     head: Head
@@ -109,14 +109,14 @@ class GalleryQuestion:
     capture: CaptureFacts | None = None
 
     def findings(self) -> Findings:
-        """Return the lamps of the place; the first time takes a while."""
+        """Return the lamps of the place; the first call takes a while."""
         return Findings() if self.light is None else lamps_here(self.light, self.capture)
 
     def is_current(self, model: Model) -> bool:
-        """Return whether it matches the present selection."""
+        """Return whether the question matches the current selection."""
         if self.light is not None or model.light is not None:
             return self.light is model.light and self.selection == model.selection
-        # Targets only.
+        # only targets
         same_head = self.head is model.head and self.head.name == model.head_name
         return same_head and self.head.studios == model.studios
 
@@ -126,10 +126,10 @@ class Snapshot:
     """A gallery whose numbers and pictures belong together.
 
     Attributes:
-        targets: Mapping[str, uint8]. (h, w, 3) target portraits, never grey.
-        pictures: Target and here as the cards show them; here is None without light.
-        quick: Pictures are of the transport, where they could be at full size.
-        exposed: What all pictures here are exposed by, once; empty: each by its own light.
+        targets: Mapping[str, uint8]. Target portraits (h, w, 3), never grey.
+        pictures: Target and here as on the cards; here is None without light.
+        quick: Whether the pictures have the transport's resolution although full size is possible.
+        exposed: Common exposure of all pictures here, or empty if each has its own.
     """
 
     question: GalleryQuestion
@@ -144,7 +144,7 @@ class Snapshot:
 
     @property
     def paper(self) -> bool:
-        """Whether the paper's rule counts: a style with C below the limit is out of reach."""
+        """Whether the paper's rule applies: a style with C below the limit is out of reach."""
         return self.question.objective == "paper" and self.question.light is not None
 
     @cached_property
@@ -154,7 +154,7 @@ class Snapshot:
         return 1.0 if light is None else quality_scale(light.searched, head.pack.header.picture)
 
     def quality(self, result: StyleResult) -> float:
-        """Largest C of all turns, on the scale of its limit."""
+        """Return the maximum C over all turns, on the scale of its limit."""
         return float(result.quality_curve.max()) * self.quality_scale
 
     def is_doubtful(self, name: str) -> bool:
@@ -163,7 +163,7 @@ class Snapshot:
         return name in self.results and self.source(name) in doubtful
 
     def within(self, result: StyleResult) -> bool:
-        """Return whether a style is in reach, by the rule that counts."""
+        """Return whether a style is in reach, by the rule that applies."""
         if self.paper:
             return self.quality(result) >= LIMITS.quality
         return result.attainable
@@ -182,23 +182,23 @@ class Snapshot:
         return frozenset(style.name for style in self.question.own)
 
     def source(self, name: str) -> str:
-        """Return a style's name in the pack; of a copy without strokes, its origin's."""
+        """Return a style's name in the pack, or the original's name for a copy without strokes."""
         return self.copies.get(name, name)
 
     @cached_property
     def copies(self) -> Mapping[str, str]:
-        """The user's copies without strokes, and the built-in styles that they are."""
+        """The user's copies without strokes, with the built-in styles they equal."""
         return {one.name: one.copy_of for one in self.question.own if one.name not in self.asking}
 
     def lit_style(self, name: str) -> Style | None:
-        """Return the style whose lamps light a target; None for a painted one."""
+        """Return the style whose lamps light a target, or None for a painted one."""
         if name in self.asking:
             return None
         pack = self.question.head.pack
         return pack.styles[pack.index(self.source(name))]
 
     def target(self, name: str) -> FloatImage:
-        """Return the target picture of a style, (N, N, 3) float32 linear, largest value 1."""
+        """Return the target picture of a style, (N, N, 3) linear float32 with maximum 1."""
         head, own = self.head_for(name), self.asking.get(name)
         if own is not None:
             return head.target_of(own.style) if head.yaw_deg else own.target
@@ -218,7 +218,7 @@ class Snapshot:
 
 
 def question_of(model: Model, size: Size) -> GalleryQuestion | None:
-    """Return what the gallery depends on now.
+    """Return the question for the gallery in its current state.
 
     Args:
         size: Rows and columns of a card's picture.
@@ -253,10 +253,10 @@ def question_of(model: Model, size: Size) -> GalleryQuestion | None:
 def look(
     question: GalleryQuestion, last: Snapshot | None, token: Token, *, quick: bool = False
 ) -> Snapshot:
-    """Make the pictures of all cards; reuse those that exist.
+    """Render the pictures of all cards, reusing those that exist.
 
     Args:
-        quick: Of the transport instead of at full size.
+        quick: Whether to render at the transport's resolution instead of full size.
     """
     pack = question.head.pack
     before = last if last is not None and last.question.head is question.head else None
@@ -313,7 +313,7 @@ def _prepared(
 
 
 def _style_of(own: UserStyle, built_in: Mapping[str, Style], asking: Mapping[str, Asking]) -> Style:
-    """Return one of the user's styles; a copy without strokes is the built-in one renamed."""
+    """Return one of the user's styles; a copy without strokes is the built-in style, renamed."""
     if own.name in asking:
         return own.style
     return replace(built_in[own.copy_of], name=own.name, title=own.title)

@@ -1,4 +1,4 @@
-"""The gallery: filter, order, and the cards in columns."""
+"""The gallery: filter, order and cards in columns."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ _GAP: Final = 8
 _TOP: Final = 16
 _RING: Final = 4  # room for the focus ring above the first row
 _FOOT: Final = 14
-_FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
-_WIDTHS: Final = (180, 440)  # of a card, least and most
+_FIVE_FROM: Final = 1264  # width of the gallery in a window 1920 pixels wide
+_WIDTHS: Final = (180, 440)  # minimum and maximum width of a card
 _HOW: Final = tr("Mark: Space or Ctrl click")
 _SORTS: Final = (
     ("match", tr("Best match")),
@@ -52,12 +52,12 @@ _FILTERS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Layout of the cards, logical pixels.
+    """Layout of the cards in logical pixels.
 
     Attributes:
         columns: Number of cards in a row.
-        offered: Smallest and largest possible number.
-        room: Width of a row, with a gap after each card.
+        offered: Smallest and largest possible number of columns.
+        room: Width of a row, including a gap after each card.
     """
 
     columns: int
@@ -73,12 +73,12 @@ class Layout:
 
 
 def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
-    """Choose columns and the size of cards.
+    """Choose the number of columns and the size of the cards.
 
     Args:
-        width: Of the gallery, logical pixels.
+        width: Width of the gallery in logical pixels.
         compact: Whether this is the layout for small windows.
-        card_width: Least width of a card at scale 1; 0 for the usual columns.
+        card_width: Minimum width of a card at scale 1, or 0 for the usual columns.
 
     Returns:
         Four columns in a window of 1440 x 900; the pictures on a card have the shape of a head.
@@ -94,7 +94,7 @@ def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
 
 
 class _Grid(QWidget):
-    """Lays out its cards itself: faster than a Qt layout, and exact."""
+    """A grid that positions its cards directly, faster than a Qt layout and exactly."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +120,7 @@ class _Grid(QWidget):
 
 
 class SizeSlider(LabelledSlider):
-    """The size of the cards, as a number of cards in a row."""
+    """A slider for the size of the cards, as a number of cards per row."""
 
     most = 4
 
@@ -131,7 +131,7 @@ class SizeSlider(LabelledSlider):
         super().__init__(tr("Size"), 0, 1, 0, 1, words, inline=True)
 
     def offer(self, fewest: int, most: int, columns: int) -> None:
-        """Set the range of columns and their present number."""
+        """Set the range of columns and the current number."""
         self.most = most
         self.setRange(0, max(most - fewest, 1))
         self.set_value(most - columns)
@@ -139,7 +139,7 @@ class SizeSlider(LabelledSlider):
 
 
 class _Cards(Scroll):
-    """The area of the cards; Ctrl with the wheel changes their size."""
+    """The area of the cards, whose size changes with Ctrl and the wheel."""
 
     def __init__(self, cards: QWidget, size: SizeSlider) -> None:
         super().__init__(cards)
@@ -153,12 +153,12 @@ class _Cards(Scroll):
 
 
 class Gallery(QWidget):
-    """Filter, order and cards. The cards are one Tab stop; arrows move the choice."""
+    """Filter, order and cards, which are a single Tab stop with arrow keys inside."""
 
     chosen = Signal(str)
-    """A card was chosen."""
+    """Emitted when a card is chosen."""
     opened = Signal(str)
-    """A card was double-clicked, or Enter was pressed on it."""
+    """Emitted on a double click on a card, or on Enter."""
     filtered = Signal(str)
     sorted = Signal(str)
     paint_asked = Signal()
@@ -166,14 +166,14 @@ class Gallery(QWidget):
     lens_asked = Signal()
     exposed_alike = Signal()
     marked = Signal(str)
-    """Mark or unmark a style for comparison; "" removes all marks."""
+    """Emitted to mark or unmark a style for comparison; "" removes all marks."""
     compare_asked = Signal()
     held = Signal(bool)
-    """Swap targets and pictures here as long as a button is held."""
+    """Emitted to swap targets and pictures here while a button is held."""
     resized = Signal(int)
-    """Least width of a card, logical pixels at scale 1."""
+    """Emitted with the minimum width of a card in logical pixels at scale 1."""
     laid = Signal(QSize)
-    """New size of the pictures on the cards, logical pixels."""
+    """Emitted with the new size of the pictures on the cards in logical pixels."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -205,7 +205,7 @@ class Gallery(QWidget):
         self._filter.chosen.connect(self.filtered)
         self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
-        # As narrow as "Best match" allows: the filter has words of any length.
+        # At least as wide as "Best match", because the filter's labels have any length.
         width, margin, gap = (126, 16, 6) if self._compact else (152, 24, 8)
         self._sort.setFixedWidth(t.px(width))
         self.lamps = IconButton("lamp", "") if self._compact else Button("")
@@ -241,7 +241,7 @@ class Gallery(QWidget):
             self.resized.emit(int(wide / theme().scale))
 
     def show_state(self, state: StylesState) -> None:
-        """Show cards, filter and order where they changed."""
+        """Show the changes in cards, filter and order."""
         before, self._state = self._state, state
         for key, words in state.filters:
             self._filter.set_text(key, words)
@@ -329,20 +329,20 @@ class Gallery(QWidget):
             self.laid.emit(layout.picture)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay the cards out again."""
+        """Update the layout of the cards."""
         super().resizeEvent(event)
         if (column := self.layout()) is not None:
             column.activate()
         wide = sum(one.sizeHint().width() for one in (self._filter, self.lamps, self._sort))
         room = self.width() - wide - theme().px(100)
-        # Where there is no room beside the filter they are left to the list of actions.
+        # Without room beside the filter, they remain available in the list of actions.
         lens = self.lens.sizeHint().width()
         self.lens.setVisible(room >= lens - theme().px(40))
         self.alike.setVisible(room >= lens)
         self._lay()
 
     def focus_card(self) -> None:
-        """Give the keyboard to the chosen card."""
+        """Focus the chosen card."""
         stop = self._roving.stop
         if stop is not None:
             stop.setFocus(Qt.FocusReason.OtherFocusReason)

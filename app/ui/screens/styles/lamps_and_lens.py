@@ -1,4 +1,4 @@
-"""The photographer's lamps and camera position, which every answer depends on."""
+"""The lamps and the camera position, on which every answer depends."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ _LENS_SHORT: Final = {
 
 @dataclass(frozen=True, slots=True)
 class LampsState:
-    """Lamps of the style in front, or of all styles.
+    """Lamps of the current style, or of all styles.
 
     Attributes:
         words: "Lamps: 30°, 4:1".
-        sizes: Key and text of each lamp size on offer.
-        size, ratio: Keys of the choice.
-        only: Whether the choice is for the style in front only.
-        own: Whether that style can have lamps of its own; a painted one has no lamps.
-        works: Whether a place is open, which saves the choice.
+        sizes: Key and label of each available lamp size.
+        size, ratio: Keys of the selected lamps.
+        only: Whether the selection applies to the current style only.
+        own: Whether that style can have its own lamps, as a painted one cannot.
+        works: Whether a place is open, which saves the selection.
     """
 
     words: str = tr("Lamps: {lamps}", lamps=tr("standard"))
@@ -63,8 +63,8 @@ class LensState:
     Attributes:
         short, words: "Lens: short", "Lens: short light".
         key: One of `LENS_CHOICES`.
-        background: Panorama azimuth that must be behind the sitter, deg; None for any.
-        width: Tolerance of that azimuth to either side, deg.
+        background: Panorama azimuth required behind the sitter in degrees, or None for any.
+        width: Tolerance of that azimuth to either side, in degrees.
     """
 
     short: str = tr("Lens: straight")
@@ -77,7 +77,7 @@ class LensState:
 
 
 class LampsChoice:
-    """Chooses the lamps that light the targets, for all styles or for the one in front."""
+    """Sets the lamps that light the targets, for all styles or for the current one."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, pictures: StylesPictures
@@ -87,7 +87,7 @@ class LampsChoice:
         self._pictures = pictures
 
     def resolve(self) -> LampsState:
-        """Return the lamps of the style in front."""
+        """Return the lamps of the current style."""
         model, snapshot, style = self._services.model, self._pictures.snapshot, self._style
         studios = model.studios
         studio = studios.get(style, studios.get("", AS_PUBLISHED))
@@ -104,36 +104,36 @@ class LampsChoice:
         )
 
     def prepare(self) -> None:
-        """Prepare the answers for all lamps that are one click away."""
+        """Compute the answers for all lamps that are one click away."""
         now = self.resolve()
         pairs = [(now.size, ratio) for ratio in RATIO_CHOICES]
         pairs += [(size, now.ratio) for size in SIZE_CHOICES]
         self._place_controller.prepare_lamps([_studio(*pair) for pair in pairs], self._of_style())
 
     def choose(self, size: str, ratio: str) -> None:
-        """Light the targets by other lamps; keys as in `LampsState`."""
+        """Light the targets with other lamps; the keys are those of `LampsState`."""
         self._place_controller.choose_lamps(_studio(size, ratio), self._of_style())
 
     def keep_to_style(self, only: bool) -> None:
-        """Give the style in front its own lamps, or those of all others again."""
+        """Give the current style its own lamps, or the common ones again."""
         model, style = self._services.model, self._style
         if style:
             now = model.studios.get("", AS_PUBLISHED)
             self._place_controller.choose_lamps(now if only else None, style)
 
     def _of_style(self) -> str:
-        """Name of the style in front if it has its own lamps; "" for all others."""
+        """Return the name of the current style if it has its own lamps, or "" for all styles."""
         return self._style if self.resolve().only else ""
 
     @property
     def _style(self) -> str:
-        """Name of the style in front in the style pack."""
+        """Name of the current style in the style pack."""
         snapshot, front = self._pictures.snapshot, self._pictures.front or ""
         return front if snapshot is None else snapshot.source(front)
 
 
 class LensChoice:
-    """Chooses how the face is turned to the lens, and what is behind the sitter."""
+    """Sets how the face is turned to the lens, and the background behind the sitter."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, pictures: StylesPictures
@@ -164,19 +164,20 @@ class LensChoice:
         )
 
     def works(self) -> bool:
-        """Whether a place is open, and the head has views from aside."""
+        """Return whether a place is open and the head has turned views."""
         model = self._services.model
         return model.place is not None and model.head is not None and bool(model.head.views)
 
     def choose(self, key: str) -> None:
-        """Turn the face to the lens in another way; keys of `LENS_CHOICES`."""
+        """Turn the face to the lens in another way, by a key of `LENS_CHOICES`."""
         yaw: YawAsked = float(key) if key.lstrip("-").isdigit() else cast("YawWord", key)
         self._place_controller.choose_lens(replace(self._services.model.lens, yaw=yaw))
 
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
-        """Require a background by its azimuth in the panorama, deg; None allows any.
+        """Require a background by its panorama azimuth in degrees, or allow any if it is None.
 
-        A lens straight in front of the face has only one background, so it becomes free.
+        If the lens was straight in front of the face, which allows only one background, it becomes
+        free.
         """
         lens = self._services.model.lens
         if middle_deg is None:
@@ -187,7 +188,7 @@ class LensChoice:
         self._place_controller.choose_lens(LensWish(yaw, ends))
 
     def background_now(self) -> float:
-        """Return the panorama azimuth behind the sitter for the style in front, deg."""
+        """Return the panorama azimuth behind the sitter for the current style, in degrees."""
         result: StyleResult | None = self._pictures.result
         return wrap(self._services.model.front_deg + (result.background_deg if result else 180.0))
 

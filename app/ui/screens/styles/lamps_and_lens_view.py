@@ -19,14 +19,14 @@ from app.ui.widgets.layouts import column, row
 from app.words.lamps import RATIO_CHOICES
 from app.words.phrases.directions import LENS_CHOICES
 
-_BACKGROUNDS: Final = (10.0, 20.0, 45.0)  # tolerance, deg
+_BACKGROUNDS: Final = (10.0, 20.0, 45.0)  # tolerance in degrees
 
 
 class LampsSheet(KeysSheet):
-    """Size and ratio of the lamps, for all styles or for the one in front."""
+    """Size and ratio of the lamps, for all styles or for the current one."""
 
     chosen = Signal(str, str)
-    """Keys of size and ratio."""
+    """Emitted with the keys of size and ratio."""
     kept_to_style = Signal(bool)
 
     def __init__(self, host: QWidget, under: QWidget) -> None:
@@ -43,7 +43,7 @@ class LampsSheet(KeysSheet):
         self.body.addWidget(self._own)
 
     def show_state(self, state: LampsState) -> None:
-        """Show the choice."""
+        """Show the current lamps."""
         self._size.set_items(state.sizes)
         self._size.choose(state.size)
         if state.ratio in RATIO_CHOICES:
@@ -53,12 +53,12 @@ class LampsSheet(KeysSheet):
 
 
 class LensSheet(KeysSheet):
-    """How the face is turned to the lens, and the background."""
+    """The angle of the face to the lens, and the background."""
 
     chosen = Signal(str)
-    """One of `LENS_CHOICES`."""
+    """Emitted with one of `LENS_CHOICES`."""
     background_chosen = Signal(object, float)
-    """Panorama azimuth, deg, or None for any, and its tolerance."""
+    """Emitted with a panorama azimuth in degrees, or None for any, and its tolerance."""
 
     def __init__(self, host: QWidget, under: QWidget, behind: Callable[[], float]) -> None:
         super().__init__(host, tr("Lens"), 480, under=under)
@@ -81,7 +81,7 @@ class LensSheet(KeysSheet):
         self.background_chosen.emit(middle, width)
 
     def show_state(self, state: LensState) -> None:
-        """Show the choice."""
+        """Show the current camera position."""
         self._state, on = state, state.background is not None
         self._face.choose(state.key)
         self._toggle.setChecked(on)

@@ -1,4 +1,4 @@
-"""Like this photo: the light on a face in a photo becomes a style."""
+"""Like this photo: turns the light on a face in a photo into a style."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
 SIDE: Final = 256
-"""Of the three pictures, logical pixels."""
+"""Width and height of the three pictures in logical pixels."""
 
 LIKE_WORDS: Final = tr("Drop a portrait whose light you like, or a panorama")
-"""Files that may be dropped on the screen."""
+"""The kinds of files that can be dropped on the screen."""
 
 RATIOS: Final = (
     ("none", tr("No fill")),
     *((f"{ratio:g}", f"{ratio:g}:1") for ratio in FILLS),
 )
-"""Keys and words of the fill."""
+"""Keys and labels of the fill."""
 
 _JOB: Final = "like-photo"
 _DRAW_JOB: Final = "like-photo-head"
-_FINE: Final = 2  # pixels of the pictures by logical ones
-_ROOM: Final = 1.7  # of what is shown around a face, by its height
+_FINE: Final = 2  # pixels of the pictures per logical pixel
+_ROOM: Final = 1.7  # size of the area around a face, in multiples of its height
 _HIGHEST_DEG: Final = 85.0
 _CHOICE_INK, _OTHER = (242, 188, 75), (245, 245, 245)
 _NO_FACE: Final = tr("No face in this photo can be read.")
@@ -58,16 +58,16 @@ _LOOKS: Final = tr("Choose a picture of a face that looks into the lens.")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LikeState:
-    """What the sheet shows.
+    """The contents of the sheet.
 
     Attributes:
-        photo, face, head: (n, n, 3) uint8 or None. The whole photo with its faces framed, the
-            chosen face, and the head under the lamps.
-        mirrored: Whether the file is a mirror image; what is shown is the right way round.
-        hint: What there is to know before anything is read.
-        light: As it was read, or as it has been moved since.
-        read: As it was read.
-        trouble: Why there is no style; then there is nothing to save.
+        photo, face, head: (n, n, 3) uint8 sRGB or None. The whole photo with frames around its
+        faces, the chosen face, and the head lit by the lamps.
+        mirrored: Whether the file is a mirror image; it is always shown the right way round.
+        hint: Instructions before a photo is read.
+        light: The light as found in the photo, or as moved since.
+        read: The light as found in the photo.
+        trouble: The reason why there is no style to save.
     """
 
     name: str
@@ -84,23 +84,23 @@ class LikeState:
     hint: str = ""
     trouble: str = ""
 
-    # How plots of a lamp see it, see `app.ui.plots.lamps.Heads`.
+    # viewpoint of the lamp plots; see `app.ui.plots.lamps.Heads`
     distance_m: float = 1.0
     place_light_deg: float | None = None
 
     @property
     def azimuth_deg(self) -> float:
-        """Azimuth of the key toward the sitter's left."""
+        """Azimuth of the key, positive toward the sitter's left, in degrees."""
         return 0.0 if self.light is None else self.light.azimuth_deg or 0.0
 
     @property
     def altitude_deg(self) -> float:
-        """Of the key."""
+        """Altitude of the key in degrees."""
         return 0.0 if self.light is None else self.light.elevation_deg or 0.0
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """The key as it was read, after it was moved."""
+        """Original direction of the key if it has been moved, otherwise None."""
         read = self.read
         if read is None or read is self.light:
             return None
@@ -108,12 +108,12 @@ class LikeState:
 
     @property
     def spoken(self) -> str:
-        """The direction of the key in words."""
+        """Direction of the key in words."""
         return self.note
 
 
 class _Look(NamedTuple):
-    """A photo with its faces framed, one of these faces, and its light."""
+    """A photo with frames around its faces, the chosen face and its light."""
 
     photo: Bytes
     face: Bytes | None = None
@@ -121,7 +121,7 @@ class _Look(NamedTuple):
 
 
 class LikePhoto:
-    """Reads the light of a photo, and saves it as a style."""
+    """Measures the light in a photo, and saves it as a style."""
 
     def __init__(
         self,
@@ -134,9 +134,10 @@ class LikePhoto:
         self.state: LikeState | None = None
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Read one photo that was dropped or chosen; ignore other files.
+        """Read a photo that was dropped or chosen, ignoring other files.
 
-        Returns whether it is being seen to: a panorama is opened as a place all the same.
+        Returns:
+            Whether the files are handled, including a panorama, which opens as a place.
         """
         if len(paths) != 1 or paths[0].suffix.lower() not in PHOTO_ENDINGS:
             return False
@@ -182,7 +183,7 @@ class LikePhoto:
         self._services.runner.submit(_JOB, work, done=done, failed=self._services.notify.tell_error)
 
     def choose(self, number: int) -> None:
-        """Read another face of the photo."""
+        """Switch to another face in the photo."""
         state, photo = self.state, self._photo
         if state is not None and photo is not None:
             self._services.runner.submit(
@@ -197,7 +198,7 @@ class LikePhoto:
         self._put(state, look.light)
 
     def choose_at(self, across: float, down: float) -> None:
-        """Read the face at a place of the square picture of the photo, shares."""
+        """Switch to the face at a position, given as fractions of the square picture."""
         state, photo = self.state, self._photo
         if state is None or photo is None:
             return
@@ -215,7 +216,7 @@ class LikePhoto:
         self._change(lambda light: replace(light, azimuth_deg=azimuth_deg, elevation_deg=high))
 
     def go_back(self) -> None:
-        """Show the light as it was read."""
+        """Restore the light found in the photo."""
         if self.state is not None and self.state.read is not None:
             self._put(self.state, self.state.read)
 
@@ -224,12 +225,12 @@ class LikePhoto:
         self._change(lambda light: replace(light, softness_deg=size_deg))
 
     def set_fill(self, key: str) -> None:
-        """Set the fill; keys as in `RATIOS`."""
+        """Set the fill by a key of `RATIOS`."""
         ratio = None if key == "none" else float(key)
         self._change(lambda light: replace(light, fill_ratio=ratio))
 
     def save(self) -> None:
-        """Save it as a style of the user, and choose it."""
+        """Save the light as one of the user's styles, and choose it."""
         state, head, folder = self.state, self._services.model.head, self._services.folders.styles
         if state is None or state.light is None or state.trouble or head is None:
             return
@@ -262,7 +263,7 @@ class LikePhoto:
             self._put(self.state, change(self.state.light))
 
     def _put(self, state: LikeState, light: FaceLight | None = None) -> None:
-        """Show a light; the picture of the head follows."""
+        """Show a light, and start rendering the head under it."""
         head = self._services.model.head
         trouble, note, read = state.trouble, "", state.read
         if light is not None:
@@ -309,7 +310,7 @@ def _looked_at(photo: Photo, faces: tuple[Face, ...], number: int) -> _Look:
 
 
 def _draw_head(head: Head, light: FaceLight) -> Bytes:
-    """Return the head under the lamps of the photo."""
+    """Render the head under the lamps of the photo."""
     style, studio = photo_studio(light)
     glow = render(head.transport, studio_light(style, studio, head.transport.environment_shape))
     like_style = replace(style, lamps=photo_lamps(light))
@@ -322,7 +323,7 @@ def _square(picture: Bytes) -> Bytes:
 
 
 def _framed(picture: Bytes, faces: Sequence[Face], selected: int) -> Bytes:
-    """Return the whole photo in a square, its faces framed."""
+    """Return the whole photo in a square, with frames around its faces."""
     rows, columns = picture.shape[:2]
     longer = max(rows, columns)
     above, beside = (longer - rows) // 2, (longer - columns) // 2
@@ -338,7 +339,7 @@ def _framed(picture: Bytes, faces: Sequence[Face], selected: int) -> Bytes:
 
 
 def _cropped(picture: Bytes, face: Face) -> Bytes:
-    """Return a face with some room around it, in a square."""
+    """Return a square crop of a face with some space around it."""
     left, top, right, bottom = face.box
     x, y = (left + right) / 2, (top + bottom) / 2 - 0.1 * face.side
     edge = max(round(_ROOM * face.side), 2)

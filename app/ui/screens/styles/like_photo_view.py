@@ -32,7 +32,7 @@ _SOFTNESS = ((15.0, tr("hard")), (35.0, tr("medium")), (60.0, tr("soft")), (90.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sky:
-    """An even ground, since there is no match by direction."""
+    """An empty background, because there is no match for each direction."""
 
     tones: NDArray[np.uint8] = field(default_factory=lambda: np.full((2, 4), 64, np.uint8))
     closed: None = None
@@ -53,12 +53,12 @@ class _LampMap(SkyMap):
         self.show_sky(_Sky())
 
     def lamp_moved(self) -> None:
-        """Move the words as well."""
+        """Move the labels as well."""
         super().lamp_moved()
         self.update()
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the fill and the words."""
+        """Paint the fill and the labels."""
         state = self._state
         if self.fill:
             disc(painter, self.place_of(0.0, 0.0), px(_FILL_PX), None, theme().c.amberfill, 2.0)
@@ -72,12 +72,12 @@ class _LampMap(SkyMap):
 
 
 class _Photo(Picture):
-    """The whole photo; a click on a face chooses it."""
+    """The whole photo, in which a click chooses a face."""
 
     pressed = Signal(float, float)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Emit the place of a click, as shares of the picture."""
+        """Emit the position of a click as fractions of the picture's size."""
         at = event.position()
         self.pressed.emit(at.x() / self.width(), at.y() / self.height())
 
@@ -88,7 +88,7 @@ def _softness_words(size_deg: float) -> str:
 
 
 class LikeSheet(KeysSheet):
-    """Shows the light of a photo, to correct and to save it."""
+    """Shows the light in a photo, so that the user can correct and save it."""
 
     def __init__(self, host: QWidget, like: LikePhoto) -> None:
         super().__init__(host, tr("Like this photo"), 3 * SIDE + 2 * _GAP + 48)
@@ -134,7 +134,7 @@ class LikeSheet(KeysSheet):
         self._save.clicked.connect(self.shut)
 
     def show_state(self, state: LikeState) -> None:
-        """Show it; see `LikeState`."""
+        """Show the state; see `LikeState`."""
         self._photo.set_picture(state.photo)
         self._face.set_picture(state.face)
         self._head.set_picture(state.head)

@@ -1,4 +1,4 @@
-"""Jobs that make the pictures of the Styles screen: small ones first, then larger ones."""
+"""The jobs that render the pictures of the Styles screen, small ones first."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ _DETAIL_JOB: Final = "styles-detail-larger"
 
 
 class StylesPictures:
-    """The latest gallery and detail, and the jobs that make new ones.
+    """The latest gallery and detail, and the jobs that render new ones.
 
-    `changed` is called with new pictures; its argument is whether to resolve the detail.
+    Attributes:
+        changed: Called with whether to resolve the detail when there are new pictures.
     """
 
     def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:
@@ -44,37 +45,38 @@ class StylesPictures:
 
     @property
     def stale(self) -> bool:
-        """Whether the gallery is not of what is selected."""
+        """Whether the gallery is for another selection."""
         snapshot = self.snapshot
         return snapshot is not None and not snapshot.question.is_current(self._services.model)
 
     @property
     def front(self) -> str | None:
-        """Style in front: the chosen one, or the first card while that is not there yet."""
+        """Current style: the chosen one, or the first card until it exists."""
         snapshot = self.snapshot
         return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
 
     @property
     def result(self) -> StyleResult | None:
-        """Result of the style in front."""
+        """Result of the current style."""
         return None if self.snapshot is None else self.snapshot.results.get(self.front or "")
 
     @property
     def moved_deg(self) -> float:
-        """How far the marker has moved since the answers that are shown."""
+        """Angle in degrees that the marker has moved since the displayed answers."""
         if self.snapshot is None:
             return 0.0
         return self._services.model.front_deg - self.snapshot.question.front_deg
 
     @property
     def needle_deg(self) -> float | None:
-        """Turn on display, counted like the numbers on the screen; None for the best."""
+        """Displayed turn in degrees, counted as in the displayed answers; None for the best."""
         needle, shift_deg = self._services.model.needle_deg, self.moved_deg
-        # After the marker moves and before new answers: the same place in the panorama.
+        # Until new answers arrive after a move of the marker, keep the same direction in the
+        # panorama.
         return needle if needle is None or shift_deg == 0 else wrap(needle + shift_deg)
 
     def sized(self, sizes: Sizes) -> None:
-        """Make pictures of other sizes."""
+        """Render the pictures at other sizes."""
         cards = sizes.card != self.sizes.card
         self.sizes = sizes
         if cards and (self.snapshot is not None or self.has_asked):
@@ -83,14 +85,14 @@ class StylesPictures:
     # -- the gallery ---------------------------------------------------------------------------
 
     def ask(self, *, larger: bool = False) -> None:
-        """Make the pictures of the cards; of a new place small ones first."""
+        """Render the pictures of the cards, starting with small ones for a new place."""
         question = question_of(self._services.model, self.sizes.card)
         if question is None:
             return
         self.has_asked = True
         model, before, sizes = self._services.model, self.snapshot, self.sizes
         if before is not None and before.question.light is model.light and model.computing:
-            # The new answers bring the new pictures.
+            # New pictures come with the new answers.
             return
         same = before is not None and before.question.head is question.head
         same = same and before is not None and before.question.light is question.light
@@ -100,7 +102,7 @@ class StylesPictures:
             snapshot = look(question, before, token, quick=not larger and not same)
             front = front_of(snapshot, style)
             if front is not None:
-                # The detail needs these first.
+                # The detail needs the gallery first.
                 detail.at(snapshot, front, needle, sizes, quick=snapshot.quick)
             return snapshot, detail
 
@@ -112,7 +114,7 @@ class StylesPictures:
         self._services.runner.submit(_LARGER_JOB if larger else _JOB, work, done=done)
 
     def expose(self) -> None:
-        """Make the pictures of the cards again if their common exposure changed."""
+        """Render the pictures of the cards again if their common exposure has changed."""
         snapshot, model = self.snapshot, self._services.model
         pinned = (model.chosen or "") if model.settings.same_exposure else None
         if snapshot is not None and snapshot.question.pinned != pinned:
@@ -127,13 +129,13 @@ class StylesPictures:
     # -- the detail ----------------------------------------------------------------------------
 
     def resolve(self) -> None:
-        """Resolve the detail, with small pictures until larger ones are made."""
+        """Resolve the detail, with small pictures until larger ones are ready."""
         snapshot, key = self.snapshot, self.front
         if snapshot is None or key is None:
             self.detail_state = DetailState(main_works=False)
             return
         needle, sizes, detail = self.needle_deg, self.sizes, self._detail
-        # While the needle moves, the last large picture stays until the next one is made.
+        # While the needle moves, keep the last large picture until the next one is ready.
         last = None
         if self._large is not None and self._large[0] is snapshot and self._large[1] == sizes:
             last = self._large[2] if self._large[2].key == key else None
@@ -141,14 +143,14 @@ class StylesPictures:
         larger = snapshot.question.head.may_be_full_at(sizes.portrait)
         running = self._services.runner.running(_DETAIL_JOB)
         if larger and detail.is_quick(self.detail_state) and not running:
-            # Drafts while the needle moves; the first and the last picture have all pixels.
+            # Use drafts while the needle moves, except for the first and the last picture.
             moves = last is not None and last.needle != self.detail_state.needle
             self._ask_detail(snapshot, key, needle, draft=moves)
 
     def _ask_detail(
         self, snapshot: Snapshot, key: str, needle: float | None, *, draft: bool
     ) -> None:
-        """Make the pictures of the detail at full size."""
+        """Render the pictures of the detail at full size."""
         detail, sizes = DetailResolver(self._detail), self.sizes
 
         def done(detail_state: DetailState) -> None:
@@ -162,7 +164,7 @@ class StylesPictures:
         )
 
     def compare(self, keys: Sequence[str], show: Callable[[tuple[DetailState, ...]], None]) -> None:
-        """Resolve some styles, each at its best turn, and pass them to `show`."""
+        """Resolve some styles at their best turns, and pass them to `show`."""
         snapshot, sizes = self.snapshot, replace(self.sizes, portrait=self.sizes.compared)
         if snapshot is None:
             return

@@ -37,29 +37,29 @@ _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged
 _SELECTED: Final = frozenset({"front_deg", "settings", "place", "head_name"})
 _FIELDS: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
-_MOST: Final = 4  # styles beside each other
+_MOST: Final = 4  # maximum number of styles side by side
 _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
     "turn": (tr("Turn to this style"), tr("turn")),
     "lamp": (tr("Try a lamp for this style"), tr("try a lamp")),
     "probe": (tr("Go to Probe"), tr("go to Probe")),
     None: (tr("Turn to this style"), ""),
 }
-"""Words for the key of the main button, in the list of actions and in the foot."""
+"""Label for the key of the main button, in the list of actions and at the foot of the window."""
 
-_CLIPPED: Final = 0.01  # share of the light; less changes no turn
+_CLIPPED: Final = 0.01  # fraction of the light; a smaller one changes no turn
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StylesState:
-    """What the Styles screen shows.
+    """The state of the Styles screen.
 
     Attributes:
-        filters: tuple of (str, str). Key and words of each filter: ("in", "In reach 16").
-        stale: Cards and detail are for another selection; the filters have no counts.
+        filters: Key and label of each filter, such as ("in", "In reach 16").
+        stale: Whether cards and detail are for another selection, so that filters have no counts.
         clipped: Whether a capture of the full range would record more of the light.
-        rules: In paper mode, on how many styles our rule and the paper's disagree.
-        card_width: Least width of a card, logical pixels at scale 1; 0 lets the window decide.
-        marked: Number of styles that are marked to be compared.
+        rules: In paper mode, the number of styles on which our rule and the paper's disagree.
+        card_width: Minimum width of a card in logical pixels at scale 1, or 0 for automatic.
+        marked: Number of styles marked for comparison.
     """
 
     cards: tuple[CardState, ...] = ()
@@ -82,26 +82,27 @@ class StylesState:
 
 
 class StylesView(StyleFilesView, Protocol):
-    """Shows a `StylesState`."""
+    """A view that shows a `StylesState`."""
 
     def show_state(self, state: StylesState) -> None:
-        """Show it."""
+        """Show the state."""
 
     def show_compared(self, states: tuple[DetailState, ...]) -> None:
-        """Show some styles beside each other, each at its best turn."""
+        """Show some styles side by side, each at its best turn."""
 
     def ask_lens(self) -> None:
         """Ask for the camera position."""
 
     def show_like(self, state: LikeState) -> None:
-        """Show the light of a photo."""
+        """Show the light in a photo."""
 
 
 class StylesPresenter(Presenter[StylesView]):
-    """Resolves gallery and detail, and acts on them.
+    """Resolves gallery and detail, and handles the user's actions.
 
-    Its panels: `lamps` and `lens` are the photographer's set-up, `like` a photo whose light becomes
-    a style, and `files` saves, renames, duplicates, deletes, exports and imports.
+    Its panels are `lamps` and `lens` for the photographer's set-up, `like` for turning a photo's
+    light into a style, and `files` for saving, renaming, duplicating, deleting, exporting and
+    importing.
     """
 
     drop_words = LIKE_WORDS
@@ -121,13 +122,13 @@ class StylesPresenter(Presenter[StylesView]):
         self._swapped = False
         services.model.changed.connect(self._model_changed)
         if services.model.results:
-            # Make the pictures before the screen is shown.
+            # Render the pictures before the screen is shown.
             self._pictures.ask()
 
     # -- what the frame calls ------------------------------------------------------------------
 
     def attach(self, view: StylesView) -> None:
-        """Show everything in `view` from now on."""
+        """Show the state in `view` from now on."""
         self._view = view
         self.files.attach(view)
         if self._snapshot is None and not self._pictures.has_asked:
@@ -140,14 +141,14 @@ class StylesPresenter(Presenter[StylesView]):
         self.files.attach(None)
 
     def enter(self) -> None:
-        """Show what changed meanwhile."""
+        """Show the changes made meanwhile."""
         if not self._in_front:
             self._in_front = True
             self._refresh()
         self._place_controller.photo_taker = self.like.take
 
     def leave(self) -> None:
-        """Make no more pictures while the screen is hidden."""
+        """Stop rendering pictures while the screen is hidden."""
         self._in_front = False
         self._place_controller.photo_taker = None
 
@@ -156,7 +157,7 @@ class StylesPresenter(Presenter[StylesView]):
             self._view.show_like(state)
 
     def actions(self) -> Sequence[Action]:
-        """List what can be done here, actions with hints first."""
+        """Return the available actions, with those that have hints first."""
         has_light, files = self._has_light, self.files
         main, hint = _MAIN_WORDS[self._main()]
         return (
@@ -187,18 +188,18 @@ class StylesPresenter(Presenter[StylesView]):
     # -- what the view calls -------------------------------------------------------------------
 
     def sized(self, sizes: Sizes) -> None:
-        """Set the sizes of the pictures, which are then made again."""
+        """Set the sizes of the pictures, and render them again."""
         if sizes != self._pictures.sizes:
             self._pictures.sized(sizes)
             self._refresh()
 
     def choose(self, key: str) -> None:
-        """Choose a style, at its best turn."""
+        """Choose a style at its best turn."""
         if self._snapshot is not None and key in self._snapshot.styles:
             self._services.model.choose(key)
 
     def choose_next(self) -> None:
-        """Choose the style of the next card, of the first after the last."""
+        """Choose the style of the next card, wrapping around to the first."""
         keys = [card.key for card in self._shown_cards() if card.damaged is None]
         front = self._pictures.front
         if keys:
@@ -206,27 +207,27 @@ class StylesPresenter(Presenter[StylesView]):
             self.choose(keys[place % len(keys)])
 
     def open(self, key: str) -> None:
-        """Choose a style and press the main button, as a double click does."""
+        """Choose a style and perform the main action, as on a double click."""
         self.choose(key)
         self.main()
 
     def swap(self, swapped: bool) -> None:
-        """Swap targets and pictures here, on all cards and in the detail."""
+        """Swap targets and pictures here on all cards and in the detail."""
         if swapped != self._swapped:
             self._swapped = swapped
             self._refresh(detail=False)
 
     def mark(self, key: str) -> None:
-        """Mark a style for comparison, or unmark it; "" removes all marks.
+        """Mark or unmark a style for comparison; "" removes all marks.
 
-        A fifth mark replaces the first: no more than four fit beside each other.
+        A fifth mark replaces the first, because only four styles fit side by side.
         """
         marks = tuple(one for one in self._marked if key not in (one, ""))
         self._marked = marks if key in (*self._marked, "") else (*marks[1 - _MOST :], key)
         self._refresh(detail=False)
 
     def compare(self) -> None:
-        """Show the marked styles beside each other, each at its best turn."""
+        """Show the marked styles side by side, each at its best turn."""
 
         def show(states: tuple[DetailState, ...]) -> None:
             if self._view is not None and self._in_front:
@@ -236,12 +237,12 @@ class StylesPresenter(Presenter[StylesView]):
             self._pictures.compare(self._marked, show)
 
     def expose_alike(self) -> None:
-        """Give all pictures here the selected style's exposure, or each its own."""
+        """Give all pictures here the chosen style's exposure, or each its own."""
         model = self._services.model
         model.set("same_exposure", not model.settings.same_exposure)
 
     def set_card_width(self, width: int) -> None:
-        """Set the least width of a card, logical pixels at scale 1; 0 lets the window decide."""
+        """Set the minimum width of a card in logical pixels at scale 1, or 0 for automatic."""
         self._services.model.set("card_width", width)
 
     def set_filter(self, key: str) -> None:
@@ -255,7 +256,7 @@ class StylesPresenter(Presenter[StylesView]):
         self._refresh(detail=False)
 
     def look_at(self, turn_deg: float) -> None:
-        """Move the needle: pictures, background, weights and numbers follow."""
+        """Move the needle, and update pictures, background, weights and numbers."""
         best = self._best()
         if best is None:
             return
@@ -263,18 +264,18 @@ class StylesPresenter(Presenter[StylesView]):
         self._services.model.update(needle_deg=None if at_best else self._counted(turn_deg))
 
     def take_peak(self, index: int) -> None:
-        """Move the needle to a second peak."""
+        """Move the needle to one of the other peaks."""
         result = self._pictures.result
         peaks = () if result is None else result.peaks[1:]
         if 0 <= index < len(peaks):
             self.look_at(peaks[index].turn_refined_deg)
 
     def go_best(self) -> None:
-        """Move the needle back to the best turn."""
+        """Return the needle to the best turn."""
         self._services.model.update(needle_deg=None)
 
     def main(self) -> None:
-        """Do what the main button offers."""
+        """Perform the action of the main button."""
         if not self._main_works():
             return
         does = self._main()
@@ -285,20 +286,20 @@ class StylesPresenter(Presenter[StylesView]):
             self._services.model.update(chosen=self._pictures.front, step=step, painting=None)
 
     def recapture(self) -> None:
-        """Capture this spot again with the full range, and come back to this style."""
+        """Capture this spot again with the full range, then return to this style."""
         self._services.model.update(
             chosen=self._pictures.front, step=Step.PROBE, painting=None, recapture=True
         )
 
     def _clipped(self) -> bool:
-        """Whether three frames clipped lamps that more frames would not; the sun always clips."""
+        """Return whether a quick capture clipped lamps that the full range would record."""
         place = self._services.model.place
         capture = None if place is None or place.location.sun else place.capture
         share = 0.0 if capture is None or capture.plan != "paper" else capture.clipped_share or 0.0
         return share >= _CLIPPED
 
     def turn(self) -> None:
-        """Go to the turn on display, whether the style is in reach or not."""
+        """Go to the displayed turn, whether or not the style is in reach."""
         best, needle = self._best(), self._pictures.needle_deg
         if best is not None and not self._pictures.stale:
             goal = self._counted(best if needle is None else needle)
@@ -307,7 +308,7 @@ class StylesPresenter(Presenter[StylesView]):
             )
 
     def paint(self) -> None:
-        """Paint on the style in front."""
+        """Paint on the current style."""
         key = self._pictures.front
         if key is not None:
             self._services.model.update(painting=key)
@@ -321,7 +322,7 @@ class StylesPresenter(Presenter[StylesView]):
         if self._view is not None:
             self._view.ask_lens()
 
-    # -- resolving -----------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> StylesState:
         """Return the state of the screen."""
@@ -384,7 +385,7 @@ class StylesPresenter(Presenter[StylesView]):
         return self._cards
 
     def _counted(self, turn_deg: float) -> float:
-        """Convert a turn on the screen to the photographer's present position."""
+        """Convert a turn on the screen to the photographer's current position."""
         return wrap(turn_deg - self._pictures.moved_deg)
 
     @property
@@ -399,7 +400,7 @@ class StylesPresenter(Presenter[StylesView]):
         return self._best() is not None and not self._pictures.stale
 
     def _main(self) -> Main | None:
-        """Return the action of the main button; None if there is none."""
+        """Return the action of the main button, or None."""
         if self._snapshot is None or self._pictures.front is None or self._pictures.stale:
             return None
         if self._snapshot.question.light is None:

@@ -1,4 +1,4 @@
-"""The Styles screen: gallery at the left, detail at the right."""
+"""The Styles screen: gallery on the left, detail on the right."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ from app.words.photos import PHOTO_FILTER
 _DETAIL: Final = 456
 _WIDEST: Final = 560
 _COMPACT: Final = 344
-_LEAST: Final = (528, 240)  # of the gallery
-_WIDE_FROM: Final = 1832  # content of a window 1920 wide
+_LEAST: Final = (528, 240)  # width of the gallery
+_WIDE_FROM: Final = 1832  # content width in a window 1920 pixels wide
 _FIXED: Final = 460  # height of the detail without its pictures
-_GROWTH: Final = 0.86  # how much higher pictures are for each pixel of width
+_GROWTH: Final = 0.86  # increase in the pictures' height per pixel of width
 _STYLE_FILES: Final = tr("Turnlight styles (*{ending})", ending=EXPORT_ENDING)
 
 
 def detail_width(width: int, height: int, compact: bool) -> int:
-    """Choose the width of the detail: from 1920 on it grows, as far as its height allows.
+    """Return the width of the detail, which grows from 1920 pixels up as far as the height allows.
 
     Args:
-        width, height: Of the screen, logical pixels.
+        width, height: Size of the screen in logical pixels.
 
     Returns:
-        Logical pixels.
+        Width in logical pixels.
     """
     t = theme()
     if compact:
@@ -70,7 +70,7 @@ class StylesScreen(SheetHost):
         self.gallery = Gallery(compact)
         self.detail = StyleDetail(compact, presenter.files.actions)
         row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
-        # Several sizes change with one resize: make pictures once, after the last.
+        # One resize changes several sizes, so render the pictures only after the last.
         self._later = QTimer(self)
         self._later.setSingleShot(True)
         self._later.timeout.connect(self._set_sizes)
@@ -78,7 +78,7 @@ class StylesScreen(SheetHost):
         self._guess_sizes()
 
     def _guess_sizes(self) -> None:
-        """Set the sizes of the usual window, so that pictures need not be made twice."""
+        """Assume the sizes of the usual window, so that most pictures are rendered only once."""
         t = theme()
         width, height = (952, 620) if self._compact else (1352, 804)
         detail = detail_width(t.px(width), t.px(height), self._compact)
@@ -117,12 +117,12 @@ class StylesScreen(SheetHost):
         detail.laid.connect(self._detail_laid)
 
     def take_focus(self) -> None:
-        """Give the keyboard to the chosen card, or to the screen before there is one."""
+        """Focus the chosen card, or the screen if there is none yet."""
         self.setFocus()
         self.gallery.focus_card()
 
     def show_state(self, state: StylesState) -> None:
-        """Show it; see `StylesState`."""
+        """Show the state; see `StylesState`."""
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
         self.detail.show_clipped(state.clipped)
@@ -135,20 +135,20 @@ class StylesScreen(SheetHost):
                 self._presenter.lamps.prepare()
 
     def show_compared(self, states: tuple[DetailState, ...]) -> None:
-        """Show the marked styles beside each other, in a sheet over the screen."""
+        """Show the marked styles side by side in a sheet over the screen."""
         sheet = CompareSheet(self.window(), states)
         sheet.opened.connect(sheet.shut)
         sheet.opened.connect(self._presenter.open)
         self.put_over(sheet)
 
     def ask_photo(self) -> None:
-        """Ask for a photo whose light is to become a style."""
+        """Ask for a photo to turn its light into a style."""
         path = ask_file(self, tr("Like this photo"), PHOTO_FILTER)
         if path is not None:
             self._presenter.like.take([path])
 
     def show_like(self, state: LikeState) -> None:
-        """Show the light of a photo in a sheet over the screen."""
+        """Show the light in a photo in a sheet over the screen."""
         if not isinstance(self.sheet, LikeSheet):
             self.put_over(LikeSheet(self.window(), self._presenter.like))
         if isinstance(self.sheet, LikeSheet):
@@ -178,7 +178,7 @@ class StylesScreen(SheetHost):
         self.detail.ask_name(title)
 
     def show_trouble(self, sentence: str) -> None:
-        """Show why a name is refused; empty closes the field."""
+        """Show why a name is invalid, or close the field if the sentence is empty."""
         self.detail.show_trouble(sentence)
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
@@ -207,19 +207,19 @@ class StylesScreen(SheetHost):
         QApplication.clipboard().setText(text)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the detail its width."""
+        """Set the width of the detail."""
         self.detail.setFixedWidth(detail_width(self.width(), self.height(), self._compact))
         super().resizeEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Give the keyboard to the cards, unless another widget has it."""
+        """Focus the cards, unless another widget has the focus."""
         super().showEvent(event)
         focus = QApplication.focusWidget()
         if focus is None or not focus.isVisible():
             self.gallery.focus_card()
 
     def event(self, event: QEvent) -> bool:
-        """Make sharper pictures on a screen with smaller pixels."""
+        """Render the pictures again when the screen's pixel density changes."""
         if event.type() == QEvent.Type.DevicePixelRatioChange:
             self._later.start()
         return super().event(event)
