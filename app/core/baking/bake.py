@@ -1,7 +1,7 @@
 """Bake the transport of a head, all columns at once, in batches of pixels.
 
 T is the sum of two parts. The reflection of the surface is integrated for each pixel
-(`exposure.shine`). The light from inside the skin is a product: the share of each pixel's light
+(`exposure.shine`). The light from inside the skin is a product: the fraction of each pixel's light
 that comes from each point of the skin (`random_walk`), times the light that enters there from each
 column (`skin_light`). Lamps are further columns, which give the studio pictures of the styles.
 """

@@ -337,7 +337,7 @@ def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
     """Find the coverage and position on the head for each pixel of any camera's picture.
 
     Returns:
-        coverage: (N * N,) float32. Share of each pixel that the head covers.
+        coverage: (N * N,) float32. Fraction of each pixel that the head covers.
         positions: (N * N, 3) float32. Mean visible position, as in `HeadShape`.
     """
     sums, hits = _visibility(scene, size)
@@ -348,7 +348,7 @@ def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
 
 
 def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
-    """Return the share of each pixel that the head covers, (N * N,), by a symmetric ray grid."""
+    """Return the fraction of each pixel that the head covers, (N * N,), by a symmetric ray grid."""
     return np.asarray(_visibility(scene, size, watch)[1] / _STEPS**2, np.float32).ravel()
 
 
@@ -387,7 +387,7 @@ def _above_neck(head: HeadMesh, faces: Int64) -> Bools:
 
 
 def _outline(points: Float64, faces: Int64) -> Float32:
-    """Return the closed outline of a mesh's shadow, (n, 2), metres, counter-clockwise."""
+    """Return the closed outline of a mesh's shadow, (n, 2), in metres, counter-clockwise."""
     start = points.min(axis=0) - 0.01
     dots = (points - start) * _DOTS_PER_M
     wide, tall = np.ceil(dots.max(axis=0) + 0.01 * _DOTS_PER_M).astype(int)

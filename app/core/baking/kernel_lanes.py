@@ -186,7 +186,8 @@ def select_variant(variant: str = "auto") -> Any:
         variant: ``llvm``, ``cuda``, ``scalar``, or ``auto``: llvm where a new enough LLVM is found,
             else scalar with a notice.
 
-    Raises `BakeError` if the variant is unknown or does not work on this machine.
+    Raises:
+        BakeError: If the variant is unknown or does not work on this computer.
     """
     if variant not in VARIANTS:
         raise BakeError(
@@ -254,7 +255,7 @@ def _llvm_candidates() -> Iterator[Path]:
 
 
 def _llvm_major(library: Path) -> int:
-    """Return the major version of a libLLVM; 0 if it does not report one (before 16)."""
+    """Return the major version of a libLLVM, or 0 if it does not report one (before 16)."""
     try:
         get_version = ctypes.CDLL(str(library)).LLVMGetVersion
     except (OSError, AttributeError):

@@ -140,7 +140,7 @@ def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
 
     Args:
         pixels: (P,) int32. Flat indices into a square picture, sorted.
-        size: Side of that picture, pixels.
+        size: Side of that picture, in pixels.
 
     Returns:
         (P,) int64.

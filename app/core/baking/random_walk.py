@@ -27,18 +27,19 @@ if TYPE_CHECKING:
     from app.core.baking.exposure import Points
 
 _MAX_EVENTS = 2000
-# Below this share of their starting weight, paths end by Russian roulette: they cost more than they
+# Below this fraction of their starting weight, paths end by Russian roulette: they cost more than
+# they
 # add.
 _FAINT = 0.25
 
 
 @dataclass(frozen=True, slots=True)
 class PathTotals:
-    """Shares of light that the paths of some pixels collected.
+    """Fractions of light that the paths of some pixels collected.
 
     Attributes:
-        share: (pixels, V, 3) float32. Share of the light entering the skin at a point that reaches
-            the pixel.
+        share: (pixels, V, 3) float32. Fraction of the light entering the skin at a point that
+            reaches the pixel.
         lean: (pixels, V, 3, 3) float32. First moment of the direction in which that light leaves
             along the backward path, in the tangent plane: [..., axis, channel]. Oblique light
             travels on under the skin, which shifts the source of a pixel's light slightly along its

@@ -111,7 +111,7 @@ class Camera:
 
 
 _EARS_UNITS = 0.7  # ears are searched for within this distance of eye height
-_EAR_SHARE = 0.03  # share of the vertices in that range that counts as outermost
+_EAR_SHARE = 0.03  # fraction of the vertices in that range that counts as outermost
 
 
 def head_middle(head: HeadMesh) -> Float64:
@@ -160,11 +160,12 @@ def load_head(
     """Read a head and its eyes (PLY or OBJ) and check that they can be baked.
 
     Args:
-        eyes_file: Closed eyeballs with vertex colours; None for a head with closed lids.
+        eyes_file: Closed eyeballs with vertex colours, or None for a head with closed lids.
         unit_mm: Millimetres per unit of the files.
 
-    Raises `HeadError` if a file is missing or is not a mesh, the skin is not closed, or the size is
-    impossible for a head.
+    Raises:
+        HeadError: If a file is missing or is not a mesh, the skin is not closed, or the size is
+            impossible for a head.
     """
     skin = _load_mesh(skin_file, unit_mm)
     height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
@@ -320,7 +321,8 @@ def build_scene(
 ) -> Any:
     """Build the Mitsuba scene of a head: skin first, eyes second, and only the lights in `extra`.
 
-    Raises `BakeError` if Mitsuba cannot build it.
+    Raises:
+        BakeError: If Mitsuba cannot build it.
     """
     import mitsuba as mi
 
@@ -376,7 +378,8 @@ def _template(name: str) -> str:
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
     """Write the scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
 
-    Raises `BakeError` if the folder cannot be written.
+    Raises:
+        BakeError: If the folder cannot be written.
     """
     text = _template("scene.xml").format(
         head=head.name,
@@ -410,7 +413,8 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
 def scene_files(folder: Path) -> tuple[Path, Path, Path]:
     """Return the paths of a scene's files in a folder, which is made if it is missing.
 
-    Raises `BakeError` if the folder cannot be made.
+    Raises:
+        BakeError: If the folder cannot be made.
     """
     meshes = folder / "meshes"
     sentence = tr("The folder {folder} cannot be created: {reason}.")

@@ -143,7 +143,11 @@ SKINS: tuple[Skin, ...] = (
 
 
 def find_skin(name: str) -> Skin:
-    """Return a skin tone by name. Raises `BakeError` if there is no such tone."""
+    """Return a skin tone by name.
+
+    Raises:
+        BakeError: If there is no such tone.
+    """
     for skin in SKINS:
         if skin.name == name:
             return skin

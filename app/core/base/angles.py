@@ -10,7 +10,8 @@ import math
 from typing import Final, Literal, TypeAlias
 
 TURNS: Final = 64
-"""Number of turns in the search grid: one per column of a 64 x 32 environment, 5.625 deg apart."""
+"""Number of turns in the search grid: one per column of a 64 x 32 environment, 5.625 degrees apart.
+"""
 
 _NO_TURN_DEG = 0.05  # shown as 0.0 in a table with one decimal
 
@@ -25,10 +26,10 @@ def wrap(angle_deg: float) -> float:
     The result is exact: nothing is rounded, and ``wrap(-a) == -wrap(a)`` away from 180.
 
     Args:
-        angle_deg: Any finite angle, deg.
+        angle_deg: Any finite angle, in degrees.
 
     Returns:
-        The same direction in (-180, 180], deg.
+        The same direction in (-180, 180], in degrees.
 
     Examples:
         >>> wrap(190.0), wrap(-180.0), wrap(360.0)
@@ -42,7 +43,7 @@ def difference(a_deg: float, b_deg: float) -> float:
     """Return the clockwise angle from ``b`` to ``a`` in (-180, 180] deg.
 
     Args:
-        a_deg, b_deg: Two turns or azimuths, deg.
+        a_deg, b_deg: Two turns or azimuths, in degrees.
 
     Examples:
         >>> difference(-170.0, 170.0)
@@ -55,7 +56,7 @@ def turn_of_index(index: float, count: int = TURNS) -> float:
     """Return the turn of an index of the search grid.
 
     Returns:
-        360 * index / count in (-180, 180], deg.
+        360 * index / count in (-180, 180], in degrees.
 
     Examples:
         >>> turn_of_index(1), turn_of_index(63), turn_of_index(32)
@@ -68,10 +69,10 @@ def direction(turn_deg: float) -> str:
     """Return the direction of a turn, seen from above.
 
     Args:
-        turn_deg: Turn, deg.
+        turn_deg: Turn, in degrees.
 
     Returns:
-        ``clockwise`` (positive), ``counter-clockwise``, or ``none`` below 0.05 deg.
+        ``clockwise`` (positive), ``counter-clockwise``, or ``none`` below 0.05 degrees.
 
     Examples:
         >>> direction(12.0), direction(-12.0), direction(0.0), direction(180.0)
@@ -84,7 +85,7 @@ def direction(turn_deg: float) -> str:
 
 
 def arc_width(arc_deg: tuple[float, float]) -> float:
-    """Return the width of an arc, clockwise from its first end to its second, 0 to 360 deg.
+    """Return the width of an arc, clockwise from its first end to its second, 0 to 360 degrees.
 
     Examples:
         >>> arc_width((170.0, -170.0)), arc_width((-180.0, 180.0))
@@ -100,7 +101,7 @@ def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tupl
     Args:
         centre: (x, y), y down.
         radius: In the unit of `centre`.
-        turn_deg: Turn, deg.
+        turn_deg: Turn, in degrees.
 
     Examples:
         >>> at_turn((10.0, 10.0), 5.0, 90.0)
@@ -114,8 +115,8 @@ def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
     """Return whether an angle is on an arc, clockwise from its first end to its second.
 
     Args:
-        angle_deg: Angle, deg.
-        arc_deg: (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
+        angle_deg: Angle, in degrees.
+        arc_deg: (from, to), in degrees, going clockwise; may wrap. (-180, 180) is the whole circle.
 
     Examples:
         >>> lies_on_arc(179.0, (170.0, -170.0)), lies_on_arc(0.0, (170.0, -170.0))
@@ -131,7 +132,7 @@ def whole(turn_deg: float) -> int:
     """Return a turn in whole degrees, as shown on screen.
 
     Args:
-        turn_deg: Any finite turn, deg, positive clockwise.
+        turn_deg: Any finite turn, in degrees, positive clockwise.
 
     Returns:
         In (-180, 180]; `whole` of the mirrored turn is the mirrored number, away from 180.
@@ -167,10 +168,10 @@ def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
     """Return the ends of an arc in whole degrees.
 
     Args:
-        arc_deg: (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
+        arc_deg: (from, to), in degrees, going clockwise; may wrap. (-180, 180) is the whole circle.
 
     Returns:
-        tuple of int or None. Both in (-180, 180]; None for the whole circle.
+        tuple of int or None. Both in (-180, 180], or None for the whole circle.
     """
     start, stop = arc_deg
     if stop - start >= 360.0:

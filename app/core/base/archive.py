@@ -42,9 +42,10 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
 
     Args:
         noun, hint: Name of the file's kind and advice, for error messages.
-        most: Size limit, packed and unpacked, bytes.
+        most: Size limit, packed and unpacked, in bytes.
 
-    Raises `TransportError` if the file is missing, too large, damaged, or of another kind.
+    Raises:
+        TransportError: If the file is missing, too large, damaged, or of another kind.
     """
     missing = os_errors_as(
         TransportError, tr("There is no {noun} at {path}."), hint, noun=noun, path=path
@@ -125,16 +126,17 @@ def read_sealed(
     Args:
         noun, hint: Name of the file's kind and advice, for error messages.
         version, oldest: Newest and oldest version that can be read.
-        names: Arrays to read; None for all.
-        most: Size limit, packed and unpacked, bytes.
+        names: Arrays to read, or None for all.
+        most: Size limit, packed and unpacked, in bytes.
         restore: Inverse of `write_sealed`'s `store`; also receives the header.
 
     Returns:
         header: Only the version and checksum are checked.
         arrays: By name; their types and shapes are not checked.
 
-    Raises `TransportError` if the file is missing, too large, damaged, newer or older than the
-    readable versions, or of another kind.
+    Raises:
+        TransportError: If the file is missing, too large, damaged, newer or older than the readable
+            versions, or of another kind.
     """
     arrays = read_arrays(path, noun, hint, most)
     try:

@@ -29,8 +29,10 @@ _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 def open_file(path: Path | str) -> io.BufferedReader:
     """Open a regular file for reading; pipes and devices could block or never end.
 
-    Raises `OSError` if it cannot be opened, or is a folder, pipe, socket or device. Reading raises
-    it for system files that have no content yet, such as /proc/kmsg.
+    Reading raises it for system files that have no content yet, such as /proc/kmsg.
+
+    Raises:
+        OSError: If it cannot be opened, or is a folder, pipe, socket or device.
     """
     handle = os.open(path, os.O_RDONLY | _NO_WAIT)
     mode = os.fstat(handle).st_mode
@@ -65,8 +67,9 @@ def _no_file(name: str | bytes | None) -> OSError:
 def check_target(path: Path | str) -> Path:
     """Check that a file can be written, before minutes are spent on computing it.
 
-    Raises `CoreError` if it is a folder, a device or write-protected, or its folder is missing or
-    not writable.
+    Raises:
+        CoreError: If it is a folder, a device or write-protected, or its folder is missing or not
+            writable.
     """
     target = Path(path)
     folder = target.parent
@@ -125,7 +128,8 @@ def make_folder(folder: Path, *, private: bool | None = None) -> None:
     Args:
         private: Whether only the user may enter it; None to follow `is_private`.
 
-    Raises `OSError` if it cannot be made.
+    Raises:
+        OSError: If it cannot be made.
     """
     missing = []
     for each in (folder, *folder.parents):
@@ -159,7 +163,8 @@ def atomic_write(
             image libraries choose the format by it.
         private: Whether only the user may read it; None to follow `is_private`.
 
-    Raises `CoreError` if the folder is missing or not writable, or the disk fails (full, gone).
+    Raises:
+        CoreError: If the folder is missing or not writable, or the disk fails (full, gone).
     """
     target = check_target(path)
     own = is_private(target) if private is None else private
@@ -185,7 +190,8 @@ def atomic_write_bytes(path: Path | str, data: bytes, *, private: bool | None = 
 def atomic_write_text(path: Path | str, text: str) -> None:
     r"""Write UTF-8 text with ``\n`` line ends atomically.
 
-    Raises `CoreError` as `atomic_write` does.
+    Raises:
+        CoreError: As `atomic_write` does.
     """
     # File names may contain bytes that are not text.
     atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))
@@ -234,7 +240,7 @@ def disk_trouble(error: BaseException) -> DiskTrouble | None:
 
 
 def write_trouble(path: Path, size: int) -> OSError | None:
-    """Return the system's error for appending `size` bytes to a file; None if there is none.
+    """Return the system's error for appending `size` bytes to a file, or None if there is none.
 
     Image libraries report a failure without the system's error code.
     """

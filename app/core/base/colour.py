@@ -90,7 +90,8 @@ def rec709_from(chromaticities: Sequence[float]) -> Float64:
     Returns:
         (3, 3) float64. Multiplies columns of red, green, blue.
 
-    Raises `ValueError` if the primaries are impossible.
+    Raises:
+        ValueError: If the primaries are impossible.
     """
     source, white = _xyz_from(chromaticities)
     target, target_white = _xyz_from(REC709)

@@ -59,7 +59,8 @@ def check_limit(least: int) -> None:
     Args:
         least: Bytes needed.
 
-    Raises `CoreError` with both numbers.
+    Raises:
+        CoreError: With both numbers.
     """
     if sys.platform == "win32":
         return

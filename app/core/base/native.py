@@ -29,8 +29,9 @@ _UNREADABLE: Final = "\ufffd"
 def native_path(path: Path | str) -> str:
     """Return a path that a C or C++ library can open.
 
-    Returns the path itself if it is text. Otherwise returns a link to it that lasts until the
-    program ends, because some libraries reopen a file while they read it.
+    Returns:
+        The path itself if it is text. Otherwise returns a link to it that lasts until the program
+        ends, because some libraries reopen a file while they read it.
 
     Raises:
         OSError: If the name is not text and the system cannot make links.
@@ -100,7 +101,8 @@ def url_of(path: Path) -> bytes:
 def path_from_library(name: str) -> Path:
     """Return the path for a name in which a library replaced undecodable bytes with U+FFFD.
 
-    Returns the first of several matching files, or the path as named if none matches.
+    Returns:
+        The first of several matching files, or the path as named if none matches.
     """
     # Qt reads names as UTF-8 even if the system's locale has another encoding.
     path = Path(name if os.name == "nt" else os.fsdecode(name.encode("utf-8", "surrogateescape")))

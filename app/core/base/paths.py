@@ -19,7 +19,8 @@ def resources(package: Path = _PACKAGE) -> Path:
     In a clone it is ``resources/`` beside the package; in an installed wheel it is ``_resources/``
     inside it.
 
-    Raises `CoreError` if neither exists: the installation is damaged.
+    Raises:
+        CoreError: If neither exists: the installation is damaged.
     """
     # The wheel's folder comes first: "resources" beside an installed package may belong to another
     # one.

@@ -41,7 +41,7 @@ def shutter_words(seconds: float) -> str:
 
 
 def percent(share: float, digits: int = 0) -> str:
-    """Format a share of the whole as a percentage.
+    """Format a fraction of the whole as a percentage.
 
     Examples:
         >>> percent(0.824), percent(0.0637, 1)

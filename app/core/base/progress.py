@@ -52,7 +52,7 @@ class Progress:
 
     Attributes:
         name: File, place or lamp that the step is about; may be empty.
-        number, count: Item number from 1, and the number of items; 0 if nothing is counted.
+        number, count: Item number from 1, and the number of items, or 0 if nothing is counted.
     """
 
     task: Task
@@ -109,7 +109,7 @@ def silent(fraction: float, message: object) -> None:
     """Ignore progress; the default report.
 
     Args:
-        fraction: Share of the work done, 0 to 1; ignored.
+        fraction: Fraction of the work done, 0 to 1; ignored.
     """
 
 

@@ -104,7 +104,7 @@ def angles_of(matrix: Float64) -> tuple[float, float, float]:
 
     Returns:
         (yaw, pitch, roll) in degrees; yaw and roll in [-180, 180], pitch in [-90, 90]. At a pitch
-        of exactly 90 or -90 deg roll is 0.
+        of exactly 90 or -90 degrees roll is 0.
 
     Examples:
         >>> [round(angle, 9) for angle in angles_of(rotation(10.0, -20.0, 30.0))]
@@ -149,7 +149,7 @@ def to_vector(matrix: Float64) -> Float64:
         matrix: (3, 3) float64. A rotation.
 
     Returns:
-        (3,) float64. Axis times angle, radians.
+        (3,) float64. Axis times angle, in radians.
     """
     vector, _ = cv2.Rodrigues(np.asarray(matrix, np.float64))
     return np.asarray(vector, np.float64).ravel()

@@ -28,7 +28,7 @@ _BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
 _BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))  # for a single channel
 _BELOW: Final = 0.9  # of the band's lower end
 _LOSSY: Final = 0.02  # width on both sides of the common value
-_LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # fewest texels in the band; largest share of them above it
+_LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # fewest texels in the band; largest fraction of them above it
 _LEAST_PANEL: Final = 10  # texels: a small clipped lamp may have edges as abrupt
 _NEAR: Final = 0.25  # of the plateau
 _ALL: Final = -1  # stands for the largest of the three channels
@@ -37,7 +37,7 @@ _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
 
 
 def plateau(radiance: FloatImage) -> Bools | None:
-    """Return a mask, (H, W), of the texels that were clipped; None if too few share a value.
+    """Return a mask, (H, W), of the texels that were clipped, or None if too few share a value.
 
     The common value is the maximum of one channel, or of the largest channel.
 

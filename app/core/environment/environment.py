@@ -46,9 +46,9 @@ class Environment:
         radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance, finite, not negative, not
             all zero; read-only.
         rough: Whether the file states that much of the light is estimated.
-        clipped: (H, 2 H) float32. Clipped share of each texel, where the light is a lower bound, or
-            an estimate if `rough`. None if nothing is clipped.
-        unseen: (H, 2 H) bool. Gaps that were filled from their surroundings; None if there are
+        clipped: (H, 2 H) float32. Clipped fraction of each texel, where the light is a lower bound,
+            or an estimate if `rough`. None if nothing is clipped.
+        unseen: (H, 2 H) bool. Gaps that were filled from their surroundings, or None if there are
             none.
         layer, layers: The layer that was read, and all layers, if the file has several.
     """
@@ -74,7 +74,7 @@ class Environment:
 
     @property
     def blind(self) -> float:
-        """Share of the sphere in gaps, 0 to 1."""
+        """Fraction of the sphere in gaps, 0 to 1."""
         if self.unseen is None:
             return 0.0
         areas = solid_angles(self.shape) / (4.0 * np.pi)
@@ -82,7 +82,7 @@ class Environment:
 
     @property
     def clipped_light(self) -> float:
-        """Share of the light that comes from clipped texels, 0 to 1."""
+        """Fraction of the light that comes from clipped texels, 0 to 1."""
         if self.clipped is None:
             return 0.0
         light = bounded(self.radiance, _FINE).mean(axis=-1)

@@ -75,9 +75,9 @@ class Panorama:
     Attributes:
         radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance; grey is repeated in all three
             channels, gaps are 0.
-        unseen: (H, 2 H) bool, transparent or outside the data window; None if there are no gaps.
-        clipped: Float32, (H, 2 H). Share of each texel whose light is a guess according to the
-            file; None if there is none.
+        unseen: (H, 2 H) bool, transparent or outside the data window, or None if there are no gaps.
+        clipped: Float32, (H, 2 H). Fraction of each texel whose light is a guess according to the
+            file, or None if there is none.
         layer, layers: The layer that was read and all layers, if there are several.
         rough: Whether much of the light is a guess according to the file.
     """
@@ -202,7 +202,7 @@ def _read_layer(source: ImageInput, file: Path, layer_name: str, coverage: bool)
 
 
 def _as_panorama(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
-    """Convert marks in the data window to a share of each texel of the panorama."""
+    """Convert marks in the data window to a fraction of each texel of the panorama."""
     plane, _ = _on_display_window(marks[..., None].astype(np.float32), None, spec)
     return _upright(plane, orientation)[..., 0]
 
@@ -216,7 +216,7 @@ def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
 
 
 def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 | None:
-    """Read a channel that this program adds to the colours, (H, 2 H); None if it is absent."""
+    """Read a channel that this program adds to the colours, (H, 2 H), or None if it is absent."""
     spec = source.spec()
     names = [str(name) for name in spec.channelnames]
     if channel not in names or (spec.width, spec.height) != _display_size(spec):

@@ -32,10 +32,10 @@ For example a window that the gap cuts off.
 
 _WIDEST: Final = 4096
 _COLUMNS: Final = 512
-_LEAST: Final = 0.01  # share of the sphere, for one area
-_MOST: Final = 0.75  # share of the sphere, for all areas
+_LEAST: Final = 0.01  # fraction of the sphere, for one area
+_MOST: Final = 0.75  # fraction of the sphere, for all areas
 _ABRUPT: Final = (0.005, 0.05)  # light just outside the edge: relative to the median; in codes
-_AT_EDGE: Final = 0.7  # share of the edge with that brightness
+_AT_EDGE: Final = 0.7  # fraction of the edge with that brightness
 
 
 def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
@@ -66,7 +66,7 @@ def _filled_coarsely(radiance: FloatImage, unseen: Bools) -> FloatImage:
 
 
 def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
-    """Return a mask, (H, W), of black canvas; None if there is none.
+    """Return a mask, (H, W), of black canvas, or None if there is none.
 
     Args:
         radiance: (H, 2 H, 3) float32. Linear radiance, finite, not negative.
@@ -127,6 +127,6 @@ def _reduced_light(largest: Floats) -> Float32:
 
 
 def _share(part: Bools) -> float:
-    """Return the mask's share of the sphere, 0 to 1."""
+    """Return the mask's fraction of the sphere, 0 to 1."""
     areas = solid_angles((part.shape[0], part.shape[1])) * part.shape[1] / (4.0 * np.pi)
     return float((part.mean(axis=1, dtype=np.float64) * areas).sum())

@@ -32,7 +32,7 @@ class Layer:
         name: For example "ViewLayer.Combined"; empty if the file gives none.
         part: Index of the file's part.
         channels: Indices of red, green and blue, or of grey alone.
-        alpha: Index of the alpha channel; None if there is none.
+        alpha: Index of the alpha channel, or None if there is none.
     """
 
     name: str

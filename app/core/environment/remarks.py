@@ -43,7 +43,7 @@ class ClippedFile(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PartUnseen(Remark):
-    """A share of the sphere, 0 to 1, that was filled because the picture does not show it."""
+    """A fraction of the sphere, 0 to 1, that was filled because the picture does not show it."""
 
     name: str
     share: float

@@ -113,7 +113,7 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
 
 
 def row_areas(height: int, width: int) -> Float64:
-    """Return the share of the sphere of one texel in each row, (H,) float64."""
+    """Return the fraction of the sphere of one texel in each row, (H,) float64."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     return (edges[:-1] - edges[1:]) / (2.0 * width)
 

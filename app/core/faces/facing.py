@@ -35,14 +35,14 @@ _TURNS: Final = 128
 _FLOOR: Final = 0.05  # of the 90th percentile: darker values carry no information
 _BRIGHT: Final = 90
 _LEAST_SEEN: Final = 0.5
-# Standard deviation of log luminance between faces: independent per pixel, and correlated (size,
+# Standard deviation of log luminance between faces: independent per pixel, and correlated (size, in
 # pixels).
 _DIFFERENCE: Final = (0.12, ((0.1, 4.0),))
 _SUM: Final = (0.15, ((0.2, 4.0), (0.3, 20.0)))
 _MOST_UNLIKE: Final = 5.0  # mean square of the residual: for 97% of people it is under 4.2
 _TRUST: Final = 20.0  # factor from mean cost to log likelihood: pixels are not independent
 _NEAR_DEG: Final = 15.0
-_LEAST_NEAR: Final = 0.5  # share of the likelihood near the estimate that makes it reliable
+_LEAST_NEAR: Final = 0.5  # fraction of the likelihood near the estimate that makes it reliable
 _MARGIN_DEG: Final = 4.0  # possible error of a face beside an arc
 _MOST_OUTSIDE: Final = 0.02
 _MOST_INSIDE: Final = 0.02
@@ -54,7 +54,7 @@ class FacingEstimate:
 
     Attributes:
         azimuth_deg: Most likely azimuth in the panorama.
-        azimuths: (128,) float64. Azimuths of the turns, deg.
+        azimuths: (128,) float64. Azimuths of the turns, in degrees.
         likelihood: (128,) float64. Likelihoods of `azimuths`; they sum to 1.
     """
 

@@ -25,16 +25,16 @@ from app.core.text import tr
 
 _AGAIN: Final = tr("Reinstall Turnlight.")
 
-Square: TypeAlias = tuple[float, float, float]  # left, top, side; pixels
+Square: TypeAlias = tuple[float, float, float]  # left, top, side, in pixels
 
-_LOOK: Final = 128  # side of the first network's input, pixels
+_LOOK: Final = 128  # side of the first network's input, in pixels
 _CLOSE: Final = 192  # side of the second network's input
 # of the first network's output: cells per side, candidates per cell
 _GRIDS: Final = ((16, 2), (8, 6))
 _CORNERS: Final = (33, 263)  # outer corners of the eyes
 _EYES: Final = slice(4, 8)  # in a candidate: centre, size, right eye, left eye, ...
 _WORTH_A_LOOK: Final = 0.35
-_SAME: Final = 0.5  # share of the smaller box in common that makes two candidates one face
+_SAME: Final = 0.5  # fraction of the smaller box in common that makes two candidates one face
 _MOST: Final = 12
 _ROOM: Final = 1.5  # side of a close-up relative to that of the face
 _LARGEST: Final = 1280  # longer side of the picture that is searched
@@ -67,7 +67,7 @@ class Face:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, top, right and bottom of the landmarks, from forehead to chin, pixels."""
+        """Left, top, right and bottom of the landmarks, from forehead to chin, in pixels."""
         low, high = self.landmarks[:, :2].min(axis=0), self.landmarks[:, :2].max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
@@ -77,7 +77,7 @@ class Face:
 
     @property
     def side(self) -> float:
-        """Longer side of the box, pixels."""
+        """Longer side of the box, in pixels."""
         left, top, right, bottom = self.box
         return max(right - left, bottom - top)
 
@@ -118,7 +118,8 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
         near: A face in the previous frame. Its position is searched first, at a tenth of the cost.
         small: Whether to search for faces smaller than a sixth of the picture, too.
 
-    Raises `CoreError` if the program's own networks are missing or damaged.
+    Raises:
+        CoreError: If the program's own networks are missing or damaged.
     """
     networks = _networks()
     if near is not None:

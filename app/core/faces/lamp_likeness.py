@@ -16,7 +16,7 @@ _STEP_DEG: Final = 5
 _FARTHEST_DEG: Final = 130
 _RISE_DEG: Final = (-45, 85)
 SIZES_DEG: Final = (10.0, 40.0, 80.0)
-"""Diameters of the lamps, deg."""
+"""Diameters of the lamps, in degrees."""
 
 FILLS: Final = (8.0, 4.0, 2.5)
 """Ratios of key and fill to fill."""
@@ -34,7 +34,8 @@ class LampSet:
     """Single lamps around the generic head.
 
     Attributes:
-        ways, sizes: (n, 3) and (n,) float64. Unit vectors to the lamps, and their diameters, deg.
+        ways, sizes: (n, 3) and (n,) float64. Unit vectors to the lamps, and their diameters, in
+            degrees.
         pictures, fill: (n, Q) and (Q,) float32. The skin under each lamp, and under a frontal fill.
         pairs: (1 + F, n, M) float32. Difference of mirrored places over their sum, under each lamp
             alone and with each fill.

@@ -31,7 +31,7 @@ FRONTAL_DEG: Final = 10.0
 """Least yaw of a face that does not look into the lens."""
 _PAIRS: Final = 3.0  # of likeness, for differences between mirrored places with a fill
 _PAIRS_ALONE: Final = 1.0
-_FILL_GAIN: Final = 0.6  # share of the difference without a fill that the fill must explain
+_FILL_GAIN: Final = 0.6  # fraction of the difference without a fill that the fill must explain
 _UNSURE: Final = 0.3  # around that share both are likely
 _ALL_ALIKE: Final = 1e-3  # difference without a fill that is too small to compare
 _SOFT: Final = 0.003  # of correlation, by which the weight of a lamp falls to 1/e
@@ -49,7 +49,7 @@ _HALF_SHARE: Final = 0.5
 _LEAST_SHADING: Final = 0.1  # of the mean, that the key explains
 _FLAT_CONTRAST: Final = 0.4  # of the mean, which make-up and shine reach in flat light
 _FAINT: Final = 0.35  # of the mean: with more contrast, something hides a part of the face
-_LIT_COST: Final = 0.2  # of likeness, per stop of difference in the lit share of the skin
+_LIT_COST: Final = 0.2  # of likeness, per stop of difference in the lit fraction of the skin
 _LAMP: Final = 0.01  # of likeness, which each further lamp of a style must add
 
 
@@ -74,10 +74,10 @@ class FaceLight:
             "flat" for light that shades the face too little to have a direction.
         error_deg: Angle to the true direction of the key that is not exceeded in 70% of all cases.
         softness_deg: Diameter of the key.
-        fill_ratio: Key and frontal fill to the fill alone; None if no fill was detected.
-        ratio_stops: Brighter cheek over the other, stops.
+        fill_ratio: Key and frontal fill to the fill alone, or None if no fill was detected.
+        ratio_stops: Brighter cheek over the other, in stops.
         styles: Names and likeness, 0 to 1, of possible styles, the likeliest first.
-        reason: Why there is no direction; None if there is one.
+        reason: Why there is no direction, or None if there is one.
     """
 
     pose: HeadPose
@@ -109,7 +109,7 @@ class _Shading:
     Attributes:
         contrast: Standard deviation over the skin, over its mean.
         fit: Correlation with the head under the key.
-        share: The key's share of the light: the contrast it explains, over that under it alone.
+        share: The key's fraction of the light: the contrast it explains, over that under it alone.
         lopsided: Mean square difference of mirrored places, over their sum.
     """
 
@@ -146,7 +146,7 @@ def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> Fac
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
-        focal_px: Focal length, pixels; None if unknown.
+        focal_px: Focal length, in pixels, or None if unknown.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
     return light_on_head(*on_head(picture, face), pose)
@@ -205,7 +205,7 @@ def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
 
 
 def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> float:
-    """Return the angle that includes 70% of the true keys, deg.
+    """Return the angle that includes 70% of the true keys, in degrees.
 
     Its logarithm is linear in properties of the fit, by quantile regression over 19 people under
     single lamps and with fills of 8:1 to 1.5:1 (`benchmarks/faces/photos.py`, leaving one person
@@ -307,7 +307,7 @@ def _styles(values: Float32, visible: Bools, size_deg: float) -> tuple[tuple[str
     score += likeness_of(np.sqrt(np.maximum(values, 0)), visible, np.sqrt(np.maximum(targets, 0)))[
         0
     ]
-    # The lit share of the skin separates lamps in front from lamps aside, unless they are soft.
+    # The lit fraction of the skin separates lamps in front from lamps aside, unless they are soft.
     hard = (SIZES_DEG[-1] - size_deg) / (SIZES_DEG[-1] - SIZES_DEG[0])
     lit_difference = _lit_share(values[None, visible])[0] - _lit_share(targets[:, visible])
     # Of two similar styles, prefer the one with fewer lamps.
@@ -335,7 +335,7 @@ def _targets() -> tuple[tuple[str, ...], Float64, Float32]:
 
 
 def _ratio(grey: Float32, visible: Bools) -> float | None:
-    """Return the brighter cheek over the darker one, stops; None if one is hidden."""
+    """Return the brighter cheek over the darker one, in stops, or None if one is hidden."""
     means = [float(grey[cheek & visible].sum()) for cheek in head_map().cheeks]
     counts = [int((cheek & visible).sum()) for cheek in head_map().cheeks]
     if not (min(counts) and min(means) > 0.0):

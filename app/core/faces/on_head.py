@@ -60,7 +60,7 @@ class HeadMap:
 
     @property
     def side(self) -> int:
-        """N, pixels."""
+        """N, in pixels."""
         return self.transport.size
 
     def blurred(self, pictures: Floats, where: Bools | Indices | None = None) -> Float32:

@@ -23,7 +23,7 @@ USUAL_FOCAL: Final = 1.3
 
 @dataclass(frozen=True, slots=True)
 class HeadPose:
-    """Pose of a head relative to the lens, deg.
+    """Pose of a head relative to the lens, in degrees.
 
     Attributes:
         yaw_deg: Positive when the face turns toward the sitter's own left, right in the picture.
@@ -43,8 +43,8 @@ def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) 
     """Fit the canonical face to landmarks through the lens.
 
     Args:
-        size: Height and width of the picture, pixels.
-        focal_px: Focal length, pixels; None for `USUAL_FOCAL`.
+        size: Height and width of the picture, in pixels.
+        focal_px: Focal length, in pixels, or None for `USUAL_FOCAL`.
     """
     height, width = size
     focal = focal_px or USUAL_FOCAL * max(size)

@@ -36,7 +36,7 @@ class Promise:
         place: None for the studio.
         goal_deg: Panorama azimuth where the face should look.
         arc_deg: Panorama azimuths, from and to clockwise, between which the face is in the light.
-        transport: Transport of the head on screen; None for the generic one.
+        transport: Transport of the head on screen, or None for the generic one.
     """
 
     pack: StylePack | None = field(repr=False)
@@ -48,7 +48,7 @@ class Promise:
 
     @cached_property
     def ratio_stops(self) -> float | None:
-        """Lighting ratio as the screens state it, stops; None if no face shows it."""
+        """Lighting ratio as the screens state it, in stops, or None if no face shows it."""
         if self.light.ratio_stops is None:
             return None
         if self.place is None:
@@ -108,7 +108,7 @@ def promise_of_place(
 
 
 def graded_by(head: str, pack: StylePack, name: str) -> StylePack | None:
-    """Choose the pack that grades a style on a photographed face; None for a painted style.
+    """Choose the pack that grades a style on a photographed face, or None for a painted style.
 
     Args:
         head, pack: The head chosen by the user, and its styles.
@@ -128,8 +128,8 @@ class Check:
 
     Attributes:
         light: Light on the face, whatever the place.
-        facing_deg: Panorama azimuth in which the face looks; None if unknown.
-        turn_error_deg: Angle from there to the goal, positive clockwise; None if unreliable.
+        facing_deg: Panorama azimuth in which the face looks, or None if unknown.
+        turn_error_deg: Angle from there to the goal, positive clockwise, or None if unreliable.
         key_difference_deg: Azimuth of the key light minus that of the promised one.
         match: Similarity of the visible skin and the style's target, 0 to 100.
     """
@@ -156,7 +156,7 @@ def check_face(
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
-        focal_px: Focal length, pixels; None if unknown.
+        focal_px: Focal length, in pixels, or None if unknown.
         lens_deg: Panorama azimuth of the lens from the sitter, if the background shows it.
         key: Whether to read key light and ratio too, not only pose and grade.
     """

@@ -43,7 +43,7 @@ class Cue:
 
     Attributes:
         sound: ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (a loop) or ``none``.
-        every_s: Time between the starts of two beeps, seconds; 0 for ``steady`` and ``none``.
+        every_s: Time between the starts of two beeps, in seconds, or 0 for ``steady`` and ``none``.
         step: Pitch, 0 to 8; rises toward the goal.
     """
 

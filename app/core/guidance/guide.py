@@ -5,9 +5,10 @@ the numbers to show and the next memory; `app.words.guidance` makes the words. T
 the seconds of the reading. Goal, current turn and the ends of the arc are rounded to whole degrees
 first, and all other numbers are their differences, so that the numbers on screen always add up.
 
-Direction: the shorter way, kept until the other one is 10 deg shorter, so that a sitter half-way
-round is not sent back and forth. Overshoot: a sitter who entered the arc on one side and left it on
-the other sees the distance back *to the arc*, just as they first saw the distance into it.
+Direction: the shorter way, kept until the other one is 10 degrees shorter, so that a sitter
+half-way round is not sent back and forth. Overshoot: a sitter who entered the arc on one side and
+left it on the other sees the distance back *to the arc*, just as they first saw the distance into
+it.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ _NOSE_SETTLE_DEG: Final = 3.0  # the same for numbers read from a face
 _WELL_DEG: Final = 3.0  # distance inside the arc that the nose is sent to
 # a head sways by this much, so it is not reliably lit closer to the arc's ends
 _SWAYS_DEG: Final = 1.5
-# A face's yaw has an error of 1.5 deg, on a head that sways. In an arc this narrow, the mean of the
+# A face's yaw has an error of 1.5 degrees, on a head that sways. In an arc this narrow, the mean of
+# the
 # faces since the last movement decides.
 _NARROW_DEG: Final = 10.0
 _STILL_S: Final = 2.5  # time span that these faces must cover
@@ -80,13 +82,13 @@ class Goal:
     """The target of a turn.
 
     Attributes:
-        turn_deg: Turn of the lens to reach, deg, positive clockwise.
-        arc_deg: Tolerance arc, (from, to) clockwise, deg. None, or an arc that does not contain the
-            goal, if the user chose their own turn: then only the goal itself counts, within
-            `HOLD_DEG`.
+        turn_deg: Turn of the lens to reach, in degrees, positive clockwise.
+        arc_deg: Tolerance arc, (from, to) clockwise, in degrees. None, or an arc that does not
+            contain the goal, if the user chose their own turn: then only the goal itself counts,
+            within `HOLD_DEG`.
         lamp: Instruction for the second light, such as "hold the LED panel in front, raised 28°, at
             full power"; empty if the light of the place is enough.
-        yaw_deg: Turn of the face toward the sitter's own left, away from the lens, deg.
+        yaw_deg: Turn of the face toward the sitter's own left, away from the lens, in degrees.
     """
 
     turn_deg: float
@@ -95,10 +97,10 @@ class Goal:
     yaw_deg: float = 0.0
 
     def facing(self, front_deg: float) -> tuple[float, tuple[float, float] | None]:
-        """Return the nose's goal and arc as azimuths in the panorama, deg.
+        """Return the nose's goal and arc as azimuths in the panorama, in degrees.
 
         Args:
-            front_deg: Panorama azimuth of the photographer at turn 0, deg.
+            front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
         """
         arc, nose = self.arc_deg, front_deg - self.yaw_deg
         face_arc = None if arc is None else (arc[0] + nose, arc[1] + nose)
@@ -110,13 +112,13 @@ class Reading:
     """Measurements at one moment.
 
     Attributes:
-        turn_deg: The sitter's turn, from the heading; None if no heading was found.
-        time_s: Time of the reading, seconds; any origin.
+        turn_deg: The sitter's turn, from the heading, or None if no heading was found.
+        time_s: Time of the reading, in seconds; any origin.
         left_behind: The camera stayed where it was while the photographer walks, so its view says
             nothing about the sitter's turn.
         from_deg: Turn to start from without a heading: 0 at first, later the turn of the last
             photo.
-        yaw_deg: Yaw of the face, as in `Goal`; None if none was read.
+        yaw_deg: Yaw of the face, as in `Goal`, or None if none was read.
     """
 
     turn_deg: float | None
@@ -134,16 +136,16 @@ class GuideMemory:
     Attributes:
         goal: Goal, reach of the arc on both sides and yaw; None before the first call.
         way: Direction on screen: 1 clockwise, -1 counter-clockwise, 0 none yet.
-        approach: Direction in which the arc was or will be entered; 0 if the turn started inside
+        approach: Direction in which the arc was or will be entered, or 0 if the turn started inside
             it.
         shown_deg: Last turn on screen, whole degrees.
-        turn_deg: Last turn, deg.
-        seen_s: Time of the last heading, seconds; None if there is none.
+        turn_deg: Last turn, in degrees.
+        seen_s: Time of the last heading, in seconds, or None if there is none.
         inside: Whether the turn was inside the arc.
         hold: Whether the turn was at the goal.
         nose: As in `Guide`, but steady.
-        faces: Time, s, and yaw, deg, of each face since the last movement of the head, newest
-            first.
+        faces: Time, s, and yaw, in degrees, of each face since the last movement of the head,
+            newest first.
         on_target: Whether the nose was in the light.
     """
 
@@ -182,7 +184,7 @@ class Guide:
         until_light: Whole degrees to the arc in the direction on screen; 0 inside, and until the
             arc counts as left.
         lamp: As in `Goal`.
-        nose: Whole degrees that the nose still has to turn toward the sitter's left; None if it
+        nose: Whole degrees that the nose still has to turn toward the sitter's left, or None if it
             should point to the lens, or no face was read.
         yaw: As in `Goal`, whole degrees.
         start: Turn, whole degrees, from which the whole turn counts without a heading.
@@ -217,7 +219,7 @@ class _Target:
     """Goal and arc in whole degrees; the arc as its reach on both sides of the goal.
 
     Attributes:
-        ends: Reach on both sides before rounding, for the nose, deg.
+        ends: Reach on both sides before rounding, for the nose, in degrees.
     """
 
     goal: int

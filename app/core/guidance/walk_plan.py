@@ -33,7 +33,7 @@ class PlanMark:
 
 @dataclass(frozen=True, slots=True)
 class PlanDrawing:
-    """Contents of the drawing; all angles are turns, deg, positive clockwise.
+    """Contents of the drawing; all angles are turns, in degrees, positive clockwise.
 
     Attributes:
         up_deg: Turn at the top of the drawing.

@@ -46,8 +46,8 @@ class SteadyOverlay:
 
     Attributes:
         alignment: Last alignment.
-        corners: Corners of the live picture on the goal, (4, 2) in widths of the goal; None if the
-            picture is not aligned.
+        corners: Corners of the live picture on the goal, (4, 2) in widths of the goal, or None if
+            the picture is not aligned.
         rival: Corners far from the previous ones, (4, 2) in widths of the goal, and their time, s.
             They are used when a second picture confirms them.
     """
@@ -68,7 +68,7 @@ def steady_overlay(
 
     Args:
         sizes: Columns and rows of the picture, then of the goal.
-        now_s: Time of the picture, seconds; any origin.
+        now_s: Time of the picture, in seconds; any origin.
     """
     steady = before.corners
     if alignment.homography is None:
@@ -119,11 +119,12 @@ def align(
     Args:
         target: (H, W, 3) uint8. sRGB; the intended view, with the goal in its middle.
         view: (h, w, 3) uint8. sRGB; the current view, not mirrored.
-        fov_deg: Horizontal field of view of the target, in the panorama's frame, deg, as from
-            `app.core.localization.views.goal_lens`.
-        sitter_deg: Angle of the sitter in the view from its axis, deg, positive to the right.
-        view_fov_deg: Horizontal field of view of the camera, deg; needed only if the sitter is off
-            the axis. By default that of the target.
+        fov_deg: Horizontal field of view of the target, in the panorama's frame, in degrees, as
+            from `app.core.localization.views.goal_lens`.
+        sitter_deg: Angle of the sitter in the view from its axis, in degrees, positive to the
+            right.
+        view_fov_deg: Horizontal field of view of the camera, in degrees; needed only if the sitter
+            is off the axis. By default that of the target.
         mask: (h, w) bool. True where the view shows background. By default everything except the
             usual position of a sitter (`sitter_mask`), or everything if too few points remain.
 

@@ -5,7 +5,7 @@ The pose is first fitted as if the camera were on the line to the sitter
 (`lens_factor`). For a picture from anywhere, it is then refined from the parallax between near and
 far points (`app.core.localization.parallax`), which works without the position of the sitter.
 
-A heading counts as right within 3 deg, for a camera on the sitter's line. Three errors are
+A heading counts as right within 3 degrees, for a camera on the sitter's line. Three errors are
 possible. The picture shows another place: evidence against this is the number of points that agree,
 their spread, and how much better the whole picture fits there than beside it
 (`app.core.localization.heading`). It shows this place from beside the line through the sitter:
@@ -37,7 +37,7 @@ from app.core.localization.parallax import Aim, Line, lined_up, straightened
 from app.core.localization.rotation import CameraPose, Outlook
 
 CLOSE_DEG: Final = 3.0
-"""Largest error of a heading that counts as right, deg."""
+"""Largest error of a heading that counts as right, in degrees."""
 
 LEAST_CONFIDENCE: Final = 0.8
 """Least confidence of a heading that is shown."""
@@ -65,7 +65,7 @@ _STRAYS: Final = 0.2  # as many occur by chance
 _FLAT: Final = 0.7
 _LOOSE_DEG: Final = (0.3, 2.0)
 _LEAST_ERROR_DEG: Final = 0.05
-_WIDE: Final = (0.315, 1.036)  # half angles of 17.5 and 46 deg: tangents of usual lenses
+_WIDE: Final = (0.315, 1.036)  # half angles of 17.5 and 46 degrees: tangents of usual lenses
 _LEAST_ZOOM: Final = 0.8  # objects look larger from the probe, unless the field of view is wrong
 
 
@@ -75,17 +75,17 @@ class Evidence:
 
     Attributes:
         points: Number of points that agree.
-        share: Share of agreeing points among those with only one match in the panorama, 0 to 1.
+        share: Fraction of agreeing points among those with only one match in the panorama, 0 to 1.
         spread: Smallest standard deviation of the agreeing points in any direction, in half widths
             of the picture: 0 on a line.
         support: How much better the pose fits all points than its neighbours, standard deviations.
-        error_deg: Standard error of the heading, deg.
+        error_deg: Standard error of the heading, in degrees.
         tilt: Slope of the enlargement across the picture.
         zoom: Enlargement in the middle of the picture.
-        wide: Tangent of half the field of view along the longer side, if it was estimated; None if
-            it was given.
-        strays: Share of disagreeing points among the certain matches near the pose's prediction, 0
-            to 1.
+        wide: Tangent of half the field of view along the longer side, if it was estimated, or None
+            if it was given.
+        strays: Fraction of disagreeing points among the certain matches near the pose's prediction,
+            0 to 1.
         gain, aside, flat, agree: As in `app.core.localization.parallax.Line`.
         loose_deg: As `loose_rad` there, in deg.
         guided: Whether it is a live picture: of this place, by a photographer who follows the
@@ -142,7 +142,7 @@ def line_signs(evidence: Evidence) -> tuple[float, ...]:
 
 
 def deviation_deg(evidence: Evidence) -> float:
-    """Return the standard error of the heading before it is scaled, deg."""
+    """Return the standard error of the heading before it is scaled, in degrees."""
     return max(evidence.error_deg, _LEAST_ERROR_DEG)
 
 
@@ -150,7 +150,7 @@ def trust(evidence: Evidence) -> float:
     """Return the probability that a heading is right.
 
     Returns:
-        0 to 1; of headings with 0.9, about nine in ten are within 3 deg.
+        0 to 1; of headings with 0.9, about nine in ten are within 3 degrees.
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
@@ -180,13 +180,14 @@ def _beyond(value: float, limits: tuple[float, float]) -> float:
 
 
 _TRIES: Final = 1200
-_SITTER_SPREAD: Final = 0.015  # of the picture plane, about 1 deg: how precisely a face is located
+# of the picture plane, about 1 degrees: how precisely a face is located
+_SITTER_SPREAD: Final = 0.015
 _NO_SITTER_SPREAD: Final = 0.04  # with more, the fit would move aside to explain depth
 _AIM_DEG: Final = 5.0  # how far beside the sitter a camera may be aimed
 _AIM_AWAY_DEG: Final = 6.5  # the same from its holder, who is not being watched
 _BESIDE_DEG: Final = 5.0
 _CLEARLY: Final = 1.05  # factor by which more points must agree
-_SITTER_SHARE: Final = 0.3  # share of the angle itself, if the lens is unknown
+_SITTER_SHARE: Final = 0.3  # fraction of the angle itself, if the lens is unknown
 _ZOOM: Final = (0.8, 2.4)  # 1 + d / D, and some error of the field of view
 _LIKELY: Final = (1.3, 0.3)
 _ANY_ZOOM: Final = (0.5, 3.2)
@@ -198,17 +199,17 @@ _AWAY_ANY_ZOOM: Final = (0.2, 1.7)
 _LIKELY_AWAY_ANY: Final = (0.75, 0.4)
 _AWAY_SPREAD: Final = 0.1  # of the picture plane: the holder is roughly on that line
 _AWAY_UNSEEN: Final = 0.2
-_LENS_ERROR: Final = 0.07  # share of an angle, if the lens is estimated
+_LENS_ERROR: Final = 0.07  # fraction of an angle, if the lens is estimated
 _GUESS_SPREAD: Final = (0.12, 0.05)  # spread of an estimated lens, at first and in the second round
-_UNSAID: Final = 0.4  # share of a sideways offset that parallax leaves undetermined
+_UNSAID: Final = 0.4  # fraction of a sideways offset that parallax leaves undetermined
 _ALIKE: Final = 2.0  # neighbouring points have related errors
 _TOWARD: Final = (
     0.018,
     0.15,
-)  # radians: offset of a face from the probe's position; share of its tangent
+)  # radians: offset of a face from the probe's position; fraction of its tangent
 _SOMEBODY_ELSE: Final = 4.0
 _SURE: Final = 0.01
-_UNEVEN: Final = 0.12  # share of an enlargement: depth that is not the plane's
+_UNEVEN: Final = 0.12  # fraction of an enlargement: depth that is not the plane's
 _SLOPE: Final = 0.4
 _ROUNDS: Final = 6
 _NEAREST: Final = 4.5  # a larger enlargement would need too near an object: the match is wrong
@@ -236,9 +237,9 @@ class CameraPrior:
     """Prior knowledge about a camera.
 
     Attributes:
-        lens: Uncertainty of the field of view: spread of the logarithm of its tangent; None if the
-            field of view is unknown.
-        sitter_deg: Angle of the sitter from the axis, deg; None if unknown.
+        lens: Uncertainty of the field of view: spread of the logarithm of its tangent, or None if
+            the field of view is unknown.
+        sitter_deg: Angle of the sitter from the axis, in degrees, or None if unknown.
         away: Whether the camera looks away from the sitter.
         near: Whether the search is limited to the last heading's surroundings.
     """

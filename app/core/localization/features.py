@@ -63,8 +63,8 @@ class HeadingIndex:
         """Return the indices of the points near an azimuth.
 
         Args:
-            azimuth_deg: Middle of the range, deg.
-            reach_deg: Reach on both sides, deg.
+            azimuth_deg: Middle of the range, in degrees.
+            reach_deg: Reach on both sides, in degrees.
         """
         away = np.abs((self.azimuths - azimuth_deg + 180.0) % 360.0 - 180.0)
         return np.flatnonzero(away <= reach_deg)
@@ -300,7 +300,7 @@ def pair_near(
 
     Args:
         positions: (N, 3) float32. Predicted positions of the first set's points, unit vectors.
-        reach: Largest distance from the prediction, radians.
+        reach: Largest distance from the prediction, in radians.
     """
     around = np.flatnonzero(spots @ positions.mean(axis=0) > _AROUND)
     if len(first) == 0 or len(around) < 2:

@@ -110,7 +110,7 @@ def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) ->
 
 
 def _most_alike(ahead: Float64, rotation: Float64, spots: Float32, likeness: Float32) -> Float32:
-    """Return the similarity of the best match near each prediction; -1 if there is none."""
+    """Return the similarity of the best match near each prediction, or -1 if there is none."""
     beside = (ahead @ rotation.T).astype(np.float32) @ spots.T > math.cos(_REACH_RAD)
     return np.asarray(np.where(beside, likeness, np.float32(-1.0)).max(axis=1), np.float32)
 
@@ -131,7 +131,7 @@ _FIELDS: Final = (25.0, 110.0)
 
 
 class Effort(NamedTuple):
-    """Working size of a picture, pixels, and the number of points in it."""
+    """Working size of a picture, in pixels, and the number of points in it."""
 
     pixels: int
     points: int
@@ -151,13 +151,13 @@ class Heading:
     """A camera's heading.
 
     Attributes:
-        heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180]; None when unsure.
-        pitch_deg, roll_deg: Up, and clockwise in the picture; deg. 0 when unsure.
+        heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180], or None if unsure.
+        pitch_deg, roll_deg: Up, and clockwise in the picture, in degrees. 0 when unsure.
         inliers: Number of points that agree.
-        confidence: Probability that the heading is within 3 deg of the truth, 0 to 1.
+        confidence: Probability that the heading is within 3 degrees of the truth, 0 to 1.
         zoom: Angular size of objects near the sitter in the panorama over that in the picture; it
             depends on the distance of the background. 1 when unsure.
-        fov_deg: Horizontal field of view, deg, given or estimated; 0 when unsure.
+        fov_deg: Horizontal field of view, in degrees, given or estimated, or 0 if unsure.
     """
 
     status: Literal["found", "unsure"]
@@ -193,7 +193,7 @@ class HeadingMatch:
     """A pose with its evidence.
 
     Attributes:
-        fov_deg: Horizontal field of view, given or estimated, deg.
+        fov_deg: Horizontal field of view, given or estimated, in degrees.
     """
 
     pose: CameraPose
@@ -216,12 +216,12 @@ def find_heading(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
-        fov_deg: The camera's horizontal field of view, deg; an error of 20% does no harm. None to
-            estimate it.
-        near_deg: The last heading, deg, to search only around it, which is faster and more certain.
-            If that fails, search everything (None).
-        sitter_deg: Angle of the sitter from the axis, deg, positive to the right; if the field of
-            view is unknown, as for 60 deg along the longer side. None if unknown.
+        fov_deg: The camera's horizontal field of view, in degrees; an error of 20% does no harm.
+            None to estimate it.
+        near_deg: The last heading, in degrees, to search only around it, which is faster and more
+            certain. If that fails, search everything (None).
+        sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right; if the
+            field of view is unknown, as for 60 degrees along the longer side. None if unknown.
         mask: (H, W) bool. True on the background; by default everywhere, since points on the sitter
             match nothing.
         fine: Use up to a million pixels, for photos, which may take longer.

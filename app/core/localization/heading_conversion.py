@@ -30,15 +30,15 @@ from app.core.base.arrays import Float64
 from app.core.guidance.who_moves import Mode
 
 ASSUMED_DEG: Final = 60.0
-"""Assumed field of view along the longer side of a picture, deg."""
+"""Assumed field of view along the longer side of a picture, in degrees."""
 
 _ALIKE: Final = 0.0045  # standard deviation of the factors at the probe's own position
-_FARTHEST: Final = 0.10  # share of the points that count as far away
+_FARTHEST: Final = 0.10  # fraction of the points that count as far away
 _ENLARGEMENT: Final = (
     0.20,
     0.10,
 )  # logarithm of the enlargement that these still have: mean and spread
-_LENSES: Final = (  # focal length for a frame of 36 x 24 mm, and share of all pictures, %
+_LENSES: Final = (  # focal length for a frame of 36 x 24 mm, and fraction of all pictures, %
     (26.0, 26), (24.0, 20), (28.0, 16), (23.0, 7), (35.0, 10), (50.0, 13), (13.0, 5), (77.0, 5),
     (31.0, 5), (70.0, 2),
 )  # fmt: skip
@@ -51,7 +51,7 @@ _WITHIN: Final = (0.4, 3.5)  # range of lens and parallax together
 
 
 def assumed_fov(size: tuple[int, int]) -> float:
-    """Return the assumed horizontal field of view, deg.
+    """Return the assumed horizontal field of view, in degrees.
 
     Args:
         size: Columns and rows of the picture, upright.
@@ -64,7 +64,7 @@ def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False)
     """Return the factor by which a lens is wider than was assumed, in the picture plane.
 
     Args:
-        zooms: (N,) float64. Enlargement of each point; nan where it is undefined.
+        zooms: (N,) float64. Enlargement of each point, or nan where it is undefined.
         shape: Longer over shorter side of the picture.
         away: Whether the camera looks away from the sitter. It is then nearer to the background
             than the probe was, so near objects look smaller in the panorama, and none look larger.
@@ -133,13 +133,13 @@ def turn_of_heading(
     """Return the turn for a camera's heading.
 
     Args:
-        heading_deg: Panorama azimuth of the camera's axis, deg.
-        sitter_deg: Angle of the sitter's face from the axis, deg, positive to the right in the
-            unmirrored picture. Ignored if the camera does not see the sitter.
-        front_deg: Panorama azimuth of the photographer at turn 0, deg.
+        heading_deg: Panorama azimuth of the camera's axis, in degrees.
+        sitter_deg: Angle of the sitter's face from the axis, in degrees, positive to the right in
+            the unmirrored picture. Ignored if the camera does not see the sitter.
+        front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
-        In (-180, 180], deg.
+        In (-180, 180], in degrees.
 
     Examples:
         >>> turn_of_heading(180.0), turn_of_heading(-90.0), turn_of_heading(170.0, sitter_deg=20.0)
@@ -166,7 +166,7 @@ def heading_of_turn(
         turn_deg: Deg, positive clockwise.
 
     Returns:
-        Panorama azimuth in (-180, 180], deg.
+        Panorama azimuth in (-180, 180], in degrees.
     """
     if sees_sitter(looks, mode):
         return wrap(turn_deg + 180.0 - sitter_deg + front_deg)
@@ -178,18 +178,18 @@ def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
 
     Args:
         turn_deg: Deg, positive clockwise.
-        front_deg: Panorama azimuth of the photographer at turn 0, deg.
+        front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
     """
     return wrap(turn_deg + 180.0 + front_deg)
 
 
 def offset_angle(column: float, width: int, fov_deg: float) -> float:
-    """Return the horizontal angle of a picture's column from the camera's axis, deg.
+    """Return the horizontal angle of a picture's column from the camera's axis, in degrees.
 
     Args:
         column: Position from the left edge in pixels; the centre of the first pixel is 0.5.
         width: Columns of the picture.
-        fov_deg: Horizontal field of view, deg, in (0, 180).
+        fov_deg: Horizontal field of view, in degrees, in (0, 180).
     """
     share = 2.0 * column / width - 1.0
     return math.degrees(math.atan(share * math.tan(math.radians(fov_deg) / 2.0)))
@@ -212,14 +212,14 @@ def widened_fov(
     that looks away from the sitter is closer to its background by d: (D - d) / D.
 
     Args:
-        fov_deg: The camera's horizontal field of view, deg, in (0, 180).
-        camera_m: d, from the sitter's head to the camera, metres.
-        background_m: D, from the sitter's head to the background, metres; unknown, so the default
-            is `BACKGROUND_M`. Infinity leaves the field of view unchanged.
+        fov_deg: The camera's horizontal field of view, in degrees, in (0, 180).
+        camera_m: d, from the sitter's head to the camera, in metres.
+        background_m: D, from the sitter's head to the background, in metres; unknown, so the
+            default is `BACKGROUND_M`. Infinity leaves the field of view unchanged.
         sees_the_sitter: Whether the camera looks at the sitter.
 
     Returns:
-        Horizontal field of view in the panorama, deg, at most 160.
+        Horizontal field of view in the panorama, in degrees, at most 160.
 
     Examples:
         >>> round(widened_fov(60.0, 1.5, 5.0), 1), widened_fov(60.0, 0.0)

@@ -49,9 +49,9 @@ class Alignment:
         homography: (3, 3) float64. From the view's pixels to the target's, bottom right element 1;
             (0, 0) is the corner of the first pixel. None when unsure.
         inliers: Number of points that agree.
-        overlap: Share of the target that the view covers, 0 to 1.
-        turn_error_deg: Goal minus view: the rest of the turn, positive clockwise, deg; None when
-            unsure.
+        overlap: Fraction of the target that the view covers, 0 to 1.
+        turn_error_deg: Goal minus view: the rest of the turn, positive clockwise, in degrees, or
+            None if unsure.
         confidence: 0 to 1.
     """
 
@@ -71,7 +71,7 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
     """Fit a homography to pairs of points, some of which are wrong.
 
     Args:
-        start, stop: (N, 2) float32. Positions in the view and in the target, pixels.
+        start, stop: (N, 2) float32. Positions in the view and in the target, in pixels.
         sizes: Columns and rows of view and target.
     """
     if len(start) < LEAST_INLIERS:
@@ -90,7 +90,7 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
     close = _refined(matrix, start[inside], stop[inside], sizes)
     if close is None or not sound(close, *sizes):
         return unsure
-    # Covered share of the target, counted on a coarse grid.
+    # Covered fraction of the target, counted on a coarse grid.
     overlap = len(_back(close, _grid(sizes[1], 64), sizes[0])) / 64.0**2
     if overlap < _LEAST_OVERLAP:
         return unsure
@@ -107,8 +107,8 @@ def sound(matrix: Float64, size: Size, target: Size) -> bool:
 
     Returns:
         False if any of the view is mirrored, folded over or at infinity, if it is turned in its
-        plane by more than 40 deg, or if it is stretched or scaled too much in its middle half or
-        anywhere in the target.
+        plane by more than 40 degrees, or if it is stretched or scaled too much in its middle half
+        or anywhere in the target.
     """
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
         return False

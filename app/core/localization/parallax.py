@@ -32,7 +32,7 @@ _ROUNDS: Final = 7
 _NEAR: Final = 0.03
 _AHEAD: Final = 0.2  # cosine: points further to the side count as behind the camera
 _BEND: Final = 0.03  # of the picture plane's radius, at its square
-_SKEW: Final = 0.005  # of the picture plane: 0.6 deg from the first row to the last
+_SKEW: Final = 0.005  # of the picture plane: 0.6 degrees from the first row to the last
 _LEVEL: Final = 0.1  # radians: height of the camera relative to the probe
 _ANY: Final = 1.0  # radians: for an unconstrained direction
 _SAMPLES: Final = 1000
@@ -40,7 +40,7 @@ _SAMPLE_NOISE: Final = 0.003
 _AS_FREE: Final = 0.3  # spread of an unknown lens
 _BEST: Final = 3
 _ALIKE_RAD: Final = 0.005
-# share of the points without parallax, even if another distortion has to explain the rest
+# fraction of the points without parallax, even if another distortion has to explain the rest
 _UNMOVED: Final = 0.75
 _MOST_TURN: Final = 0.3
 
@@ -66,13 +66,13 @@ class Line:
         lens: (3,) float64. Logarithm of the scale of the picture plane, distortion, and skew.
         probe: (2,) float64. Position of the probe in the picture plane.
         inside: (N,) bool. Points that agree.
-        error_rad: Standard error of the heading, radians.
+        error_rad: Standard error of the heading, in radians.
         agree: Weighted number of points that agree.
         gain: Points that a camera elsewhere explains in addition.
         aside: Cost of the sitter's direction over that of such a camera, in points.
         loose_rad: Standard deviation of the probe's direction as determined by the points alone. 0
             without parallax, where it does not matter.
-        flat: Share of the agreeing points that lie in one plane, 0 to 1. A camera elsewhere with
+        flat: Fraction of the agreeing points that lie in one plane, 0 to 1. A camera elsewhere with
             another lens could show the same plane.
     """
 
@@ -375,7 +375,7 @@ def _sampled(pairs: _Pairs, rotation: Float64, ratio: Float32) -> list[_Solution
 
 
 def _mirrored(pairs: _Pairs, way: _Solution) -> tuple[float, list[_Solution]]:
-    """Return the share of the points in one plane, and other cameras that explain that plane."""
+    """Return the fraction of the points in one plane, and other cameras that explain that plane."""
     inside = way.agree > 0.3
     there = pairs.bearings[inside] @ way.rotation
     here = straightened(pairs.rays, way.lens)[inside]

@@ -62,7 +62,7 @@ _SAME_DEG: Final = 1.0
 _SAME_PROOF: Final = (0.45, 0.65)
 _FREE_SAME_PROOF: Final = (0.9, 0.9)
 _OTHER_PROOF: Final = 0.97  # the stated lens was already tried, and nothing makes a picture wider
-_ALIKE: Final = (0.8, 1.0)  # share of the points: at the probe's own position, and elsewhere
+_ALIKE: Final = (0.8, 1.0)  # fraction of the points: at the probe's own position, and elsewhere
 _AGREE: Final = 25  # points: a mirror image never has this many
 _NEARER: Final = 0.97  # objects never look smaller from the probe, so the lens must be narrower
 
@@ -72,12 +72,12 @@ class PhotoLocation:
     """Direction in which a photo was taken.
 
     Attributes:
-        heading_deg: Panorama azimuth of the camera's axis, deg; None when unsure.
-        facing_deg: Panorama azimuth that the sitter faced, deg; minus the photographer's azimuth at
-            turn 0, it is the turn. None when unsure.
-        sitter_deg: Angle of the sitter from the axis, deg, positive to the right; None if no sitter
-            was detected, who is then assumed to be in the middle.
-        fov_deg: Horizontal field of view, deg, stated or estimated; None when unsure.
+        heading_deg: Panorama azimuth of the camera's axis, in degrees, or None if unsure.
+        facing_deg: Panorama azimuth that the sitter faced, in degrees; minus the photographer's
+            azimuth at turn 0, it is the turn. None when unsure.
+        sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
+            no sitter was detected, who is then assumed to be in the middle.
+        fov_deg: Horizontal field of view, in degrees, stated or estimated, or None if unsure.
         confidence: 0 to 1.
         mirrored: Whether only the photo's mirror image shows this place; the angles are those of
             the mirror image.
@@ -97,9 +97,9 @@ class PhotoSearch:
     """Result of searching for a photo.
 
     Attributes:
-        sitter: The sitter with whom the heading was found, in the unmirrored frame; None if it was
-            found without one.
-        stated_deg: Field of view stated in EXIF, deg, if it cannot be right; otherwise None.
+        sitter: The sitter with whom the heading was found, in the unmirrored frame, or None if it
+            was found without one.
+        stated_deg: Field of view stated in EXIF, in degrees, if it cannot be right; otherwise None.
     """
 
     heading: Heading
@@ -130,7 +130,8 @@ class ShotVerdict:
 def is_panorama(path: Path) -> bool:
     """Return whether a file has the shape of a whole panorama, without decoding its pixels.
 
-    Raises `CoreError` if it cannot be read.
+    Raises:
+        CoreError: If it cannot be read.
     """
     columns, rows = picture_size(path)
     return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA
@@ -176,7 +177,7 @@ def locate_photo(
 
 
 def lens_azimuth(location: PhotoLocation, face: Face, columns: int) -> float | None:
-    """Return the panorama azimuth of the lens from a face; None if the photo is not located.
+    """Return the panorama azimuth of the lens from a face, or None if the photo is not located.
 
     Args:
         columns: Width of the picture that contains the face.
@@ -200,8 +201,8 @@ def search_photo(
     """Search for a photo in the panorama, first with all that is known about it, then with less.
 
     Args:
-        fov_deg: Horizontal field of view, deg, if the user stated it. That of EXIF is only tried
-            first: the photo may be cropped.
+        fov_deg: Horizontal field of view, in degrees, if the user stated it. That of EXIF is only
+            tried first: the photo may be cropped.
         mirrored: Whether the photo is a mirror image; None to try both.
 
     Raises `Cancelled`.
@@ -346,7 +347,7 @@ def judge(turn_deg: float, goal: Goal, result: StyleResult) -> ShotVerdict:
     """Return how far a turn misses the light.
 
     Args:
-        turn_deg: Turn of the photo, deg.
+        turn_deg: Turn of the photo, in degrees.
     """
     guidance, _ = guide(goal, Reading(turn_deg, 0.0))
     turn = whole(turn_deg)

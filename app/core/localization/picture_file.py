@@ -169,11 +169,11 @@ class PictureFile:
         picture: (H, W, 3) uint8. sRGB, upright by its EXIF orientation.
         size: Columns and rows in the file, upright; larger than those of `picture` if it was
             reduced.
-        taken_at: Time in EXIF; None if not stated.
-        focal_mm: Equivalent focal length on a frame of 36 x 24 mm; None if not stated.
+        taken_at: Time in EXIF, or None if not stated.
+        focal_mm: Equivalent focal length on a frame of 36 x 24 mm, or None if not stated.
         front_camera: Whether the file states a phone's front camera, whose pictures may be saved
             mirrored.
-        flash: Whether a flash fired; None if not stated.
+        flash: Whether a flash fired, or None if not stated.
     """
 
     picture: Bytes = field(repr=False)
@@ -185,7 +185,7 @@ class PictureFile:
 
     @property
     def flipped(self) -> PictureFile:
-        """Return the mirror image."""
+        """The mirror image."""
         return replace(self, picture=np.ascontiguousarray(self.picture[:, ::-1]))
 
     @property
@@ -213,7 +213,8 @@ def picture_size(path: Path | str) -> tuple[int, int]:
     Returns:
         Columns and rows as stored.
 
-    Raises `CoreError` as `read_picture`.
+    Raises:
+        CoreError: As `read_picture`.
     """
     with _open(Path(path)) as source:
         spec = source.spec()
@@ -226,7 +227,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     Args:
         path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey, or a raw file with a
             preview.
-        longest: Sufficient length of the longer side, pixels; 0 keeps all of them.
+        longest: Sufficient length of the longer side, in pixels; 0 keeps all of them.
 
     Raises `CoreError` if it is missing, not a regular file, not a picture of these kinds, damaged,
     too small or too large; `Cancelled`.
@@ -304,7 +305,7 @@ def _largest_jpeg(path: Path) -> bytes:
 
 
 def _jpeg_pixels(data: mmap, at: int) -> int:
-    """Return the pixel count of a JPEG; 0 for a lossless one, such as the raw picture itself."""
+    """Return the pixel count of a JPEG, or 0 for a lossless one, such as the raw picture itself."""
     at += 2
     for _ in range(_MOST_SEGMENTS):
         mark, length = data[at : at + 2], int.from_bytes(data[at + 2 : at + 4])

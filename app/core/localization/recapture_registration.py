@@ -51,7 +51,8 @@ class PanoramaPose:
 
     rotation: Float64  # (3, 3), from directions in the second panorama to directions in the first
     error_deg: float  # standard error, deg: jackknife over eight sectors of the horizon
-    seeds: int  # pairs within 3 deg of the best pure rotation; none are expected in another place
+    # pairs within 3 degrees of the best pure rotation; none are expected in another place
+    seeds: int
     points: int
     sectors: int
     shift_deg: float
@@ -112,7 +113,7 @@ def _triads(first: Float64, second: Float64) -> Float64:
 
 
 def _angles(a: Float64, b: Float64) -> Float64:
-    """Return the angles between unit vectors, (N,), deg."""
+    """Return the angles between unit vectors, (N,), in degrees."""
     chord = np.linalg.norm(a - b, axis=1)
     return np.asarray(np.degrees(2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))), np.float64)
 
@@ -190,7 +191,7 @@ def _judge(
 
 
 def _error_deg(a: Float64, b: Float64, rotation: Float64, move: Float64, part: Int64) -> float:
-    """Return the jackknife error over the non-empty sectors, deg."""
+    """Return the jackknife error over the non-empty sectors, in degrees."""
     error, weights, slopes, _ = _linear(a, b, rotation, move)
     sectors = [k for k in range(_SECTORS) if bool((weights[part == k] > 0.25).any())]
     if len(sectors) < 3:
@@ -288,9 +289,10 @@ class Registration:
     # clockwise turn (from above) of the second camera against the first, deg in (-180, 180]:
     # azimuth a in the second is a + yaw in the first. 0 if not trusted
     yaw_deg: float
-    tilt_deg: float  # difference in lean, deg
-    error_deg: float  # standard error, deg; infinite if nothing was found
-    # median angle by which objects moved because of the camera's new position: 2 deg are about 7 cm
+    tilt_deg: float  # difference in lean, in degrees
+    error_deg: float  # standard error, in degrees; infinite if nothing was found
+    # median angle by which objects moved because of the camera's new position: 2 degrees are about
+    # 7 cm
     # with walls 2 m away
     shift_deg: float
     points: int

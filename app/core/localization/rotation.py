@@ -25,16 +25,16 @@ from app.core.base.arrays import Bools, Float64, Int64
 
 MOST_PITCH_DEG: Final = 40.0
 MOST_ROLL_DEG: Final = 25.0
-"""Largest roll of a camera in a portrait, deg."""
+"""Largest roll of a camera in a portrait, in degrees."""
 
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panorama, and back
 
 _LEAST_PAIRS: Final = 6
 _SPREAD: Final = 0.06  # radians: closer pairs do not determine a rotation
-_LOOSE: Final = 0.05  # radians, about 3 deg, for a hypothesis
+_LOOSE: Final = 0.05  # radians, about 3 degrees, for a hypothesis
 
 _ACROSS: Final = 0.0035  # radians: noise of a point across the line to the sitter
-_ALONG: Final = 0.12  # share of its distance from the sitter: depth that is not the plane's
+_ALONG: Final = 0.12  # fraction of its distance from the sitter: depth that is not the plane's
 _ROUNDS: Final = 12
 _INSIDE: Final = 3.0  # standard deviations
 _TILT_SPREAD: Final = 0.4  # of the plane, per unit of the picture plane
@@ -74,7 +74,7 @@ class CameraPose:
         plane: (3,) float64. Enlargement minus 1 in the middle of the picture, and its slopes to the
             right and down.
         inside: (N,) bool. Points that agree.
-        error_rad: Standard error of the heading, radians.
+        error_rad: Standard error of the heading, in radians.
     """
 
     rotation: Float64
@@ -90,7 +90,7 @@ class CameraPose:
 
     @property
     def angles_deg(self) -> tuple[float, float, float]:
-        """Heading, pitch up and roll clockwise, deg."""
+        """Heading, pitch up and roll clockwise, in degrees."""
         return sphere.angles_of(self.rotation @ _AXES)
 
     def predict(self, rays: Float64) -> Float64:
@@ -323,7 +323,7 @@ def unit_rays(rays: Float64, zoom: Float64 | float = 1.0) -> Float64:
 
 
 def _angle(first: Float64, second: Float64) -> Float64:
-    """Return the angles between unit vectors, radians, precise for small ones."""
+    """Return the angles between unit vectors, in radians, precise for small ones."""
     return np.asarray(2.0 * np.arcsin(np.clip(np.linalg.norm(first - second, axis=-1) / 2, 0, 1)))
 
 

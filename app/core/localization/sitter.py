@@ -65,11 +65,11 @@ class Sitter:
     """The sitter's head in a picture.
 
     Attributes:
-        column: Middle of the head as a share of the width, 0 at the left edge.
-        angle_deg: The same as a horizontal angle from the camera's axis, deg, positive to the right
-            in the unmirrored picture.
-        box: Head from crown to chin and cheek to cheek: left, top, right, bottom as shares of width
-            and height. It may extend beyond the picture.
+        column: Middle of the head as a fraction of the width, 0 at the left edge.
+        angle_deg: The same as a horizontal angle from the camera's axis, in degrees, positive to
+            the right in the unmirrored picture.
+        box: Head from crown to chin and cheek to cheek: left, top, right, bottom as fractions of
+            width and height. It may extend beyond the picture.
         kind: "face" for a visible head, "person" for a body without one.
         confidence: 0 to 1.
         face: Landmarks, if a face was found.
@@ -102,13 +102,14 @@ def find_sitter(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
-        fov_deg: Horizontal field of view, deg, in (0, 180).
+        fov_deg: Horizontal field of view, in degrees, in (0, 180).
         near: The previous result: the search starts there, at a quarter of the cost, and continues
             everywhere if the head is gone.
         keen: Whether this is a single photo of somebody: a head as large as one from 1 to 3 m away
             then needs less certainty.
 
-    Raises `CoreError` if the program's own network is missing or damaged.
+    Raises:
+        CoreError: If the program's own network is missing or damaged.
     """
     height, width = frame.shape[:2]
     if min(height, width) < _LEAST_SIDE:
@@ -201,7 +202,7 @@ def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _
     """Find the largest and most certain head.
 
     Args:
-        likely: Range of heights, pixels, in which a head needs less certainty.
+        likely: Range of heights, in pixels, in which a head needs less certainty.
     """
     heads: list[_HeadBox] = []
     longer = max(grey.shape)

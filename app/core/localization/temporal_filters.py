@@ -53,8 +53,8 @@ class Width:
     """Estimates of a lens's field of view.
 
     Attributes:
-        estimates: The last ones, horizontal, deg.
-        time_s: Time of the last one, seconds.
+        estimates: The last ones, horizontal, in degrees.
+        time_s: Time of the last one, in seconds.
     """
 
     estimates: tuple[float, ...] = ()
@@ -62,12 +62,12 @@ class Width:
 
     @property
     def likely_deg(self) -> float | None:
-        """Best guess, deg; None before the first estimate."""
+        """Best guess, in degrees; None before the first estimate."""
         return median(self.estimates) if self.estimates else None
 
     @property
     def known_deg(self) -> float | None:
-        """Field of view on which several estimates agree, deg; None if they do not."""
+        """Field of view on which several estimates agree, in degrees, or None if they do not."""
         middle = self.likely_deg
         if middle is None or len(self.estimates) < _ENOUGH:
             return None
@@ -83,8 +83,8 @@ def read(width: Width, fov_deg: float, now_s: float) -> Width:
     """Add an estimate of the field of view.
 
     Args:
-        fov_deg: Horizontal, deg.
-        now_s: Time of the estimate, seconds.
+        fov_deg: Horizontal, in degrees.
+        now_s: Time of the estimate, in seconds.
     """
     return Width((*width.estimates, fov_deg)[-_ESTIMATES:], now_s)
 
@@ -145,8 +145,8 @@ class Leash:
     Attributes:
         length: Largest lag.
         slow_per_s: Speed of a measurement, per second, that halves the leash.
-        creep_s: Time constant of the approach within the leash, seconds.
-        speed_s: Time constant of the speed, seconds.
+        creep_s: Time constant of the approach within the leash, in seconds.
+        speed_s: Time constant of the speed, in seconds.
     """
 
     length: float
@@ -163,7 +163,7 @@ class Steady:
         position: (...) float64. The steadied values.
         measured: (...) float64. The last measurement.
         speed: (...) float64. Speed of the measurements, per second.
-        time_s: Time of the last measurement, seconds.
+        time_s: Time of the last measurement, in seconds.
     """
 
     position: Float64 = field(repr=False)
@@ -193,7 +193,7 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
     """
     value = np.array(measured, np.float64)
     pause = max(time_s - before.time_s, 0.0)
-    # Share of the newest difference in the speed: exact for any pause between two measurements.
+    # Fraction of the newest difference in the speed: exact for any pause between two measurements.
     share = 1.0 - math.exp(-pause / leash.speed_s)
     rate = (value - before.measured) / max(pause, 1e-3)
     speed = before.speed + share * (rate - before.speed)
@@ -204,14 +204,14 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
 
 ASKED_DEG: Final = 8.0
-"""Least distance to the arc, deg; nobody walks for less."""
+"""Least distance to the arc, in degrees; nobody walks for less."""
 
 STILL_S: Final = 4.0
-"""Time for which the camera must have been still, seconds."""
+"""Time for which the camera must have been still, in seconds."""
 
-_SIDE: Final = 160  # longer side of the compared picture, pixels
+_SIDE: Final = 160  # longer side of the compared picture, in pixels
 _SEARCHED_PX: Final = 3
-_STEADY_PX: Final = 0.25  # 0.1 deg with a field of view of 60 deg
+_STEADY_PX: Final = 0.25  # 0.1 degrees with a field of view of 60 degrees
 _LIKENESS: Final = 0.5
 _HEADING_DEG: Final = 4.0  # beyond the noise between two headings from the same position
 _WINDOW: Final = 15
@@ -265,10 +265,10 @@ def watch(
 
     Args:
         frame: (H, W, 3) uint8. sRGB.
-        now_s: Time of the picture, seconds.
-        asked_deg: Distance to the tolerance arc, deg, in either direction; 0 inside it. None if no
-            turn is wanted.
-        heading_deg: Heading of the camera, deg; None if unknown.
+        now_s: Time of the picture, in seconds.
+        asked_deg: Distance to the tolerance arc, in degrees, in either direction; 0 inside it. None
+            if no turn is wanted.
+        heading_deg: Heading of the camera, in degrees, or None if unknown.
         sitter: Person in the picture.
     """
     if asked_deg is None or abs(asked_deg) < ASKED_DEG or min(frame.shape[:2]) < 4 * _SEARCHED_PX:
@@ -302,7 +302,7 @@ def _has_turned(before_deg: float | None, now_deg: float | None) -> bool:
 
 
 def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
-    """Return the background's texture, independent of exposure; 0 where flat or on a person."""
+    """Return the background's texture, independent of exposure, or 0 where flat or on a person."""
     scale = _SIDE / max(frame.shape[:2])
     size = (max(round(frame.shape[1] * scale), 16), max(round(frame.shape[0] * scale), 16))
     small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)
@@ -316,7 +316,7 @@ def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
 
 
 def _shift(before: Float32, now: Float32) -> tuple[float, float]:
-    """Return the best correlation of two pictures, and their shift there, pixels."""
+    """Return the best correlation of two pictures, and their shift there, in pixels."""
     edge = _SEARCHED_PX
     # A person is blank in either picture, and does not count.
     inner = now[edge:-edge, edge:-edge]

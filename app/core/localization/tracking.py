@@ -75,9 +75,10 @@ class TrackMemory:
     """State between pictures; not for display.
 
     Attributes:
-        steady: Heading and background behind the sitter, (2,) deg, unwrapped; None if unknown.
+        steady: Heading and background behind the sitter, (2,) deg, unwrapped, or None if unknown.
         misses: Pictures since the last heading.
-        rival: Heading that waits for confirmation, deg, and its time, s; None if there is none.
+        rival: Heading that waits for confirmation, in degrees, and its time, s, or None if there is
+            none.
     """
 
     steady: Steady | None = None
@@ -98,10 +99,11 @@ class Track:
         heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180], steadied; None
             unless tracking.
         raw: Result of the last picture; None before the first.
-        sitter: The sitter, or another person in the picture; None if it shows no person.
-        confidence: Probability that the turn is right to 3 deg, 0 to 1; lower if no person is
+        sitter: The sitter, or another person in the picture, or None if it shows no person.
+        confidence: Probability that the turn is right to 3 degrees, 0 to 1; lower if no person is
             detected for certain. 0 unless tracking.
-        fov_deg: The camera's horizontal field of view, deg, given or estimated; None while unknown.
+        fov_deg: The camera's horizontal field of view, in degrees, given or estimated; None while
+            unknown.
         left_behind: Whether the camera was left behind while the photographer walks.
         background_deg: Panorama azimuth of the background behind the sitter, deg in (-180, 180],
             steadied; None unless tracking.
@@ -161,14 +163,14 @@ def track(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
-        fov_deg: The camera's horizontal field of view, deg; None to estimate it.
+        fov_deg: The camera's horizontal field of view, in degrees; None to estimate it.
         state: Track of the previous picture.
-        now_s: Time of the picture, seconds; any origin.
+        now_s: Time of the picture, in seconds; any origin.
         sees_sitter: Whether the person in the picture is the sitter, see
             `app.core.localization.heading_conversion.sees_sitter`. A person never counts as
             background.
-        asked_deg: Distance to the light, deg, as for
-            `app.core.localization.temporal_filters.watch`; None if no turn is wanted.
+        asked_deg: Distance to the light, in degrees, as for
+            `app.core.localization.temporal_filters.watch`, or None if no turn is wanted.
     """
     memory = state.memory
     lens_deg = memory.width.known_deg if fov_deg is None else fov_deg
@@ -238,7 +240,7 @@ def _width_due(memory: TrackMemory, now_s: float) -> bool:
 
 
 def _near(memory: TrackMemory, now_s: float) -> float | None:
-    """Return the heading to search around first; None for everywhere."""
+    """Return the heading to search around first, or None for everywhere."""
     if memory.rival is not None:
         return memory.rival[0]
     if memory.steady is None or memory.misses >= _PATIENCE:
@@ -355,7 +357,7 @@ def _company(frame: Bytes, fov_deg: float, state: Track, now_s: float, seeing: S
 
 
 def _sitter_deg(sitter: Sitter | None, fov_deg: float | None) -> float | None:
-    """Return the sitter's angle from the axis, deg, for the latest field of view."""
+    """Return the sitter's angle from the axis, in degrees, for the latest field of view."""
     if sitter is None or fov_deg is None:
         return None
     return offset_angle(sitter.column, 1, fov_deg)

@@ -34,7 +34,7 @@ BACKGROUND_SIZE: Final = (128, 136)
 """Columns and rows of the background beside a style."""
 
 BACKGROUND_TALL_DEG: Final = 45.0
-"""Vertical field of view of the background beside a style, deg, whatever its width."""
+"""Vertical field of view of the background beside a style, in degrees, whatever its width."""
 
 _MOST_SAMPLES: Final = 4  # in each direction of a pixel
 
@@ -44,7 +44,7 @@ class Lens:
     """An ideal camera: square pixels, the axis through the middle.
 
     Attributes:
-        fov_deg: Horizontal field of view, deg, in (0, 180).
+        fov_deg: Horizontal field of view, in degrees, in (0, 180).
         size: Columns and rows of its picture.
     """
 
@@ -61,7 +61,7 @@ def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) 
     """Return the directions of pixels of a view.
 
     Args:
-        azimuth_deg, pitch_deg: Direction of the axis: panorama azimuth, and up; deg.
+        azimuth_deg, pitch_deg: Direction of the axis: panorama azimuth, and up, in degrees.
         pixels: (N, 2) float64. Columns and rows; the centre of the first pixel is (0.5, 0.5).
 
     Returns:
@@ -84,8 +84,8 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1; any colour space.
             Averages are exact for linear light, and nearly so for display values.
-        azimuth_deg: Azimuth of the axis, deg.
-        pitch_deg: Elevation of the axis, deg, in [-90, 90].
+        azimuth_deg: Azimuth of the axis, in degrees.
+        pitch_deg: Elevation of the axis, in degrees, in [-90, 90].
 
     Returns:
         Same type, (rows, columns) or (rows, columns, C). The view, in the panorama's colour space.
@@ -107,9 +107,9 @@ def strip_view(
 
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1.
-        azimuth_deg: Azimuth of the strip's middle, deg.
+        azimuth_deg: Azimuth of the strip's middle, in degrees.
         size: Columns and rows.
-        wide_deg: Width of the strip, deg, at most 360.
+        wide_deg: Width of the strip, in degrees, at most 360.
 
     Returns:
         Same type, (rows, columns) or (rows, columns, C). The strip.
@@ -156,8 +156,8 @@ def goal_view(
     Args:
         panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1. The view is sharp if it has at
             least 360 / fov times the view's columns.
-        goal_deg: Turn to reach, deg.
-        front_deg: Panorama azimuth of the photographer at turn 0, deg.
+        goal_deg: Turn to reach, in degrees.
+        front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
         Same type, (rows, columns, C). Not mirrored.
@@ -177,10 +177,10 @@ def background_view(
 
     Args:
         panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1.
-        turn_deg: Turn, deg, positive clockwise.
+        turn_deg: Turn, in degrees, positive clockwise.
         size: Columns and rows; 128 x 136 beside the panorama, 272 x 136 on its own tab. A wider
             view shows more at the same scale.
-        front_deg: Panorama azimuth of the photographer at turn 0, deg.
+        front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
         Same type, (rows, columns, C). `BACKGROUND_TALL_DEG` from top to bottom.

@@ -41,11 +41,11 @@ class Measurement:
 
     Attributes:
         way: Key of the way, as in `ways.WAYS`.
-        bracket: The frames in use, with their true exposures; a film has none.
+        bracket: The frames in use, with their true exposures; a video has none.
         finished: The light, its lamps and sun, and the answers that depend on clipping.
         warnings, notes: Possible problems, and steps that were done.
         display: (h, w, 3) uint8 sRGB. The panorama as measured; empty for other pictures.
-        blind: Share of the sphere in gaps, which were filled.
+        blind: Fraction of the sphere in gaps, which were filled.
         left_out: Files that do not belong to the series.
         response, alignments, lays, levelling, motion: Results of the steps of merging.
         own: Facts of this way.
@@ -82,7 +82,7 @@ class Measurement:
         return kept_shares(self.merged.clipped if self.rough else None, self.finished.unseen)
 
     def of(self, kind: type[_Facts]) -> _Facts | None:
-        """Return the facts of a way; None if the light was measured in another way."""
+        """Return the facts of a way, or None if the light was measured in another way."""
         return self.own if isinstance(self.own, kind) else None
 
     def environment(self, name: str) -> Environment:

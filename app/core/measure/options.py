@@ -44,7 +44,7 @@ class MeasureOptions:
         alone: Accept a single photo of all directions, for a rough answer.
         sort_out: Leave out files that do not belong to the bracket, as in a folder.
         mirrored: The files are mirror images, as some phones save selfies.
-        pack: Styles that the clip audit answers for; None for those of the generic head.
+        pack: Styles that the clip audit answers for, or None for those of the generic head.
         own: Options of the way itself.
     """
 

@@ -58,7 +58,7 @@ WAYS: Final = {
 
 
 def way_of(files: Sequence[Path], wish: str) -> MeasuringWay | None:
-    """Choose the way to measure from the files' names; None if they are unsuitable.
+    """Choose the way to measure from the files' names, or None if they are unsuitable.
 
     Args:
         wish: Key of the preferred way, used if it accepts any of them; other words are ignored.

@@ -29,7 +29,8 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
 
     Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
 
-    Raises `StyleError` if the pack has no such style, or belongs to another head.
+    Raises:
+        StyleError: If the pack has no such style, or belongs to another head.
     """
     if pack.header.picture != transport.size:
         raise StyleError(tr("The styles belong to another head."))
@@ -55,7 +56,8 @@ def from_weights(transport: Transport, weights: Floats) -> Canvas:
     Args:
         weights: (P,) float, in [-1, 1]; those outside the face are not used.
 
-    Raises `StyleError` if there is not one finite value per pixel of the head.
+    Raises:
+        StyleError: If there is not one finite value per pixel of the head.
     """
     if weights.shape != transport.face.shape or not np.isfinite(weights).all():
         raise StyleError(tr("The weights do not fit this head."))
@@ -74,7 +76,7 @@ def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
 
 
 def _interpolation(pixels: int, step: int) -> Float64:
-    """Return the cubic interpolation, (step * pixels, pixels), that keeps each pixel's mean."""
+    """Return the cubic interpolation, (step * pixels, in pixels), that keeps each pixel's mean."""
     place = (np.arange(step * pixels) + 0.5) / step - 0.5
     spread = np.zeros((len(place), pixels))
     first = np.floor(place).astype(int)
@@ -115,7 +117,7 @@ MAX_SIZE: Final = 1024
 """Largest side of a canvas that is read from a file, canvas pixels."""
 
 IGNORED: Final = 0.5
-"""Share of the ignore layer from which a pixel does not count."""
+"""Fraction of the ignore layer from which a pixel does not count."""
 
 
 class Advice(StrEnum):
@@ -211,7 +213,8 @@ def make_canvas(
         ignore: (S, S) float, in [0, 1], likewise; by default nothing is ignored.
         start_weights, start_ignore: (S, S) float. Layers to restore; by default the same layers.
 
-    Raises `StyleError` if the layers are not square, differ in size, or contain NaN.
+    Raises:
+        StyleError: If the layers are not square, differ in size, or contain NaN.
     """
     shape = weights.shape
     nothing = np.zeros(shape, np.float32)
@@ -286,7 +289,7 @@ def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
 
 
 def advice(canvas: Canvas, weights: PaintedWeights) -> Advice | None:
-    """Return what the canvas needs before it can be saved as a style; None if nothing."""
+    """Return what the canvas needs before it can be saved as a style, or None if nothing."""
     if not canvas.touched:
         return Advice.NOTHING_PAINTED
     values = weights.values[weights.active]

@@ -71,8 +71,8 @@ class PaintedHead:
         """Return the positions in the front picture of a view's skin.
 
         Returns:
-            (N, N, 3) float32. For each pixel of the view, column and row as shares of the picture,
-            and the front's visibility of it, 0 to 1; -1 off the head.
+            (N, N, 3) float32. For each pixel of the view, column and row as fractions of the
+            picture, and the front's visibility of it, 0 to 1; -1 off the head.
         """
         camera = _camera_of(self.views.shape, self.front.size)
         size, pixels = view.transport.size, view.transport.pixels

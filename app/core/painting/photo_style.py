@@ -30,7 +30,8 @@ _ORIGIN: Final = 80
 def photo_lamps(light: FaceLight) -> tuple[StyleLamp, ...]:
     """Return the lamps of a face's light: the key, and a frontal fill if there is one.
 
-    Raises `StyleError` if the key's direction is unknown.
+    Raises:
+        StyleError: If the key's direction is unknown.
     """
     return studio_lamps(*photo_studio(light))
 
@@ -48,7 +49,8 @@ def photo_style(
     Args:
         name: Name of the photo.
 
-    Raises `StyleError` if the key's direction is unknown.
+    Raises:
+        StyleError: If the key's direction is unknown.
     """
     style, studio = photo_studio(light)
     view = render(transport, studio_light(style, studio, transport.environment_shape))

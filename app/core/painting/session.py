@@ -52,9 +52,10 @@ class Answer:
     # light helps, negative where it harms
     preintegrated: Float32 = field(repr=False)
     advice: Advice | None  # what the painting needs before it can be saved
-    result: StyleResult | None  # best turn, match, strength and curves here; None without a place
+    # best turn, match, strength and curves here, or None without a place
+    result: StyleResult | None
     # (N, N, 3), linear Rec. 709 picture at the refined best turn on black, in the unit of the
-    # environment; None without a place or without colours
+    # environment, or None without a place or without colours
     picture: Float32 | None = field(repr=False)
 
 
@@ -62,7 +63,7 @@ class PaintSession:
     """A canvas with its head and the light of a place. Not thread-safe.
 
     Args:
-        front_deg: Azimuth of the photographer at turn 0, deg.
+        front_deg: Azimuth of the photographer at turn 0, in degrees.
     """
 
     def __init__(
@@ -110,7 +111,7 @@ class PaintSession:
         """Set the light of a place, or none.
 
         Args:
-            front_deg: Azimuth of the photographer at turn 0, deg.
+            front_deg: Azimuth of the photographer at turn 0, in degrees.
         """
         self._table, self._front_deg, self._count_cache = table, front_deg, None
 
@@ -254,7 +255,7 @@ class Draft:
 
 
 def draft_version(path: Path) -> str:
-    """Return the version of a draft on disk; "" if there is none."""
+    """Return the version of a draft on disk, or "" if there is none."""
     with contextlib.suppress(OSError), open_file(path) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
     return ""

@@ -54,7 +54,7 @@ class TileChange:
 
     @property
     def nbytes(self) -> int:
-        """Its memory, bytes."""
+        """Its memory, in bytes."""
         return sum(tile.before.nbytes + tile.after.nbytes for tile in self.tiles)
 
     @property
@@ -89,8 +89,10 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
 def apply(canvas: Canvas, change: TileChange) -> Canvas:
     """Redo a change.
 
-    The canvas is then the same as after the change, to the last bit. Raises `ValueError` if the
-    canvas is not the one before the change.
+    The canvas is then the same as after the change, to the last bit.
+
+    Raises:
+        ValueError: If the canvas is not the one before the change.
     """
     return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
 
@@ -147,7 +149,7 @@ class Brush:
     tool: Tool = Tool.BRIGHTER
     diameter: float = 64.0  # canvas pixels
     strength: float = 0.3  # 0 to 1: how far one stroke goes toward the tool's goal
-    softness: float = 0.7  # 0 to 1: share of the radius over which the brush fades out
+    softness: float = 0.7  # 0 to 1: fraction of the radius over which the brush fades out
     mirror: bool = False
     pen_pressure: bool = False
 

@@ -179,7 +179,8 @@ def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
 def clean_text(text: str, key: str) -> str:
     """Make a text fit for one line on screen and in a file.
 
-    Raises `StyleError` if it is too long.
+    Raises:
+        StyleError: If it is too long.
     """
     value = one_line(text)
     if len(value) > _LONGEST[key]:
@@ -284,7 +285,8 @@ _STEEP_DEG: Final = 70.0
 _BESIDE: Final = 0.7  # mean sine of the angle to the middle plane for light on both sides
 _EVENLY: Final = 0.2
 _ALIKE: Final = 0.5  # correlation with the start of the painting
-_LEAST_DIRECTION: Final = 0.15  # share of the light that its centre must keep to have a direction
+# fraction of the light that its centre must keep to have a direction
+_LEAST_DIRECTION: Final = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -69,7 +69,8 @@ _NAME: Final = "style"  # so that errors name the member
 def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None:
     """Export a style to a file.
 
-    Raises `CoreError` if it cannot be written, or exists and must not be replaced.
+    Raises:
+        CoreError: If it cannot be written, or exists and must not be replaced.
     """
     if not replace and file.exists():
         raise StyleError(
@@ -102,8 +103,11 @@ def import_style(folder: Path, file: Path) -> UserStyle:
 
     It gets a new name, and a new title if the old one is taken.
 
-    Raises `StyleError` if the file is not a complete style, has a newer format or is too large, or
-    if the style cannot be written. Then nothing valid is left behind.
+    Then nothing valid is left behind.
+
+    Raises:
+        StyleError: If the file is not a complete style, has a newer format or is too large, or if
+            the style cannot be written.
     """
     parts = _members(file)
     with tempfile.TemporaryDirectory() as place:
@@ -280,7 +284,7 @@ def update_user_style(
 
 
 def _other_version(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle | None:
-    """Return another process's version of a style as a new style; None if nobody changed it."""
+    """Return another process's version of a style as a new style, or None if nobody changed it."""
     try:
         other = read_user_style(text_path(folder, style.name))
     except (StyleError, OSError):

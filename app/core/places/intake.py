@@ -1,4 +1,4 @@
-"""Sort dropped files: a place, a panorama, a film, or photos."""
+"""Sort dropped files: a place, a panorama, a video, or photos."""
 
 from __future__ import annotations
 

@@ -84,8 +84,8 @@ class ShotStart:
     """State of the camera before a picture is requested.
 
     Attributes:
-        previous: Address of its newest file; "" if it had none.
-        camera_time: Time by its own clock; "" if it does not state it.
+        previous: Address of its newest file, or "" if it had none.
+        camera_time: Time by its own clock, or "" if it does not state it.
     """
 
     previous: str
@@ -137,8 +137,9 @@ class SessionJournal:
 def text_of(journal: SessionJournal) -> str:
     """Format a journal as JSON; the inverse of `journal_of`.
 
-    Raises `Unfit` if a value would be rejected on reading, or is a password, so that every written
-    journal can be read again.
+    Raises:
+        Unfit: If a value would be rejected on reading, or is a password, so that every written
+            journal can be read again.
     """
     facts = {"kind": _KIND, "version": VERSION, **plain(journal)}
     facts["warnings"] = facts_of(journal.warnings)
@@ -152,7 +153,8 @@ def text_of(journal: SessionJournal) -> str:
 def journal_of(data: str | bytes) -> SessionJournal:
     """Parse an untrusted journal.
 
-    Raises `Newer` if its version is higher than `VERSION`, and `Unfit` if it is invalid.
+    Raises:
+        Newer: If its version is higher than `VERSION`, and `Unfit` if it is invalid.
     """
     try:
         facts = entries(json.loads(data))
@@ -296,7 +298,7 @@ _JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - _LATER)
 
 
 def journal_in(session: Path) -> SessionJournal | None:
-    """Read the journal of a capture; None if it is unreadable."""
+    """Read the journal of a capture, or None if it is unreadable."""
     try:
         with open_file(session / JOURNAL) as stream:
             return journal_of(stream.read(_MOST_BYTES))

@@ -183,7 +183,7 @@ class MeasuredLight:
     """The light of a place, with facts about it.
 
     Attributes:
-        film: Result of a film of the sitter, if the light was measured by one.
+        film: Result of a video of the sitter, if the light was measured by one.
     """
 
     light: PlaceLight

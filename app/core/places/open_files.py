@@ -27,7 +27,7 @@ class OpenOptions:
     Attributes:
         places: Folder in which a new place gets its own.
         now: Time of the new place.
-        settings: Head and lamps of new places, and how to measure photos and films.
+        settings: Head and lamps of new places, and how to measure photos and videos.
         name: Name of a new place; "" to name it after its files.
         way: How to measure photos, as in the setting `measure_with`; "" to use that setting.
         layer: Layer of a panorama with several.
@@ -48,7 +48,7 @@ def open_paths(
     report: Report,
     unsaved: Callable[[Path], Place | None] = lambda folder: None,
 ) -> OpenPlace:
-    """Open a place, a panorama, a bracket, a film, or a folder with one of these.
+    """Open a place, a panorama, a bracket, a video, or a folder with one of these.
 
     Args:
         unsaved: Returns the changes to the place in a folder that are not on disk yet.

@@ -46,13 +46,13 @@ class Location:
     """Sky and sun of a place, for the age of its light."""
 
     kind: Kind = "unknown"
-    sun: bool | None = None  # whether the sun shines on the place; None if unknown
+    sun: bool | None = None  # whether the sun shines on the place, or None if unknown
     # Position of the sun in the panorama at the time of capture. The azimuth counts from the
     # panorama's centre column, positive clockwise as seen from above, and ignores
     # `Place.front_deg`.
     sun_azimuth_deg: float | None = None
     sun_elevation_deg: float | None = None
-    # Position on the earth, north and east positive; None if the camera did not record it.
+    # Position on the earth, north and east positive, or None if the camera did not record it.
     latitude_deg: float | None = None
     longitude_deg: float | None = None
 
@@ -75,8 +75,8 @@ class FrameFacts:
     shutter_s: float
     iso: float = 0.0
     aperture: float = 0.0
-    ev: float = 0.0  # relative to the metered exposure, stops; positive is brighter
-    clipped_share: float = 0.0  # share of the panorama that is too bright for the frame, 0 to 1
+    ev: float = 0.0  # relative to the metered exposure, in stops; positive is brighter
+    clipped_share: float = 0.0  # fraction of the panorama that is too bright for the frame, 0 to 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,16 +88,16 @@ class CaptureFacts:
     # (an HDR file), "film", "ball" or "photos"
     plan: str = ""
     frames: tuple[FrameFacts, ...] = ()
-    # share of the light's energy in clipped areas, 0 to 1; None if not measured
+    # fraction of the light's energy in clipped areas, 0 to 1, or None if not measured
     clipped_share: float | None = None
-    # luminance of radiance 1, cd/m2; None if the scale is only relative
+    # luminance of radiance 1, in cd/m2, or None if the scale is only relative
     white_cd_m2: float | None = None
     warnings: tuple[Remark, ...] = ()
     advice: tuple[Remark, ...] = ()
     notes: tuple[Remark, ...] = ()
     # names of the styles whose answer depends on clipped light
     doubtful: tuple[str, ...] = ()
-    # share of the sphere that no picture shows, 0 to 1
+    # fraction of the sphere that no picture shows, 0 to 1
     blind: float = 0.0
     # names of the styles whose answer depends on gaps
     doubtful_unseen: tuple[str, ...] = ()
@@ -128,23 +128,23 @@ class Place:
     environment: str = ""
     fingerprint: str = ""
     measured_at: datetime | None = None
-    front_deg: float = 0.0  # panorama azimuth of the photographer, deg
+    front_deg: float = 0.0  # panorama azimuth of the photographer, in degrees
     head: str = "generic"
     notes: str = ""
     tags: tuple[str, ...] = ()  # the user's labels, without duplicates
     location: Location = field(default_factory=Location)
-    asked: AnswerBasis | None = None  # settings of `results`; None without results
+    asked: AnswerBasis | None = None  # settings of `results`, or None without results
     results: tuple[StyleResult, ...] = field(default=(), repr=False)
     # results of an earlier version of the rule, if there are any
     before: tuple[StyleResult, ...] = field(default=(), repr=False)
     chosen: str | None = None
-    # turn on display, deg; None for the best turn of the chosen style
+    # turn on display, in degrees, or None for the best turn of the chosen style
     needle_deg: float | None = None
-    goal_deg: float | None = None  # turn to go to, deg
+    goal_deg: float | None = None  # turn to go to, in degrees
     capture: CaptureFacts | None = field(default=None, repr=False)
-    # luminance of radiance 1 as entered by the user, cd/m2; overrides the capture's
+    # luminance of radiance 1 as entered by the user, in cd/m2; overrides the capture's
     said_white_cd_m2: float | None = None
-    # shared by captures of one spot at different times; "" for a spot of its own
+    # shared by captures of one spot at different times, or "" for a spot of its own
     spot: str = ""
     # studio lamps by style name, with "" for all other styles; the paper's lamps without either
     studios: Mapping[str, Studio] = field(default_factory=dict)

@@ -84,7 +84,7 @@ PLACE: Final = "place.json"
 """Name of the file that makes a folder a place."""
 
 THUMBNAIL: Final = "thumbnail.png"
-"""Name of the small picture."""
+"""Name of the thumbnail."""
 
 MOST_BYTES: Final = 16 << 20
 """Largest ``place.json`` that is read."""
@@ -106,7 +106,7 @@ class PlaceSummary:
     name: str
     made_at: datetime
     thumbnail: Path | None = None
-    trouble: Remark | None = None  # problem of the place; None if there is none
+    trouble: Remark | None = None  # problem of the place, or None if there is none
     # "unfinished": a folder with content that can be resumed. Each of them can be opened with
     # `read_place`
     state: State = "whole"
@@ -121,7 +121,7 @@ class PlaceSummary:
 
 
 def summarise(folder: Path) -> PlaceSummary | None:
-    """Return the summary of a folder; None if it contains nothing of a place."""
+    """Return the summary of a folder, or None if it contains nothing of a place."""
     names = _names(folder)
     file = read_json(folder / PLACE, MOST_BYTES)
     if file.state == "missing" and not any(_is_trace(name) for name in names):
@@ -180,7 +180,7 @@ def _names(folder: Path) -> tuple[str, ...]:
 
 
 def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
-    """Return the name of the newest environment in a folder; "" if there is none."""
+    """Return the name of the newest environment in a folder, or "" if there is none."""
     names = _names(folder) if names is None else names
     lights = [name for name in names if re.fullmatch(ENVIRONMENT_NAME, name)]
     return max(lights, key=lambda name: _time_of(folder / name), default="")
@@ -230,7 +230,8 @@ def capture_folders(folder: Path) -> tuple[Path, ...]:
 def new_capture_folder(folder: Path) -> Path:
     """Return a free name for a capture folder, without creating it.
 
-    Raises `PlaceError` if there are too many.
+    Raises:
+        PlaceError: If there are too many.
     """
     folders = (folder / name for name in free_names(_CAPTURE))
     return next(each for each in folders if set(_listing(each)) <= LITTER)
@@ -305,11 +306,12 @@ def write_place(folder: Path, place: Place) -> Path | None:
     """Write the record of a place atomically.
 
     Returns:
-        The copy of a version that another process has written since the place was read; None if
+        The copy of a version that another process has written since the place was read, or None if
         there is none.
 
-    Raises `PlaceError` if the disk fails, or the record could not be read again; the file is
-    unchanged then.
+    Raises:
+        PlaceError: If the disk fails, or the record could not be read again; the file is unchanged
+            then.
     """
     facts = to_json(place)
     bad = unreadable(place)

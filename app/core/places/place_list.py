@@ -148,7 +148,8 @@ def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
     A place is deleted or kept as a whole. After an interruption, the remains are no longer listed,
     and deleted with the next call.
 
-    Raises `PlaceError` if some of them cannot be deleted, after deleting all others.
+    Raises:
+        PlaceError: If some of them cannot be deleted, after deleting all others.
     """
     trash, count = root / TRASH, 0
     entries = [path for _, path in sorted(_entries(root))]

@@ -46,7 +46,7 @@ class PartLost(Remark):
     """Parts of a place's file that could not be read.
 
     Attributes:
-        why: Problem of the file; "" if only entries are affected.
+        why: Problem of the file, or "" if only entries are affected.
         empty: Only the files in its folder are left.
     """
 

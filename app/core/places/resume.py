@@ -29,7 +29,7 @@ class UnfinishedPlace:
     """A place without light.
 
     Attributes:
-        session: Folder of its capture; None if the photos were opened from files.
+        session: Folder of its capture, or None if the photos were opened from files.
         here, total: Number of frames on disk, and of all frames.
     """
 
@@ -58,7 +58,7 @@ def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
 
 
 def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
-    """Return the parts of an unfinished place; None if it has light."""
+    """Return the parts of an unfinished place, or None if it has light."""
     if summary.has_light or summary.state == "newer":
         return None
     empty = UnfinishedPlace(summary.folder, None, summary.name, summary.made_at)

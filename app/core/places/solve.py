@@ -65,9 +65,9 @@ def solve_styles(
     Args:
         light: As in `solve_all`.
         wish: Its background counts from `front_deg`, as turns do.
-        names: Built-in styles to solve; None for all.
+        names: Built-in styles to solve, or None for all.
         own: The painted styles. A copy without strokes gets the result of its origin.
-        head: Head for searching painted styles; None if no style has strokes.
+        head: Head for searching painted styles, or None if no style has strokes.
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or has another size.

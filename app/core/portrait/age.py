@@ -45,9 +45,9 @@ class Age:
     """The age of a light.
 
     Attributes:
-        minutes: Negative if it was measured ahead of this clock; None if the time is unknown.
-        sun_deg: Motion of the sun, deg of arc; None without a sun, or after hours.
-        sun_aside_deg: Largest possible change of its azimuth, deg; None in the same cases.
+        minutes: Negative if it was measured ahead of this clock, or None if the time is unknown.
+        sun_deg: Motion of the sun, deg of arc, or None without a sun, or after hours.
+        sun_aside_deg: Largest possible change of its azimuth, in degrees; None in the same cases.
     """
 
     minutes: float | None
@@ -68,7 +68,8 @@ def light_age(
     The state is unknown if it was measured more than two minutes in the future.
 
     Args:
-        sun_elevation_deg: Elevation of the measured sun, deg; it limits the change of its azimuth.
+        sun_elevation_deg: Elevation of the measured sun, in degrees; it limits the change of its
+            azimuth.
     """
     try:
         seconds = (now.astimezone() - made_at.astimezone()).total_seconds()
@@ -106,7 +107,7 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
 
     Args:
         minutes: Time, minutes.
-        declination: Declination of the sun, deg.
+        declination: Declination of the sun, in degrees.
 
     Returns:
         Deg of arc on the sky; 15 cos(declination) an hour for short times.

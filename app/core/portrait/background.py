@@ -19,11 +19,11 @@ LENS_M: Final = 0.085  # focal length
 F_NUMBER: Final = 2.0
 # Position of the horizon, from the top of a transport's picture; heads differ by a hundredth.
 _EYE_LEVEL: Final = 0.412
-_FINE: Final = 6  # radius of the blur at its working resolution, pixels
+_FINE: Final = 6  # radius of the blur at its working resolution, in pixels
 
 
 def blur_px(slope: float, distance_m: float) -> float:
-    """Return the diameter of the blur disc of the background, pixels.
+    """Return the diameter of the blur disc of the background, in pixels.
 
     Light from a point at distance b behind the focus plane, which is s from the lens, converges to
     an aperture A = f / N in a cone that is A b / (s + b) wide at that plane, by similar triangles
@@ -46,7 +46,7 @@ def background(
 
     Args:
         panorama: (H, W, 3). Linear radiance.
-        facing_deg: Azimuth that the sitter faces, deg.
+        facing_deg: Azimuth that the sitter faces, in degrees.
     """
     side = frame.picture / frame.room
     slope = 2.0 * math.tan(math.radians(camera.fov_deg) / 2.0) / side * frame.step

@@ -18,10 +18,10 @@ from app.core.portrait.light import PortraitLight
 from app.core.portrait.portrait_head import PortraitHead
 
 _IRIS, _ROWS = 14, 640
-"""Radius of the iris, pixels, in a picture with that many rows."""
+"""Radius of the iris, in pixels, in a picture with that many rows."""
 _BRIGHTER: Final = 3.0
 _LEAST_SHARE: Final = 0.1
-"""Least brightness of a catchlight, as a share of the head's mean brightness."""
+"""Least brightness of a catchlight, as a fraction of the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
 _MIRRORED: Final = 0.5
 EYES: Final = ("right", "left")
@@ -61,7 +61,7 @@ def catchlights(
 
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.
-        turn_deg: Azimuth in the panorama that the nose points to, deg.
+        turn_deg: Azimuth in the panorama that the nose points to, in degrees.
         findings: Lamps of the place, which name the catchlights.
     """
     mean = float(luminance(np.array(cv2.mean(picture)[:3])))

@@ -60,7 +60,7 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
 
 
 def _filled(radiance: FloatImage) -> FloatImage:
-    """Replace texels with a zero by the mean of the lit ones around them."""
+    """Replace texels with a zero with the mean of the lit ones around them."""
     dark = radiance.min(axis=2) <= 0.0
     weight = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
     around = (7, 7)

@@ -207,7 +207,7 @@ def _let_in(nodes: SkinNodes, ways: Float32, openness: Float32) -> Float32:
     """Return the light entering nodes, (N, n), from lamps of flux 1.
 
     Args:
-        openness: (n, N). Share of each lamp that a node sees.
+        openness: (n, N). Fraction of each lamp that a node sees.
     """
     mu = ways @ nodes.normals.T
     return np.asarray((nodes.entering(np.maximum(mu, 0, out=mu)) * openness).T)
@@ -277,7 +277,7 @@ def _glints(nodes: SeenNodes, ways: Float32, openness: Float32) -> Float32:
 
 
 def fresnel(cosine: Float32) -> Float32:
-    """Return the share of light that skin reflects at an angle to the facet.
+    """Return the fraction of light that skin reflects at an angle to the facet.
 
     Walter et al., equation 22.
 
@@ -291,7 +291,7 @@ def fresnel(cosine: Float32) -> Float32:
 
 
 def shadowing(cosine: Float32, roughness: float = ROUGHNESS) -> Float32:
-    """Return the share of Beckmann's facets not hidden by others; Walter's rational fit.
+    """Return the fraction of Beckmann's facets not hidden by others; Walter's rational fit.
 
     Args:
         cosine: float32, any shape. Cosine of the angle to the surface's normal.

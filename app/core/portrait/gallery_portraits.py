@@ -122,7 +122,7 @@ def framing(
     """Return the framing of a head; it depends on proportions, not on size.
 
     Args:
-        picture: Side of the head's square picture, pixels.
+        picture: Side of the head's square picture, in pixels.
         size: Rows and columns of the result, both at least 1.
         close: Whether the head alone fills the picture, without neck and shoulders.
         room: Height of the picture over that of a transport's, which ends at the crown.
@@ -234,7 +234,7 @@ def portraits(
     Args:
         values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge contain only
             its share.
-        coverage: (N, N) float32. Share of each pixel covered by the head.
+        coverage: (N, N) float32. Fraction of each pixel covered by the head.
         gain_list: Gains of the pictures, see `exposures`; by default from their own light.
 
     Returns:
@@ -262,8 +262,8 @@ def large_portrait(
     """Develop a framed linear picture, (h, w, 3), in a few milliseconds.
 
     Args:
-        away: (h, w, 3). Share of each value not covered by the head.
-        behind: (h, w, 3) float32. Light behind the head, exposed with it; None for neutral grey.
+        away: (h, w, 3). Fraction of each value not covered by the head.
+        behind: (h, w, 3) float32. Light behind the head, exposed with it, or None for neutral grey.
     """
     display = np.empty(picture.shape, np.uint8)
     # In bands that fit in the cache.

@@ -121,7 +121,7 @@ class Head:
 
     @cached_property
     def views(self) -> list[ViewTables]:
-        """Return search tables of the views from the side; empty for a head baked without them."""
+        """Search tables of the views from the side; empty for a head baked without them."""
         try:
             # Only other lamps ask again: the views themselves take 20 MB.
             if self.published is None:
@@ -260,7 +260,7 @@ class Head:
 
     @cached_property
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
-        """Return the data of full-size portraits; None for a head that has none."""
+        """The data of full-size portraits, or None for a head that has none."""
         header, key = self.transport.header, (self.hair, self.yaw_deg)
         portrait = load_portrait(header.head, header.skin, *key) if self.may_be_full else None
         if portrait is not None:
@@ -269,7 +269,7 @@ class Head:
         return portrait
 
     def catchlights(self, light: Facing, findings: Findings) -> tuple[Catchlight, ...] | None:
-        """Find the reflections in the eyes; None for a head without a full-size portrait."""
+        """Find the reflections in the eyes, or None for a head without a full-size portrait."""
         if self.full is None:
             return None
         fine_light, picture = _of_place(light.light), _draw(*self.full, light)
@@ -351,7 +351,7 @@ class Head:
 
 
 def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32:
-    """Change a portrait in the way that turns its small picture into the target."""
+    """Change a portrait in the way that turns its thumbnail into the target."""
     before, after = colour.luminance(quick), colour.luminance(target)
     usual = float(after.sum()) / max(float(before.sum()), 1e-30)
     least = max(_DARKEST * float(before.max()), 1e-30)
@@ -365,7 +365,7 @@ def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32
 
 @lru_cache(maxsize=4)
 def _away(head: PortraitHead, frame: Framing) -> Float32:
-    """Return the share of each value of a framed portrait not covered by the head, (h, w, 3)."""
+    """Return the fraction of each value of a framed portrait not covered by the head, (h, w, 3)."""
     return np.repeat(1 - frame.cut(head.coverage)[..., np.newaxis], 3, axis=2)
 
 
@@ -394,7 +394,8 @@ def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
 def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
     """Load a shipped head by name, or another by the path of its transport.
 
-    Raises `TransportError` if it is unreadable or incomplete.
+    Raises:
+        TransportError: If it is unreadable or incomplete.
     """
     pack = load_named_pack(name)
     transport = load_transport_of(pack, name)

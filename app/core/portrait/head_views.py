@@ -36,7 +36,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 YAWS: Final = (15.0, 30.0, 45.0)
-"""Yaws at which views are baked, deg."""
+"""Yaws at which views are baked, in degrees."""
 MOST_YAW_DEG: Final = YAWS[-1]
 
 VIEWS_VERSION: Final = 1
@@ -102,14 +102,14 @@ class HeadViews:
 
     @property
     def yaws(self) -> tuple[float, ...]:
-        """Yaws of all views, deg, from right to left, including 0."""
+        """Yaws of all views, in degrees, from right to left, including 0."""
         both = {*self.parts, 0.0}
         if self.header.symmetric:
             both |= {-yaw for yaw in self.parts}
         return tuple(sorted(both))
 
     def nearest(self, yaw_deg: float) -> float:
-        """Return the nearest baked yaw, deg."""
+        """Return the nearest baked yaw, in degrees."""
         return min(self.yaws, key=lambda yaw: (abs(wrap(yaw - yaw_deg)), abs(yaw)))
 
     def at(self, yaw_deg: float, styles: Sequence[Style]) -> HeadView:
@@ -164,10 +164,10 @@ def pack_view(
         grey: (P, R) float32. Luminance of each pixel by the functions of texels.
         tints: (2, P, K) float32. Red and blue minus that, by the first of them.
         pixels: (P,) int32. Flat pixel numbers.
-        coverage: Share of each pixel covered by the head.
+        coverage: Fraction of each pixel covered by the head.
         positions: (P, 3) float32. As in `HeadShape`.
         targets: (S, P) float32. Luminance, any scale.
-        size: Side of the picture, pixels.
+        size: Side of the picture, in pixels.
     """
     step = np.float32(_STEP * np.sqrt(np.square(grey).sum(axis=1).mean()))
     targets = np.maximum(targets, 0) / targets.max(axis=1, keepdims=True)
@@ -247,7 +247,7 @@ def save_views(
     Args:
         front: The head's own transport.
         texel_basis: (R, H * W) float32. Each function even or odd.
-        parts: By yaw, deg, as returned by `pack_view`.
+        parts: By yaw, in degrees, as returned by `pack_view`.
     """
     largest = np.abs(texel_basis).max(axis=1)
     rows = np.round(texel_basis * (_TEXEL_STEPS / largest)[:, None]).astype(np.int16)

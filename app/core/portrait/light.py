@@ -29,9 +29,9 @@ _FINE: Final = (128, 256)
 _BRIGHT: Final = 6.0
 """Least brightness of a lamp, relative to the mean of the sky,"""
 _SHARE: Final = 0.01
-"""least share of all light,"""
+"""least fraction of all light,"""
 _LARGEST: Final = np.pi * math.radians(6.0) ** 2
-"""and largest size, 6 deg in radius; larger ones have soft edges on a face anyway."""
+"""and largest size, 6 degrees in radius; larger ones have soft edges on a face anyway."""
 _WIDEST: Final = math.radians(11.0)
 """Radius of a studio's lamp up to which nodes know its visible share."""
 _LEAST_RADIUS: Final = 0.0046

@@ -25,7 +25,7 @@ ROOM: Final = 1.06
 CLOSE_ROWS, CLOSE_COLUMNS = 0.85, 0.72
 """Part of a picture, from the top and around its middle, that contains the head alone."""
 SPREAD: Final = 12.0
-"""Value of a texel's width (5.6 deg) in `SkinNodes.horizon`."""
+"""Value of a texel's width (5.6 degrees) in `SkinNodes.horizon`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Hair:
 
     Attributes:
         pixel: (Q,) intp. Flat positions in the left half.
-        cover: (Q,) float32. Share of each pixel that they cover.
+        cover: (Q,) float32. Fraction of each pixel that they cover.
         colour: (Q, 3) float32. Linear Rec. 709 of luminance 1.
         basis: (Q, R) float32. Light of each pixel by basis function, in units of its colour.
         cells: (R, G, 3) float32. Weight of each cell of `grid`, with radiance 1, in each function:
@@ -108,7 +108,7 @@ class SkinNodes:
         return out
 
     def visibility(self, azimuth: float, elevation: float) -> Float32:
-        """Interpolate `horizon` in any direction, radians; (N,) float32."""
+        """Interpolate `horizon` in any direction, in radians; (N,) float32."""
         column = (azimuth / (2 * np.pi) + 0.5) % 1.0 * SKY[1] - 0.5
         row = min(max((0.5 - elevation / np.pi) * SKY[0] - 0.5, 0.0), SKY[0] - 1.0)
         left, top = int(np.floor(column)), min(int(row), SKY[0] - 2)
@@ -126,7 +126,7 @@ class SkinNodes:
         return np.where(self.eye, mu / np.float32(np.pi), mu * (a + mu * (b + mu * c)))
 
     def open_to(self, lamp: Lamp, azimuth: float) -> Float32:
-        """Return the share of a lamp that each node of the left half sees, (N,) float32.
+        """Return the fraction of a lamp that each node of the left half sees, (N,) float32.
 
         Args:
             azimuth: Radians, from the sitter's facing.
@@ -159,7 +159,7 @@ class SeenNodes:
         index: (M,) intp. Indices into all nodes; from the side, into all and all mirrored ones.
         normals: (M, 3) float32.
         view: (M, 3) float32. Unit vector to the camera.
-        gain, way: (M,), (M, 3) float32. Share of even light that the surface reflects into the
+        gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects into the
             camera, and its direction.
         eye: (M,) bool. Nodes on the eyes.
         passes: (M, 3) float32. Skin's light toward this camera over that toward the bake's camera.
@@ -267,7 +267,7 @@ class PortraitHead:
 
     @cached_property
     def halved(self) -> PortraitHead:
-        """Return the head for pictures of half the size: every second pixel, as for side views."""
+        """The head for pictures of half the size: every second pixel, as for side views."""
         if self.yaw_deg:
             return self
         hair = None if self.hair is None else self.hair.halved(self.inside.shape[1])
@@ -276,7 +276,7 @@ class PortraitHead:
 
     @cached_property
     def close(self) -> PortraitHead:
-        """`halved` without neck and shoulders, which stay black: for many small pictures."""
+        """`halved` without neck and shoulders, which stay black: for many thumbnails."""
         head, (rows, half) = self.halved, self.halved.inside.shape
         mask = np.zeros((rows, half), bool)
         beside = round((1 - CLOSE_COLUMNS) * half / (3 - len(self.halves)))
@@ -364,7 +364,7 @@ class PortraitHead:
 
     @cached_property
     def coverage(self) -> Float32:
-        """Share of each pixel that shows the head, (rows, columns) float32."""
+        """Fraction of each pixel that shows the head, (rows, columns) float32."""
         left = self._bald.copy()
         if self.hair is not None:
             bald, hair = left.flat[self.hair.pixel], self.hair.cover
@@ -374,7 +374,7 @@ class PortraitHead:
 
 
 def directions(azimuth: Float64, elevation: Float64) -> Float32:
-    """Return unit vectors, (n, 3) float32, of directions in the sitter's frame; radians."""
+    """Return unit vectors, (n, 3) float32, of directions in the sitter's frame, in radians."""
     level = np.cos(elevation)
     parts = [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level]
     return np.stack(parts, axis=-1).astype(np.float32)
@@ -394,7 +394,7 @@ class PortraitSkin:
     Attributes:
         source: (K, M) intp. Sources of each visible node: nodes, then small patches, then large
             ones, all of the left half, then all of the right.
-        share: (K, M, 3) float32. Share of the light entering there that leaves here.
+        share: (K, M, 3) float32. Fraction of the light entering there that leaves here.
     """
 
     source: Indices = field(repr=False)

@@ -109,7 +109,8 @@ def lighting_ratio(
             (`app.core.solver.transport.render`), or its luminance; any exposure.
         areas: Two (M,) int, from `cheeks`, to reuse for many pictures of one head.
 
-    Raises `ValueError` if the picture does not have the transport's pixels, or is not finite.
+    Raises:
+        ValueError: If the picture does not have the transport's pixels, or is not finite.
     """
     values = np.asarray(picture, np.float64)
     if values.shape[:1] != transport.pixels.shape or values.ndim > 2:
@@ -144,7 +145,8 @@ def cheeks(transport: Transport) -> tuple[Indices, Indices]:
         Indices of the head's pixels, (M,) int each: the sitter's left cheek (image right), and the
         other.
 
-    Raises `ValueError` if there is no head where the cheeks should be.
+    Raises:
+        ValueError: If there is no head where the cheeks should be.
     """
     row, column = np.divmod(transport.pixels.astype(np.int64), transport.size)
     row, column = row + 0.5, column + 0.5 - transport.size / 2.0
@@ -200,8 +202,8 @@ class Flow:
 
     Attributes:
         azimuth_deg: Main direction of the light relative to the face, positive toward the sitter's
-            left, deg. 0 for even light.
-        elevation_deg: Positive up, deg. 0 for even light.
+            left, in degrees. 0 for even light.
+        elevation_deg: Positive up, in degrees. 0 for even light.
         strength: Length of the light vector over the scalar illuminance, 0 to 4.
     """
 
@@ -221,7 +223,7 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
     Args:
         radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for
             `app.core.portrait.ratio_and_glare.eye_light`, or its result.
-        facing_deg: Panorama azimuth that the sitter faces, deg.
+        facing_deg: Panorama azimuth that the sitter faces, in degrees.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -261,9 +263,9 @@ class Glare:
     """Glare in the sitter's eyes at one turn."""
 
     level: Level
-    # of the worst lamp, relative to the face: positive toward the sitter's left, deg
+    # of the worst lamp, relative to the face: positive toward the sitter's left, in degrees
     azimuth_deg: float
-    elevation_deg: float  # positive up, deg
+    elevation_deg: float  # positive up, in degrees
     veil: float
     kind: Source = "lamp"  # of the worst lamp
 
@@ -283,7 +285,8 @@ def eye_light(radiance: Floats) -> FloatImage:
     Returns:
         (h, 2 h) float32: luminance, at most 256 x 512.
 
-    Raises `ValueError` if it is not a panorama.
+    Raises:
+        ValueError: If it is not a panorama.
     """
     light = np.asarray(radiance, np.float32)
     if light.ndim == 3 and light.shape[2] == 3:
@@ -306,7 +309,7 @@ def glare(
         radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for `eye_light`, or its result.
         facing_deg: Panorama azimuth that the sitter faces, the turn plus the azimuth of the front,
             deg.
-        sun: Panorama azimuth and elevation of the sun, deg, if known, to name it.
+        sun: Panorama azimuth and elevation of the sun, in degrees, if known, to name it.
         findings: Lamps of the place, to name them.
     """
     light = eye_light(radiance)

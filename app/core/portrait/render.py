@@ -25,7 +25,7 @@ from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 
 HEIGHTS: Final = (64, 2048)
-"""Smallest and largest height of a portrait, pixels."""
+"""Smallest and largest height of a portrait, in pixels."""
 
 _ASPECT: Final = 0.8
 
@@ -38,7 +38,7 @@ class HeadPicture:
         linear: (H, W, 3) float32. Linear Rec. 709, in the unit of the environment.
         gain: Factor that exposes the face as a photographer would.
         yaw_deg: Yaw of the rendered view, positive toward the sitter's own left.
-        catchlights: Reflections in the eyes; empty for the small picture.
+        catchlights: Reflections in the eyes; empty for the thumbnail.
     """
 
     linear: FloatImage = field(repr=False)
@@ -48,7 +48,7 @@ class HeadPicture:
 
     @property
     def srgb(self) -> Bytes:
-        """Return the picture exposed and tone mapped for the screen, (H, W, 3) uint8 sRGB."""
+        """The picture exposed and tone mapped for the screen, (H, W, 3) uint8 sRGB."""
         return colour.to_bytes(colour.tone_map(self.linear, self.gain))
 
 
@@ -68,7 +68,7 @@ def render_head(
             from above.
         head: A head that ships, or the path of a baked ``T.npz``.
         yaw_deg: Turn of the face toward the sitter's own left; the nearest baked view is used.
-        height: Height of a portrait in pixels, 64 to 2048; None for the small picture of the
+        height: Height of a portrait in pixels, 64 to 2048, or None for the thumbnail of the
             transport, on black.
         plain: Draw a portrait bald, in one colour, on black.
 

@@ -40,7 +40,7 @@ _LEAVING_USUAL: Final = (0.25, 0.12, 0.02)
 """Reduction of the skin's red, green and blue light at grazing angles, relative to straight up,"""
 _DIMMED: Final = 0.65
 """and the cosine below which it begins."""
-_FLAT: Final = 1e-9  # area of a degenerate triangle, pixels
+_FLAT: Final = 1e-9  # area of a degenerate triangle, in pixels
 _FACETS: Final = 7  # along each axis, to integrate a rough surface
 _SMOOTH: Final = 0.04  # roughness of the tear film
 _TEARS: Final = 0.9  # relative to skin's reflection, from their index of 1.376
@@ -151,7 +151,7 @@ def seen_from(
 
 
 def _project(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[Any, Any]:
-    """Project positions to columns and rows, pixels; `yaw` in radians."""
+    """Project positions to columns and rows, in pixels; `yaw` in radians."""
     x, y, z = (positions - np.asarray(frame["origin"])).T
     away = (x * math.sin(yaw) - z * math.cos(yaw)) * frame["step"]
     right = (x * math.cos(yaw) + z * math.sin(yaw)) / away + SIDE / 2
@@ -168,7 +168,7 @@ def _weights(down: NDArray[Any], right: NDArray[Any]) -> Float32:
 
 
 def _leaving(cosine: Float32, skin: str) -> Float32:
-    """Return the share of its light that skin emits at some angles, (n, 3).
+    """Return the fraction of its light that skin emits at some angles, (n, 3).
 
     It varies less in dark skin, which scatters little.
     """

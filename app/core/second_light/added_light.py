@@ -91,8 +91,8 @@ def near_picture(
     """Return the picture of a head under a near lamp alone.
 
     Args:
-        azimuth_deg, altitude_deg: Placement of the lamp, deg, positive toward the sitter's left and
-            up.
+        azimuth_deg, altitude_deg: Placement of the lamp, in degrees, positive toward the sitter's
+            left and up.
 
     Returns:
         (P, 3) float32: linear Rec. 709 in cd/m2, like the picture under an environment in cd/m2.
@@ -107,7 +107,7 @@ def near_luminances(
     """Return the luminance of a head under a near lamp at every placement.
 
     Returns:
-        (576, P) float32: luminance of `near_picture`, cd/m2.
+        (576, P) float32: luminance of `near_picture`, in cd/m2.
     """
     transport = near.transport
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
@@ -137,7 +137,7 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
         shape: Rows and columns (H, W) of the environment, W = 64.
 
     Returns:
-        (576, H, W) float32: share of each texel, 0 to 1, at turn 0.
+        (576, H, W) float32: fraction of each texel, 0 to 1, at turn 0.
     """
     shares = np.empty((COUNT, *shape), np.float32)
     width = shape[1]
@@ -180,7 +180,7 @@ def _picture(
 def _pieces(
     lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
 ) -> list[tuple[tuple[Float64, Float64], float]]:
-    """Return each piece's centre and normal, metres, and its share of the lamp's light."""
+    """Return each piece's centre and normal, in metres, and its fraction of the lamp's light."""
     toward, side, over = _axes(azimuth_deg, altitude_deg)
     middle = toward * lamp.distance_m
     away = max(lamp.distance_m - _SKIN_M, _SKIN_M)
@@ -291,16 +291,18 @@ class AddedLight:
     """One lamp at all placements, for one head. Its arrays are read-only."""
 
     name: str
-    title: str  # of a captured lamp; "" for one from numbers, whose name is its kind
-    distance_m: float | None  # from the middle of the head; None if unknown
-    # (576, 32, 64), share of each texel that the lamp hides, head frame
+    title: str  # of a captured lamp, or "" for one from numbers, whose name is its kind
+    distance_m: float | None  # from the middle of the head, or None if unknown
+    # (576, 32, 64), fraction of each texel that the lamp hides, head frame
     alpha: Float32 = field(repr=False)
-    # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, cd/m2; None for
+    # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, in cd/m2, or
+    # None for
     # a near lamp from numbers, which is not an environment
     light: Float32 | None = field(repr=False)
     # (576, P), luminance of the head under the lamp alone, in the same unit
     pictures: Float32 = field(repr=False)
-    # (3,), radiance of the face of a lamp from numbers, linear Rec. 709, cd/m2; 0 for a captured
+    # (3,), radiance of the face of a lamp from numbers, linear Rec. 709, in cd/m2, or 0 for a
+    # captured
     # one
     glow: Float64 = field(repr=False)
     absolute: bool  # whether all values are in cd/m2; otherwise in a unit of the capture
@@ -311,7 +313,7 @@ class AddedLight:
         """Composite the lamp over a place's light (eq. 7).
 
         Args:
-            light: (32, 64, 3) float. Linear Rec. 709 radiance as seen by the face, cd/m2.
+            light: (32, 64, 3) float. Linear Rec. 709 radiance as seen by the face, in cd/m2.
 
         Returns:
             (32, 64, 3) float64. A lamp from numbers appears as if far away; its near light is in
@@ -334,7 +336,8 @@ def from_numbers(
 ) -> AddedLight:
     """Prepare a lamp from numbers, with the near field of its distance.
 
-    Raises `CoreError` if the head uses environments of another size.
+    Raises:
+        CoreError: If the head uses environments of another size.
     """
     near = prepare_near(transport, shape) if near is None else near
     if token is not None:
@@ -370,7 +373,8 @@ def from_captured(
 ) -> AddedLight:
     """Prepare a captured lamp.
 
-    Raises `CoreError` if the head or the lamp has another size, or the lamp is invalid.
+    Raises:
+        CoreError: If the head or the lamp has another size, or the lamp is invalid.
     """
     _check(lamp)
     report(0.3, Progress(Task.SORTING_SHADOWS, lamp.title))

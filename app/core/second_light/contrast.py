@@ -10,8 +10,8 @@ For the first coordinates, which contain almost everything, this is computed for
 the others it is computed only for the place's brightest texels: other hidden light is too faint to
 matter there.
 
-With E the place's light, a the share of each texel that the lamp hides, and Phi any linear function
-of light (a pre-integrated target, for example), the hidden part at turn t and azimuth k is
+With E the place's light, a the fraction of each texel that the lamp hides, and Phi any linear
+function of light (a pre-integrated target, for example), the hidden part at turn t and azimuth k is
 
     sum over texels of a(texel) Phi(texel) E(texel turned by t).
 
@@ -60,7 +60,7 @@ class HiddenTexels:
     views: tuple[Int64, ...] = field(repr=False)
     # tuple of (M, 64) int64, index in the head's frame, per azimuth
     own: tuple[Int64, ...] = field(repr=False)
-    # each (M, 64), hidden share of each, 0 to 1, per azimuth
+    # each (M, 64), hidden fraction of each, 0 to 1, per azimuth
     shares: tuple[Float64, ...] = field(repr=False)
 
 
@@ -68,10 +68,11 @@ def find_hidden(alpha: Floats) -> HiddenTexels:
     """Find the texels that a lamp hides.
 
     Args:
-        alpha: (576, 32, 64) float. Share of each texel that the lamp hides, in the head's frame,
+        alpha: (576, 32, 64) float. Fraction of each texel that the lamp hides, in the head's frame,
             per placement.
 
-    Raises `CoreError` if it hides too much for a lamp.
+    Raises:
+        CoreError: If it hides too much for a lamp.
     """
     views, own, shares = [], [], []
     for rows in alpha.reshape(len(ALTITUDES_DEG), TURNS, *SHAPE):
@@ -177,7 +178,7 @@ def _both(texels: Int64, axis: int) -> Int64:
 
 _MAIN: Final = (48, 96)  # coordinates that the search uses, at least and at most
 _SIZE: Final = 2e7  # numbers in the tables of hidden parts; large lamps get fewer coordinates
-_LEAST: Final = 0.02  # texels with less than this share of the strongest contrast count less
+_LEAST: Final = 0.02  # texels with less than this fraction of the strongest contrast count less
 _BRIGHT: Final = 16  # texels of the place that count as brightest
 _BATCH: Final = 48  # coordinates at a time: their data stay in the cache
 _PURE: Final = 1e-4
@@ -213,7 +214,7 @@ class Contrast:
     shadows: tuple[Float64, ...] = field(repr=False)
     # (4096, K - D), contribution of each texel to the other coordinates
     further: Float32 = field(repr=False)
-    # (2048, 576), share of each texel that the lamp hides, per placement
+    # (2048, 576), fraction of each texel that the lamp hides, per placement
     shades: Float32 = field(repr=False)
 
 
@@ -223,7 +224,8 @@ def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
     Args:
         region: (P,). Weight of each pixel, see `app.core.solver.face`.
 
-    Raises `CoreError` if the transport uses other environments.
+    Raises:
+        CoreError: If the transport uses other environments.
     """
     if transport.environment_shape != SHAPE:
         raise CoreError(
@@ -295,7 +297,7 @@ def _shadows(face: FaceBasis, hidden: HiddenTexels, lamp: Float64) -> tuple[Floa
 
 
 def _shades(hidden: HiddenTexels) -> Float32:
-    """Return the share of each texel that the lamp hides, (2048, 576)."""
+    """Return the fraction of each texel that the lamp hides, (2048, 576)."""
     texels = SHAPE[0] * SHAPE[1]
     shades = np.zeros((texels, len(hidden.own), TURNS), np.float32)
     for altitude, (own, shares) in enumerate(zip(hidden.own, hidden.shares, strict=True)):
@@ -329,7 +331,7 @@ def norms(
     Args:
         light: (32, 64, 3) float. The place at turn 0, linear Rec. 709 radiance.
         scale: Mean luminance that normalises the result.
-        turn: Turn index; None for all turns.
+        turn: Turn index, or None for all turns.
     """
     parts = two_parts(light, contrast.face.mixing)
     place = _at_all_turns(contrast, parts)
@@ -410,7 +412,7 @@ def norm_at(
     Args:
         light: (32, 64, 3) float. The place at turn 0, divided by `scale`.
         turn, number: Indices of the turn and of the placement.
-        power: Share of the lamp's full power.
+        power: Fraction of the lamp's full power.
     """
     face = contrast.face
     parts = two_parts(np.roll(light, -turn, axis=1), face.mixing).reshape(-1)

@@ -59,7 +59,7 @@ def part_of(power: float, kind: str = "") -> int:
 
 
 def share_of(power: float, kind: str = "") -> float:
-    """Return a power as a share of the lamp's full power."""
+    """Return a power as a fraction of the lamp's full power."""
     return power * _ALREADY.get(kind, 1.0)
 
 
@@ -83,9 +83,9 @@ class Kind:
     """A kind of handheld lamp."""
 
     name: str
-    size_m: tuple[float, float]  # width and height, metres
+    size_m: tuple[float, float]  # width and height, in metres
     round: bool
-    lux_at_1m: float  # illuminance on axis at one metre, lux
+    lux_at_1m: float  # illuminance on axis at one metre, in lux
     distance_m: float
     colour: tuple[float, float, float]  # linear Rec. 709 of luminance 1
 
@@ -116,13 +116,14 @@ KINDS: Final = {
 class NumbersLamp:
     """A lamp described by numbers, at a distance.
 
-    Raises `CoreError` if a number is out of range.
+    Raises:
+        CoreError: If a number is out of range.
     """
 
     kind: str
-    distance_m: float  # from the middle of the head to the middle of the lamp, metres
-    lux_at_1m: float  # illuminance on axis at one metre, lux
-    size_m: tuple[float, float]  # width and height, metres
+    distance_m: float  # from the middle of the head to the middle of the lamp, in metres
+    lux_at_1m: float  # illuminance on axis at one metre, in lux
+    size_m: tuple[float, float]  # width and height, in metres
     round: bool = False
     colour: tuple[float, float, float] = _WHITE  # linear Rec. 709 of luminance 1
 
@@ -157,7 +158,7 @@ class NumbersLamp:
 
     @property
     def luminance(self) -> float:
-        """Luminance of the lamp's face, cd/m2."""
+        """Luminance of the lamp's face, in cd/m2."""
         area = self.size_m[0] * self.size_m[1] * (math.pi / 4.0 if self.round else 1.0)
         return self.lux_at_1m / area
 

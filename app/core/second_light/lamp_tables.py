@@ -134,7 +134,7 @@ def left_everywhere(
 
     Args:
         rows: Rows of `LampTables`.
-        turn: Index of the only turn to evaluate; None for all.
+        turn: Index of the only turn to evaluate, or None for all.
 
     Returns:
         (len(rows), 64, 576) float, or (len(rows), 1, 576) at one turn, in the unit of

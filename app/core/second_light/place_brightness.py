@@ -47,7 +47,7 @@ class Comparison:
     """Result of comparing the scales of a lamp and a place.
 
     Attributes:
-        unknown: The unknown brightness; None if both are known.
+        unknown: The unknown brightness, or None if both are known.
         title: Title of the lamp.
         cameras: Cameras of the lamp and of the place if they differ; otherwise None.
     """
@@ -68,8 +68,8 @@ def compare(
     """Compare the scales of a place's and a lamp's capture.
 
     Args:
-        place_white_cd_m2: Luminance of radiance 1 of the place, cd/m2; None if its exposure is
-            unknown.
+        place_white_cd_m2: Luminance of radiance 1 of the place, in cd/m2, or None if its exposure
+            is unknown.
 
     Examples:
         >>> import numpy as np
@@ -95,7 +95,8 @@ def compare(
 def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     """Set the brightness of a lamp from a light meter reading at the probe's position.
 
-    Raises `CoreError` if the reading is out of range.
+    Raises:
+        CoreError: If the reading is out of range.
     """
     if not (math.isfinite(lux) and 0.0 < lux <= _MOST_LAMP_LUX):
         raise CoreError(
@@ -127,7 +128,7 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment, linear Rec. 709 radiance or luminance.
-        azimuth_deg: Panorama azimuth that the face looks to, deg.
+        azimuth_deg: Panorama azimuth that the face looks to, in degrees.
     """
     luminance = luminance_of(light)
     height, width = luminance.shape
@@ -138,9 +139,10 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
 
 
 def check_lux(lux: float) -> float:
-    """Return an illuminance at the face, lux, if it is plausible.
+    """Return an illuminance at the face, in lux, if it is plausible.
 
-    Raises `CoreError` otherwise.
+    Raises:
+        CoreError: Otherwise.
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(
@@ -151,9 +153,10 @@ def check_lux(lux: float) -> float:
 
 
 def read_lux(text: str) -> float:
-    """Parse a typed illuminance, lux.
+    """Parse a typed illuminance, in lux.
 
-    Raises `CoreError` if it is not a number, or implausible.
+    Raises:
+        CoreError: If it is not a number, or implausible.
 
     Examples:
         >>> read_lux("450 lx"), read_lux("8,000"), read_lux("2,5"), read_lux("60 000 lux")
@@ -176,7 +179,7 @@ def stated_white(path: Path | str) -> float | None:
     """Read the luminance of radiance 1 from an OpenEXR file.
 
     Returns:
-        cd/m2; None if the file states none, or cannot be read.
+        cd/m2, or None if the file states none, or cannot be read.
     """
     source = open_image(Path(path))
     if source is None:

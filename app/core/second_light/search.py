@@ -61,7 +61,8 @@ class LampPlacement:
     # clockwise
     turn_deg: float
     turn_refined_deg: float
-    # lamp_azimuth_deg, lamp_altitude_deg: placement of the lamp on the grid; deg, positive toward
+    # lamp_azimuth_deg, lamp_altitude_deg: placement of the lamp on the grid, in degrees, positive
+    # toward
     # the sitter's left and up
     lamp_azimuth_deg: float
     lamp_altitude_deg: float
@@ -113,13 +114,14 @@ def place_all(
         radiance: (32, 64, 3) float. Environment at turn 0, linear Rec. 709, in the unit of the
             lamp: cd/m2.
         is_open: (576,) bool. Placements within reach; by default all.
-        powers: Possible powers of the lamp, as shares of its full power, see `dimming`. The picture
-            objective uses the one with the best match, the first of equals. The paper's objective
-            always gains by more light, so it uses the first.
-        front_deg: Azimuth of the photographer at turn 0, deg; turns count from there.
+        powers: Possible powers of the lamp, as fractions of its full power, see `dimming`. The
+            picture objective uses the one with the best match, the first of equals. The paper's
+            objective always gains by more light, so it uses the first.
+        front_deg: Azimuth of the photographer at turn 0, in degrees; turns count from there.
 
-    Raises `EnvironmentFileError` if the environment is black, not finite or has another size,
-    `StyleError` if a style is unknown, and `CoreError` if no placement is allowed.
+    Raises:
+        EnvironmentFileError: If the environment is black, not finite or has another size,
+            `StyleError` if a style is unknown, and `CoreError` if no placement is allowed.
     """
     light, scale = normalised(radiance, pack.header.environment)
     if light.ndim == 2:

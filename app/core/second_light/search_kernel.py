@@ -57,8 +57,8 @@ def seek(
 
     Args:
         is_open: (576,) bool, placements within reach.
-        powers: Powers of the lamp to try, shares of full power.
-        turn: Index of the only turn to evaluate; None for all.
+        powers: Powers of the lamp to try, fractions of full power.
+        turn: Index of the only turn to evaluate, or None for all.
 
     Raises:
         CoreError: If no placement is within reach.

@@ -1,7 +1,7 @@
 """The face on a head: the region that is judged, and its named areas.
 
 Positions use the face's own units, so that they mean the same on every head: across in half eye
-distances from the middle line, positive toward the sitter's left; down in shares of the distance
+distances from the middle line, positive toward the sitter's left; down in fractions of the distance
 from the eyes to the lower edge of the chin. Both come from the mesh: the point between the eyes,
 the tip of the nose, the chin.
 """

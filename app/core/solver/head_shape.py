@@ -53,7 +53,7 @@ class HeadShape:
     eye_point: Float32 = field(repr=False)
 
     def distance_to_skin(self, place: Floats) -> float:
-        """Return the distance from a point to the skin, metres.
+        """Return the distance from a point to the skin, in metres.
 
         Args:
             place: (3,) float. Metres from the middle of the head; may be inside it.

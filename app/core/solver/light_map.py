@@ -91,7 +91,7 @@ def _lobe(
 
 @lru_cache(maxsize=4)
 def _bands(height: int) -> Float64:
-    """Return the share of the sphere of each row, (H,)."""
+    """Return the fraction of the sphere of each row, (H,)."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     return np.asarray(edges[:-1] - edges[1:])
 
@@ -108,7 +108,7 @@ def light_shortfall(
 
     Args:
         style: None for painted weights, which have no lamps.
-        turn_deg: The chosen turn, deg.
+        turn_deg: The chosen turn, in degrees.
     """
     if limits.are_met(match, strength):
         return None

@@ -21,13 +21,14 @@ from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.arrays import Bools, Float64
 
 TIE: Final = 1e-6
-"""Objectives that differ by less than this share of the curve's largest value are equally good."""
+"""Objectives that differ by less than this fraction of the curve's largest value are equally good.
+"""
 
 ARC_SHARE: Final = 0.03
-"""Loss of the objective at the ends of the tolerance arc, as a share of its maximum (paper)."""
+"""Loss of the objective at the ends of the tolerance arc, as a fraction of its maximum (paper)."""
 
 MARGIN: Final = 1 / 3
-"""Least distance of the turn offered from the arc's ends, as a share of its width.
+"""Least distance of the turn offered from the arc's ends, as a fraction of its width.
 
 It applies to ends at which no grade ends.
 """
@@ -97,7 +98,7 @@ class _Series:
 
     @property
     def smooth(self) -> _Series:
-        """Return it without the fastest waves, which come from the texels."""
+        """It without the fastest waves, which come from the texels."""
         return _Series(self.a * _smoothing(), self.b * _smoothing())
 
     def at(self, offset: float) -> float:
@@ -126,8 +127,8 @@ def _orders() -> Float64:
 def _smoothing() -> Float64:
     """Return the weight of each wave of a curve in the search for its maximum.
 
-    The fastest ones come from the texels: with them, a small lamp's turn would waver by up to 2 deg
-    as the lamp moves from one texel to the next.
+    The fastest ones come from the texels: with them, a small lamp's turn would waver by up to 2
+    degrees as the lamp moves from one texel to the next.
     """
     return np.exp(-((np.arange(TURNS // 2 + 1) / _FASTEST) ** 4))
 
@@ -339,7 +340,7 @@ def _top(values: Float64, index: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Reach:
-    """Reach of the tolerance arc on both sides, steps, and whether a grade ends it there."""
+    """Reach of the tolerance arc on both sides, in steps, and whether a grade ends it there."""
 
     left: float
     right: float
@@ -348,7 +349,7 @@ class _Reach:
 
 
 def _reach(value: _Series, guard: _Series | None) -> _Reach | None:
-    """Find the ends of the tolerance arc around offset 0; None for the full circle."""
+    """Find the ends of the tolerance arc around offset 0, or None for the full circle."""
     slack = _around(value)
     top = slack[0]
     right, left = _first_crossings(slack - (top - ARC_SHARE * abs(top)))

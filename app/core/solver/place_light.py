@@ -26,7 +26,7 @@ from app.core.solver.turn_choice import Objective
 
 _FINE_COLUMNS: Final = 512
 _SHOWN_COLUMNS: Final = 2048
-_ONE_SIDED: Final = 0.2  # least share of the light from one side, for it to have a side
+_ONE_SIDED: Final = 0.2  # least fraction of the light from one side, for it to have a side
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +75,7 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
     """Return the light at a turn, with the sitter's front in the centre.
 
     Args:
-        turn_deg: Azimuth in the panorama that the sitter faces, deg.
+        turn_deg: Azimuth in the panorama that the sitter faces, in degrees.
         shape: Rows and columns of the result.
 
     Returns:
@@ -101,7 +101,7 @@ def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> Floa
     """Return the picture of the head at a turn, B = T L (eq. 1).
 
     Args:
-        turn_deg: Azimuth in the panorama that the sitter faces, deg.
+        turn_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
         (N, N, 3) float32. Linear Rec. 709 on black, in the unit of the environment.
@@ -115,7 +115,7 @@ def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[flo
     """Return pictures at several turns in one product; see `picture_at`.
 
     Args:
-        turns_deg: Azimuths in the panorama that the sitter faces, deg.
+        turns_deg: Azimuths in the panorama that the sitter faces, in degrees.
 
     Returns:
         (n, N, N, 3) float32. Linear Rec. 709 on black.
@@ -139,11 +139,11 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
     """Return the direction of the main light, relative to the face.
 
     Args:
-        facing_deg: Azimuth in the panorama that the sitter faces, deg.
+        facing_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
-        Azimuth relative to the face, positive toward the sitter's left, deg; None if light comes
-        evenly from all around.
+        Azimuth relative to the face, positive toward the sitter's left, in degrees, or None if
+        light comes evenly from all around.
     """
     azimuth = main_azimuth(light.searched)
     # The panorama's azimuth grows toward the sitter's right.
@@ -151,7 +151,7 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
 
 
 def main_azimuth(radiance: Floats) -> float | None:
-    """Return the azimuth of the main light, deg; None if light comes from all around.
+    """Return the azimuth of the main light, in degrees, or None if light comes from all around.
 
     Args:
         radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance; any exposure.

@@ -31,7 +31,7 @@ class LightTable:
             over the face per turn, then the squares of the same. Independent of exposure.
         brightness: (64,) float64. That mean.
         pictures: (64, P, 3) float32. Linear Rec. 709 pictures on the head's pixels, in the unit of
-            the environment; None if made without pictures.
+            the environment, or None if made without pictures.
     """
 
     transport: Transport = field(repr=False)
@@ -50,7 +50,7 @@ class PaintedCurves:
         quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
             minus its mean, at turn 5.625 k deg; over the pixels that count.
         norm: Norm of the weights.
-        studio: Quality over mean under the environment max(F, 0); 0 if that is black.
+        studio: Quality over mean under the environment max(F, 0), or 0 if that is black.
     """
 
     quality: Float64
@@ -213,7 +213,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
     picture under the full-resolution light as band-limited interpolation.
 
     Args:
-        turn_deg: Azimuth in the panorama that the sitter faces, deg.
+        turn_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
         (P, 3) float32. Linear Rec. 709 on the head's pixels, in the unit of the environment.

@@ -168,7 +168,7 @@ def luminance_of(light: Floats) -> Float64:
     return np.asarray(light if light.ndim == 2 else luminance(light), np.float64)
 
 
-_HALF = TURNS // 2 + 1  # turns 0..180 deg; the others follow by mirroring
+_HALF = TURNS // 2 + 1  # turns 0..180 degrees; the others follow by mirroring
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +185,7 @@ class SearchTables:
         paired: Whether even row r and odd row r are the two parts of one basis picture, as for a
             head that is not symmetric; otherwise each row is a separate basis picture.
         cosine, sine: (W / 2, M) float64. Forward transform.
-        back_cosine, back_sine: (33, M) float64. Back to turns 0 to 180 deg.
+        back_cosine, back_sine: (33, M) float64. Back to turns 0 to 180 degrees.
     """
 
     shape: tuple[int, int]
@@ -350,7 +350,7 @@ def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
 
 
 def _back(waves: Float64, coefficients: Float64) -> Float64:
-    """Return values at turns 0 to 180 deg, (33, N, n), for coefficients (M, N, n)."""
+    """Return values at turns 0 to 180 degrees, (33, N, n), for coefficients (M, N, n)."""
     order, lights, count = coefficients.shape
     return (waves @ coefficients.reshape(order, -1)).reshape(-1, lights, count)
 

@@ -62,7 +62,7 @@ def solve_all(
     Args:
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the pack's size, linear Rec. 709
             radiance, or luminance of grey light; any exposure.
-        front_deg: Azimuth of the photographer, deg; see `StyleResult.seen_from`.
+        front_deg: Azimuth of the photographer, in degrees; see `StyleResult.seen_from`.
         is_open: (64,) bool. Permitted turns; all by default.
 
     Raises:
@@ -86,7 +86,8 @@ def asked_for(
 ) -> tuple[StyleResult, ...]:
     """Select results by style name, with turns counted from the photographer.
 
-    Raises `StyleError` if a style is unknown.
+    Raises:
+        StyleError: If a style is unknown.
     """
     equals = name_equals(every)
     rows = range(len(equals)) if styles is None else sorted({pack.index(name) for name in styles})
@@ -140,7 +141,7 @@ def quality_scale(light: Floats, picture: int) -> float:
 
     Args:
         light: (H, W, 3) or (H, W) float. The light of the search.
-        picture: Side of the head's picture, pixels.
+        picture: Side of the head's picture, in pixels.
     """
     return float((100.0 / picture) ** 2 / max(float(luminance_of(light).mean()), 1e-30))
 
@@ -217,7 +218,7 @@ def judge_painted(measured: StyleMeasures, at: int, limits: Limits, light: Light
 
 
 def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
-    """Return 100 x correlation; 0 if the face has no contrast."""
+    """Return 100 x correlation, or 0 if the face has no contrast."""
     product = norm * contrast
     flat = product <= 1e-12 * np.max(product, axis=-1, keepdims=True)
     return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))

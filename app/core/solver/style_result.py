@@ -23,9 +23,9 @@ class PeakResult:
     """A turn at which an objective has a local maximum.
 
     Attributes:
-        turn_deg, turn_refined_deg: On the grid of 5.625 deg, and between; deg in (-180, 180],
+        turn_deg, turn_refined_deg: On the grid of 5.625 degrees, and between; deg in (-180, 180],
             positive clockwise.
-        arc_deg: Tolerance arc (from, to), clockwise, deg.
+        arc_deg: Tolerance arc (from, to), clockwise, in degrees.
     """
 
     turn_deg: float
@@ -56,16 +56,16 @@ class StyleResult:
     Attributes:
         turn_index: Grid turn 0..63 from the panorama's centre column, whatever the front.
         turn_deg, turn_refined_deg: The turn offered, on the grid and refined as shown, at most a
-            step of 5.625 deg apart; deg, positive clockwise. See
+            step of 5.625 degrees apart, in degrees, positive clockwise. See
             `app.core.solver.peaks.find_peak`.
         direction: Direction of the refined turn: clockwise, counter-clockwise or none.
         quality_curve, match_curve, strength_curve: (64,) float64. At turns of 5.625 k deg. Quality
             in the unit of the environment, the others of 100.
         attainable: Whether the grade is yes or nearly; without a signature, whether match and
             strength reach their limits.
-        arc_deg: Tolerance arc (from, to) around the best turn, clockwise, deg. It ends where the
-            grade does. The refined turn is near its middle.
-        grade: How far the picture shows the style; None without a signature.
+        arc_deg: Tolerance arc (from, to) around the best turn, clockwise, in degrees. It ends where
+            the grade does. The refined turn is near its middle.
+        grade: How far the picture shows the style, or None without a signature.
         shortfall: Why the style is out of reach, or in which respect it is only nearly there.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles with the same turn.
@@ -108,7 +108,7 @@ class StyleResult:
 
     @property
     def nose_deg(self) -> float:
-        """Azimuth of the nose at the refined turn, deg."""
+        """Azimuth of the nose at the refined turn, in degrees."""
         return wrap(self.turn_refined_deg - self.yaw_deg)
 
     def arc_at(self, turn_deg: float) -> tuple[float, float] | None:
@@ -125,19 +125,19 @@ class StyleResult:
         return None
 
     def arc_near(self, turn_deg: float) -> tuple[float, float]:
-        """Return the arc that contains a turn, otherwise the arc of the best turn, deg."""
+        """Return the arc that contains a turn, otherwise the arc of the best turn, in degrees."""
         return self.arc_at(turn_deg) or self.arc_deg
 
     @property
     def background_deg(self) -> float:
-        """Azimuth straight behind the sitter at the refined turn, deg."""
+        """Azimuth straight behind the sitter at the refined turn, in degrees."""
         return wrap(self.turn_refined_deg + 180.0)
 
     def seen_from(self, front_deg: float) -> StyleResult:
         """Return the result with turns counted from the photographer at `front_deg`.
 
         Args:
-            front_deg: Panorama azimuth of the photographer, deg.
+            front_deg: Panorama azimuth of the photographer, in degrees.
 
         Returns:
             Each turn t becomes wrap(t - front_deg); the curves are for the new turns.

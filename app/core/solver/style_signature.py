@@ -56,7 +56,7 @@ class Relation:
 
     @property
     def mirrored(self) -> Relation:
-        """Return the relation of the mirrored style."""
+        """The relation of the mirrored style."""
         return Relation(
             self.aspect,
             mirror_area(self.bright),
@@ -84,7 +84,7 @@ class Signature:
 
     @property
     def mirrored(self) -> Signature:
-        """Return the signature of the mirrored style."""
+        """The signature of the mirrored style."""
         return replace(self, relations=tuple(each.mirrored for each in self.relations))
 
     def scaled(self, own: Float64, other: Float64) -> Signature:
@@ -95,7 +95,7 @@ class Signature:
 
         Args:
             own, other: (R,) float64. Relations in the target with the style's own lamps, and with
-                the other ones; stops.
+                the other ones, in stops.
         """
         rows = zip(self.relations, own.tolist(), other.tolist(), strict=True)
         return replace(self, relations=tuple(_scaled(*row) for row in rows))
@@ -149,13 +149,13 @@ class Signatures:
 
     @cached_property
     def _limits(self) -> Float64:
-        """Return least, most and the band of nearly, (3, R)."""
+        """Least, most and the band of nearly, (3, R)."""
         rows = [(relation.least, relation.most, relation.nearly) for relation in self._relations]
         return np.array(rows, np.float64).reshape(-1, 3).T
 
     @cached_property
     def _floors(self) -> Float64:
-        """Return the least match for yes and for nearly, (2, S)."""
+        """The least match for yes and for nearly, (2, S)."""
         return np.array([signature.match for signature in self.styles], np.float64).T
 
     @cached_property
@@ -174,13 +174,13 @@ class Signatures:
             stops: (..., A, n) float64. From `stops_of`.
 
         Returns:
-            (..., R, n) float64, stops.
+            (..., R, n) float64, in stops.
         """
         bright, dark = self._pairs
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
-        """Replace match and strength of styles judged by areas, in place.
+        """Replace match and strength of styles judged with areas, in place.
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, any exposure.
@@ -202,7 +202,7 @@ class Signatures:
             even: (..., S) bool. Whether the light is even all around; by default it is not.
 
         Returns:
-            (..., S, n) float64 each, stops; nan for styles without a signature.
+            (..., S, n) float64 each, in stops, or nan for styles without a signature.
         """
         signed, rows = self._signed
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
@@ -227,7 +227,7 @@ class Signatures:
 
     @cached_property
     def _signed(self) -> tuple[Bools, Indices]:
-        """Return a mask of styles with relations, (S,), and their relations, (S', n), padded."""
+        """A mask of styles with relations, (S,), and their relations, (S', n), padded."""
         counts = [len(signature.relations) for signature in self.styles]
         most = np.arange(max(counts, default=0))
         ends = np.cumsum(counts, dtype=np.intp)
@@ -283,7 +283,7 @@ def worst_relation(
             yes.
 
     Returns:
-        The relation and its value, stops; None if none is missed.
+        The relation and its value, in stops, or None if none is missed.
     """
     stops = dict(zip(AREAS, stops_of(areas[:, None])[:, 0].tolist(), strict=True))
     misses = []
@@ -305,12 +305,12 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
     """Return each picture's margin to the nearest rival style; see `better`.
 
     Args:
-        yes: (..., S, n) float64. Slack of yes, stops; nan for styles without a signature.
+        yes: (..., S, n) float64. Slack of yes, in stops, or nan for styles without a signature.
         match: (..., S, n) float64. 0 to 100.
         rivals: (S, S) bool. Other styles that may explain each one's picture.
 
     Returns:
-        (..., S, n) float64, stops; negative where a rival explains it better, and infinite if no
+        (..., S, n) float64, in stops; negative where a rival explains it better, and infinite if no
         rival is shown at any turn.
     """
     free = np.full(yes.shape, np.inf)
@@ -345,10 +345,10 @@ def better(
 
 
 def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]) -> int | None:
-    """Return the style in reach with the best match.
+    """Return the style within reach with the best match.
 
     Args:
-        rivals: As in `better`; if none of them is in reach, the best match of all counts.
+        rivals: As in `better`; if none of them is within reach, the best match of all counts.
     """
     grades = [(grade[other] > NO, match[other], -other) for other in rivals]
     return -max(grades)[2] if grades else None

@@ -67,7 +67,7 @@ class Transport:
     Attributes:
         pixels: (P,) int32. Flat row-major indices, into the N x N picture, of the pixels that the
             head covers.
-        coverage: (P,) float32. Share of each pixel's area that the head covers, in (0, 1].
+        coverage: (P,) float32. Fraction of each pixel's area that the head covers, in (0, 1].
         pixel_basis: (3, P, R) float32. Linear Rec. 709 RGB. Together with `texel_basis` it contains
             the texels' solid angle.
         texel_basis: (R, H * W) float32. Row-major texels in panorama coordinates at turn 0.
@@ -97,7 +97,7 @@ class Transport:
 
     @cached_property
     def mirror_pixels(self) -> Indices | None:
-        """Index of each pixel's mirror image, (P,); None if a pixel has none."""
+        """Index of each pixel's mirror image, (P,), or None if a pixel has none."""
         place = np.full(self.size * self.size, -1)
         place[self.pixels] = np.arange(len(self.pixels))
         there = place.reshape(self.size, self.size)[:, ::-1].ravel()[self.pixels]
@@ -144,7 +144,7 @@ def render(transport: Transport, radiance: Floats) -> Float32:
 
 
 def parity_of(transport: Transport) -> Float64 | None:
-    """Return +1 and -1, (R,), for even and odd texel functions; None if some are neither."""
+    """Return +1 and -1, (R,), for even and odd texel functions, or None if some are neither."""
     height, width = transport.environment_shape
     rows = transport.texel_basis.reshape(-1, height, width)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])

@@ -1,9 +1,9 @@
-"""The rule for the turn of a style, and for whether the style is in reach.
+"""The rule for the turn of a style, and for whether the style is within reach.
 
 The picture objective puts grade before match: it takes the best match among the turns whose
 pictures have the style's signature; if there are none, among those that nearly have it
-(`app.core.solver.style_signature`); and otherwise among all. A style is in reach if its grade at
-the turn offered is yes or nearly.
+(`app.core.solver.style_signature`); and otherwise among all. A style is within reach if its grade
+at the turn offered is yes or nearly.
 
 The turn offered is not the maximum itself but nearer to the middle of its tolerance arc, so that
 small errors of the sitter do not lose the style; see `app.core.solver.peaks.find_peak`.
@@ -11,7 +11,7 @@ small errors of the sitter do not lose the style; see `app.core.solver.peaks.fin
 The paper's objective offers exactly the turn of the largest C (eq. 5).
 
 Painted styles have no signature. For them, the rule takes the best match among the turns whose
-strength reaches its limit, or the largest C if there are none; they are in reach if match and
+strength reaches its limit, or the largest C if there are none; they are within reach if match and
 strength at the turn offered reach their limits.
 
 Answers, the clip audit, painting and the second light all use this rule.
@@ -38,14 +38,14 @@ OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Least match and strength of a style in reach, of 100, and the paper's least C.
+    """Least match and strength of a style within reach, of 100, and the paper's least C.
 
     Attributes:
         match, strength: For styles without a signature, such as painted ones. The match is the
             paper's value on the scale of match. With a strength of 0, the rule takes the best
             match of all turns.
-        quality: For the paper's rule, by which a style is in reach if the largest C is not below
-            this, on the scale of `app.core.solver.solve.quality_scale`.
+        quality: For the paper's rule, by which a style is within reach if the largest C is not
+            below this, on the scale of `app.core.solver.solve.quality_scale`.
     """
 
     match: float = 45.0
@@ -53,7 +53,7 @@ class Limits:
     quality: float = 45.0
 
     def are_met(self, match: float, strength: float) -> bool:
-        """Return whether a style is in reach at a turn of this match and strength."""
+        """Return whether a style is within reach at a turn of this match and strength."""
         return match >= self.match and strength >= self.strength
 
     def miss(
@@ -86,8 +86,8 @@ class StyleMeasures:
         quality: (..., n) float64. C of eq. 5, over the whole head.
         match: (..., n) float64. 100 x correlation of picture and target over the face.
         strength: (..., n) float64. Depth of the pattern over that of the target, of 100.
-        yes, nearly: (..., n) float64. Distance of a picture inside the limits of the grade, stops;
-            NaN for a style without a signature. Yes considers rival styles.
+        yes, nearly: (..., n) float64. Distance of a picture inside the limits of the grade, in
+            stops; NaN for a style without a signature. Yes considers rival styles.
         contrast: (..., n) float64. The contrast in match; 1 if match is not taken over the face.
     """
 
@@ -156,7 +156,7 @@ class Choice:
 
     @property
     def in_reach(self) -> Bools:
-        """Whether each style is in reach, (...)."""
+        """Whether each style is within reach, (...)."""
         return grade_at(self.measured, self.limits, self.best) > NO
 
     @property
@@ -193,7 +193,7 @@ class Choice:
 
     @property
     def guard(self) -> Gate | None:
-        """The gate of one style; None without a condition."""
+        """The gate of one style, or None without a condition."""
         return None if np.isinf(self.gate).any() else Gate(self.gate, 0.0)
 
 

@@ -42,7 +42,9 @@ def move_data(old: Path, new: Path) -> bool:
     """Move a data folder; return whether the new one exists.
 
     The new folder appears completely or not at all, and the old one is deleted only after that.
-    Raises `OSError` if nothing has changed.
+
+    Raises:
+        OSError: If nothing has changed.
     """
     if os.path.lexists(new):
         return True

@@ -53,7 +53,7 @@ class JsonFile:
     state: State  # "unreadable": the system denies access
     facts: Facts = field(default_factory=dict)
     error: CoreError | None = None  # the problem of a file that is not whole
-    version: str = ""  # SHA-256 of its bytes; "" if none were read
+    version: str = ""  # SHA-256 of its bytes, or "" if none were read
 
     @property
     def why(self) -> str:
@@ -115,15 +115,16 @@ def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | No
     """Write a JSON file atomically; a concurrent version is saved beside it.
 
     Args:
-        base: Version of the file that the facts are based on, from `read_json`; "" if nothing was
-            read.
+        base: Version of the file that the facts are based on, from `read_json`, or "" if nothing
+            was read.
 
     Returns:
-        The copy of a version that neither is the base nor was written by this process; None if
+        The copy of a version that neither is the base nor was written by this process, or None if
         there is none.
 
-    Raises `CoreError` if the disk fails, or the file would have more than `most` bytes, which could
-    not be read again.
+    Raises:
+        CoreError: If the disk fails, or the file would have more than `most` bytes, which could not
+            be read again.
     """
     data = dump(facts)
     if len(data) > most:
@@ -210,7 +211,7 @@ def keep_copy(path: Path, most: int, ending: str) -> Path | None:
     only one of more than `most` bytes is renamed. An earlier copy with the same content counts.
 
     Returns:
-        The copy; None if it could not be made.
+        The copy, or None if it could not be made.
     """
     try:
         if not path.is_file():

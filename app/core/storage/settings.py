@@ -73,7 +73,8 @@ class Setting:
     def check(self, value: object) -> Value:
         """Return a validated value.
 
-        Raises `SettingValueError` if the value is invalid for this setting.
+        Raises:
+            SettingValueError: If the value is invalid for this setting.
         """
         if self.kind == "number":
             return self._number(value)

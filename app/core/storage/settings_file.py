@@ -67,7 +67,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
             then are kept, unless this one has changed the same setting.
 
     Returns:
-        The copy of a file with another value of the same setting; None if there was none.
+        The copy of a file with another value of the same setting, or None if there was none.
     """
     with os_errors_as(
         SettingsError,

@@ -18,7 +18,7 @@ from app.core.base.paths import resources
 from app.core.text import tr
 
 TOLERANCE_DEG: Final = 8.5
-"""Half of the paper's tolerance arc, deg."""
+"""Half of the paper's tolerance arc, in degrees."""
 
 CERTAINTY_VERSION: Final = 1
 _MOST_BYTES: Final = 1 << 16
@@ -29,7 +29,7 @@ class Certainty:
     """Spread of each style's best turn over heads and skins.
 
     Attributes:
-        spread_deg: Mean angle by style, deg, without styles that were never attainable.
+        spread_deg: Mean angle by style, in degrees, without styles that were never attainable.
     """
 
     spread_deg: Mapping[str, float]
@@ -51,7 +51,7 @@ def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
 
 @lru_cache(maxsize=1)
 def shipped_certainty() -> Certainty | None:
-    """Return the shipped certainty; None if it is missing."""
+    """Return the shipped certainty, or None if it is missing."""
     try:
         return load_certainty(resources() / "evaluation" / "certainty.json")
     except CoreError:

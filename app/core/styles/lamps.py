@@ -25,7 +25,7 @@ _LEAST_DIAMETER_DEG: Final = 2.0
 _FILL_DEG: Final = 90.0  # diameter of the fill, in front at the height of the lens
 
 SOFTNESS_DEG: Final = {"hard": 10.0, "medium": 30.0, "large": 45.0}
-"""Named lamp sizes, deg."""
+"""Named lamp sizes, in degrees."""
 
 MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 1.2, "window": 2.0}
 """Width of light modifiers, m."""
@@ -43,8 +43,8 @@ class Studio:
     """Lamps of a photographer's studio. The default is each style's own, as in the paper.
 
     Attributes:
-        softness_deg: Diameter of every lamp as the sitter sees it; None for each style's own.
-        ratio: Incident light of key and fill over that of the fill alone; None for no fill other
+        softness_deg: Diameter of every lamp as the sitter sees it, or None for each style's own.
+        ratio: Incident light of key and fill over that of the fill alone, or None for no fill other
             than the style's own.
     """
 
@@ -83,7 +83,7 @@ def parse_softness(text: str) -> float | None:
     """Parse a lamp size: degrees, a name, or a modifier and its distance.
 
     Returns:
-        Degrees; None for "paper", each style's own.
+        Degrees, or None for "paper", each style's own.
 
     Raises:
         StyleError: If the text is not a lamp size.
@@ -213,7 +213,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
-    """Return the index of the style with mirrored lamps; None if there is none."""
+    """Return the index of the style with mirrored lamps, or None if there is none."""
     target = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
     for position, other in enumerate(styles):
         if sorted(_facts(lamp) for lamp in other.lamps) == target:

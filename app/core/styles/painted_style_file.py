@@ -42,7 +42,7 @@ class PaintedValues(NamedTuple):
 
 
 def is_painted(path: Path) -> bool:
-    """Return whether a style file describes a painted style; False if it cannot be read."""
+    """Return whether a style file describes a painted style, or False if it cannot be read."""
     try:
         return "painted" in parse(path)
     except StyleError:

@@ -49,9 +49,9 @@ class Style:
 
     Attributes:
         key_elevation_deg, key_azimuth_deg: Range (from, to) of directions from which one lamp alone
-            gives the style, relative to the face; None for a style that needs several lamps. A
+            gives the style, relative to the face, or None for a style that needs several lamps. A
             range from a larger to a smaller azimuth goes around the back.
-        key_diameter_deg: Range of the diameter of that lamp; None for any.
+        key_diameter_deg: Range of the diameter of that lamp, or None for any.
     """
 
     name: str

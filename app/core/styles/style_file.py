@@ -57,7 +57,7 @@ def read_style(path: Path) -> Style:
 
 
 def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, float] | None:
-    """Read a range of angles; None if it is not there, as in a style of several lamps."""
+    """Read a range of angles, or None if it is not there, as in a style of several lamps."""
     ends = table.get(key)
     if ends is None:
         return None

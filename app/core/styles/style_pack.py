@@ -35,7 +35,7 @@ class PackHeader:
 
     Attributes:
         environment: (H, W) of the environments it takes.
-        picture: Side of the target pictures, pixels.
+        picture: Side of the target pictures, in pixels.
     """
 
     head: str
@@ -55,7 +55,7 @@ class StylePack:
     Attributes:
         targets: (S, N, N, 3) float16. Linear Rec. 709 target pictures under the styles' own lamps,
             largest value 1.
-        coverage: (N, N) float16. Share of each pixel that the head covers.
+        coverage: (N, N) float16. Fraction of each pixel that the head covers.
         region: (N, N) float16. How much each pixel counts for match and strength: the face.
         areas: (A, N, N) float16. The areas of signatures, see `app.core.solver.face.AREAS`.
         mixing, mixtures: (2, 3), (K, H) float64. How the search takes colours, see

@@ -25,7 +25,7 @@ from app.core.text import tr
 
 _MAX_RANK: Final = 256
 _TOLERANCE: Final = 0.003  # of the contrast under any single relevant texel
-# texels with less than this share of the strongest contrast are irrelevant
+# texels with less than this fraction of the strongest contrast are irrelevant
 _RELEVANT: Final = 0.003
 _BASIS_DIGITS: Final = 12  # binary digits; changes match by less than 0.02 points
 
@@ -38,7 +38,7 @@ class SearchBasis:
         even, odd: (E, Q, W / 2), (O, Q, W / 2) float32. Left halves of the rows that are even and
             odd under mirroring.
         paired: Whether even row r and odd row r are the parts of one row (a head without symmetry).
-        error: Largest missing share of a relevant texel's contrast.
+        error: Largest missing fraction of a relevant texel's contrast.
     """
 
     even: Float32
@@ -101,8 +101,8 @@ def _compress(
         wishes: (K, S) per parity part. The targets.
 
     Returns:
-        The kept rows, (rank, T + U), and the largest share of a relevant texel's contrast that they
-        miss.
+        The kept rows, (rank, T + U), and the largest fraction of a relevant texel's contrast that
+        they miss.
     """
     exact = np.sqrt(sum((part**2).sum(axis=0) for part in pictures))
     relevant = exact > _RELEVANT * exact.max()

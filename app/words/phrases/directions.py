@@ -396,7 +396,7 @@ def key_words(key_deg: float, promised_deg: float) -> str:
 
     Examples:
         >>> key_words(52, 40), key_words(-20, -40), key_words(40, -40), key_words(41, 40)
-        ('Key 12° too far round', 'Key 20° too frontal', 'Key on the other side', '')
+        ('Key 12° too far around', 'Key 20° too frontal', 'Key on the other side', '')
     """
     farther = round(abs(key_deg) - abs(promised_deg))
     if key_deg * promised_deg < 0 and abs(key_deg - promised_deg) > _SAME_SIDE_DEG:

@@ -45,9 +45,9 @@ ROUGH: Final = "turnlight:rough"
 SCALE: Final = "turnlight:scale"
 """Attribute of half-float files: factor that restores the measured values."""
 CLIPPED: Final = "turnlight.clipped"
-"""Channel of an environment: share of each texel that was clipped."""
+"""Channel of an environment: fraction of each texel that was clipped."""
 UNSEEN: Final = "turnlight.unseen"
-"""Channel of an environment: share of each texel that was filled because no picture shows it."""
+"""Channel of an environment: fraction of each texel that was filled because no picture shows it."""
 
 COPY_AGAIN: Final = tr("Copy or export it again.")
 """Hint for a damaged picture."""
@@ -61,8 +61,8 @@ _SAME_PRIMARIES: Final = 2e-3  # tolerance of a chromaticity for rounding in hea
 def read_start(path: Path, count: int) -> bytes:
     """Read the first bytes of a picture file, before it reaches a decoder.
 
-    Raises `OSError` if it cannot be opened, is not a regular file, or has a name that decoders
-    reject.
+    Raises:
+        OSError: If it cannot be opened, is not a regular file, or has a name that decoders reject.
     """
     with open_file(path) as stream:
         start = stream.read(count)
@@ -119,7 +119,7 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
     """Read a whole picture file for another decoder, after checking its header.
 
     Returns:
-        (n,) uint8. The file's bytes; None if it is not a regular file, not in a camera or screen
+        (n,) uint8. The file's bytes, or None if it is not a regular file, not in a camera or screen
         format, or too large.
     """
     source = open_image(path)
@@ -141,7 +141,8 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
 def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
     """Decode a picture for display, upright, (H, W, 3) uint8 sRGB.
 
-    Returns None where `picture_bytes` does, or if the file is damaged.
+    Returns:
+        None where `picture_bytes` does, or if the file is damaged.
     """
     data = picture_bytes(path, most_bytes, most_pixels)
     with contextlib.suppress(cv2.error):
@@ -237,7 +238,7 @@ def read_rows(
         part: Subimage.
 
     Returns:
-        (rows, W, channels) array of that type; None if they cannot be read, for the reason that
+        (rows, W, channels) array of that type, or None if they cannot be read, for the reason that
         `clear_error` returns.
     """
     spec = source.spec(part, 0)
@@ -261,7 +262,7 @@ def read_rows(
 
 
 def stated_value(spec: ImageSpec, name: str) -> object:
-    """Return an attribute of a file; None if it is missing or is undecodable text."""
+    """Return an attribute of a file, or None if it is missing or is undecodable text."""
     with contextlib.suppress(UnicodeError):
         return spec.getattribute(name)
     return None

@@ -35,9 +35,10 @@ def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
 
     Args:
         picture: (H, W, 3) uint8. sRGB.
-        pixels_per_inch: Resolution to state in the file; 0 for none.
+        pixels_per_inch: Resolution to state in the file, or 0 for none.
 
-    Raises `CoreError` if the file cannot be written.
+    Raises:
+        CoreError: If the file cannot be written.
     """
     # Level 4 takes half the time of the default 6, for files 5% larger.
     attributes: dict[str, object] = {
@@ -70,7 +71,8 @@ def write_exr(
         rough: Whether much of the light is estimated; saved as the attribute `ROUGH`.
         shares: (H, W) float32 each, saved as extra channels with these names.
 
-    Raises `CoreError` if the file cannot be written.
+    Raises:
+        CoreError: If the file cannot be written.
     """
     attributes: dict[str, object] = {
         # Measured light has noise in its lowest bits: packing saves only 8% and takes 0.25 s.
@@ -105,7 +107,8 @@ def write_half_exr(
         white_cd_m2: Luminance of the stored value 1 in cd/m2.
         check, rough: As in `write_exr`.
 
-    Raises `CoreError` if the file cannot be written.
+    Raises:
+        CoreError: If the file cannot be written.
     """
     attributes: dict[str, object] = {
         "compression": "piz",
@@ -126,7 +129,8 @@ def write_hdr(path: Path, picture: FloatImage) -> None:
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709.
 
-    Raises `CoreError` if the file cannot be written.
+    Raises:
+        CoreError: If the file cannot be written.
     """
     pixels = np.ascontiguousarray(picture, dtype=np.float32)
     write_image(path, pixels, "float", {"oiio:ColorSpace": "lin_rec709_scene"})
@@ -146,7 +150,8 @@ def write_image(
         pixels: (H, W, C) uint8, float16 or float32. C contiguous.
         kind: OpenImageIO's name of the value type.
 
-    Raises `CoreError` if the file cannot be written.
+    Raises:
+        CoreError: If the file cannot be written.
     """
     import OpenImageIO as oiio
 

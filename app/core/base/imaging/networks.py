@@ -13,7 +13,8 @@ import numpy as np
 def read_network(path: Path) -> Any:
     """Read a network (.onnx or .tflite) from its bytes, since OpenCV rejects some file names.
 
-    Raises `OSError` if the file is missing, `cv2.error` if it is damaged.
+    Raises:
+        OSError: If the file is missing, `cv2.error` if it is damaged.
     """
     # OpenCV 5.0 finds no engine for a TFLite network in memory unless it is named here.
     os.environ.setdefault("OPENCV_FORCE_DNN_ENGINE", str(cv2.dnn.ENGINE_CLASSIC))

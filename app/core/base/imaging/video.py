@@ -25,7 +25,7 @@ _SAYS_NOTHING: Final = "-8"  # FFmpeg's AV_LOG_QUIET
 
 SMALLEST: Final = 16
 LARGEST: Final = 8192
-"""Largest side of a frame, pixels."""
+"""Largest side of a frame, in pixels."""
 
 _HEAD_BYTES: Final = 400
 _PACKET: Final = 188
@@ -75,7 +75,7 @@ def as_rgb(picture: Any) -> Bytes | None:
         picture: (H, W), (H, W, 1) or (H, W, 3) uint8: grey or BGR.
 
     Returns:
-        (H, W, 3) uint8, RGB; None if it is not a picture, or has a side under 16 or over 8,192
+        (H, W, 3) uint8, RGB, or None if it is not a picture, or has a side under 16 or over 8,192
             pixels.
     """
     array = np.asarray(picture)
@@ -95,7 +95,7 @@ def fitted(picture: Bytes, width: int) -> Bytes:
 
     Args:
         picture: (H, W, 3) uint8. sRGB.
-        width: Largest width in pixels; 0 for no limit.
+        width: Largest width in pixels, or 0 for no limit.
 
     Returns:
         (h, w, 3) uint8. In the same proportions; the same array if it already fits.
@@ -113,7 +113,8 @@ def check_video(path: Path) -> None:
     FFmpeg also opens lists of other files and of addresses; they are recognised by their first
     bytes, whatever their name, and refused.
 
-    Raises `VideoError` if it is missing ("no-file") or not a video ("bad-file").
+    Raises:
+        VideoError: If it is missing ("no-file") or not a video ("bad-file").
     """
     try:
         if not path.is_file():

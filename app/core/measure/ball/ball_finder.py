@@ -45,7 +45,7 @@ _LEAST_EDGES: Final = 0.42  # before the fine search for the outline
 _LEAST_RADIUS_PX: Final = 30.0
 _LEAST_STOPS: Final = 0.65
 _LEAST_RISE: Final = 1.4  # stops of compression, rim over middle
-# visible share of the outline, with half the compression of the worst sectors
+# visible fraction of the outline, with half the compression of the worst sectors
 _LEAST_BALL: Final = 1.3
 _CLEAR: Final = (0.7, 1.6)  # outline and rise at which some sectors need no compression
 
@@ -56,10 +56,10 @@ class Ball:
 
     Attributes:
         axis: (3,) float64. Unit vector to its centre in the camera's axes: right, up, ahead.
-        angle: Half the angle of the cone, radians.
+        angle: Half the angle of the cone, in radians.
         focal: Focal length, pixels of a picture of `shape`.
         shape: Rows and columns; the camera's axis is in their middle.
-        edges: Visible share of the outline, 0 to 1.
+        edges: Visible fraction of the outline, 0 to 1.
     """
 
     axis: Float64 = field(repr=False)
@@ -70,14 +70,14 @@ class Ball:
 
     @classmethod
     def at(cls, x: float, y: float, radius: float, focal: float, shape: tuple[int, int]) -> Self:
-        """Return the ball for a round outline: column, row and radius, pixels."""
+        """Return the ball for a round outline: column, row and radius, in pixels."""
         axis = np.array([x - shape[1] / 2.0, shape[0] / 2.0 - y, focal]) / focal
         far = float(np.linalg.norm(axis))
         return cls(axis / far, math.atan(radius / focal / far), focal, shape)
 
     @property
     def radius_px(self) -> float:
-        """Approximate radius, pixels."""
+        """Approximate radius, in pixels."""
         return self.focal * math.tan(self.angle) / float(self.axis[2])
 
     @property
@@ -98,7 +98,7 @@ class Ball:
         return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
 
     def moved(self, right: float, up: float, larger: float) -> Ball:
-        """Return the ball moved and enlarged by shares of its radius."""
+        """Return the ball moved and enlarged by fractions of its radius."""
         spread = math.tan(self.angle)
         axis = self.axis + spread * (np.array([right, up]) @ self.across)
         angle = math.atan(spread * (1.0 + larger))
@@ -112,7 +112,7 @@ class Ball:
         return x.astype(np.float32), y.astype(np.float32)
 
     def around(self, picture: Float32, shares: Floats) -> Float32:
-        """Sample a picture all around the ball at shares of its radius, (angles, shares)."""
+        """Sample a picture all around the ball at fractions of its radius, (angles, shares)."""
         out = math.tan(self.angle) * (_WAYS @ self.across)
         x, y = self.project(self.axis + shares[:, None] * out[:, None])
         border = cv2.BORDER_REPLICATE
@@ -125,7 +125,7 @@ def focal_px(mm: float, shape: tuple[int, int]) -> float:
 
 
 def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
-    """Return the approximate luminance, (h, w), of small coded frames, for detection."""
+    """Return the approximate luminance, (h, w), of small encoded frames, for detection."""
     total = weights = np.float32(0.0)
     for picture, stop in zip(pictures, stops, strict=True):
         # Only the darkest frame has information where all others clip.
@@ -139,9 +139,10 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     """Find the only mirror ball in a picture's luminance, (h, w).
 
     Args:
-        focal_mm: Focal length on 24 x 36; None if unknown.
+        focal_mm: Focal length on 24 x 36, or None if unknown.
 
-    Raises `ProbeError` if there is no ball, or more than one.
+    Raises:
+        ProbeError: If there is no ball, or more than one.
     """
     focal = focal_px(focal_mm or _USUAL_MM, light.shape)
     root, tones = np.sqrt(light), log_light(light)
@@ -174,14 +175,14 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
 
 
 def refined(ball: Ball, radiance: Float32) -> Ball:
-    """Refine a ball found in a small picture on the merged light, (H, W, 3)."""
+    """Refine a ball found in a thumbnail on the merged light, (H, W, 3)."""
     ball = ball.resized((radiance.shape[0], radiance.shape[1]))
     outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
     return _refine(ball, luminance(radiance), _FINE_LEVELS, outside)
 
 
 def _circles(light: Float32) -> list[tuple[float, float, float]]:
-    """Return approximate round outlines: column, row and radius, pixels."""
+    """Return approximate round outlines: column, row and radius, in pixels."""
     share = min(1.0, _LOOKED_AT / max(light.shape))
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
@@ -235,7 +236,7 @@ def _outermost(
 ) -> tuple[Float32, Float32]:
     """Return how far each position is an edge with nothing as strong outside it, 0 to 1.
 
-    Positions are half a step apart, in shares of the radius; the outline is in the middle.
+    Positions are half a step apart, in fractions of the radius; the outline is in the middle.
 
     Returns:
         (angles, 2 middle + 1) each. The second result is large only on ridges: in front of a flat

@@ -40,7 +40,7 @@ from app.core.measure.read.resampling import light_in_bands, likeness, log_light
 from app.core.text import tr
 
 REFLECTANCE: Final = 0.66
-"""Share of light that chromium reflects at normal incidence (Palik)."""
+"""Fraction of light that chromium reflects at normal incidence (Palik)."""
 
 BALL_M: Final = 0.12
 """Assumed diameter in metres; with it, the distance and width of the photographer are known."""
@@ -48,7 +48,7 @@ BALL_M: Final = 0.12
 _RIM_PX: Final = 1.5  # excluded part of the rim
 _FINEST: Final = 1024  # rows of a panorama
 _SUPERSAMPLED: Final = 2
-# Head and body: half the width, and the range of heights relative to the lens, metres.
+# Head and body: half the width, and the range of heights relative to the lens, in metres.
 _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
 # radii; the most usual first
 _BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)
@@ -351,7 +351,7 @@ def _reflected(
     hidden directions.
 
     Returns:
-        Columns, rows, cosine of incidence, and share of the radius.
+        Columns, rows, cosine of incidence, and fraction of the radius.
     """
     camera = _camera(ball, axes)
     view = np.broadcast_to(camera / np.linalg.norm(camera), vectors.shape)
@@ -392,7 +392,8 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
         from_deg: Approximate azimuth of the second photographer; None to find it from the
             panoramas.
 
-    Raises `ProbeError` if the two have nothing in common, or show the same side.
+    Raises:
+        ProbeError: If the two have nothing in common, or show the same side.
     """
     angle, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
     # The scene past the ball has another parallax from there.

@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class BallDirty(Remark):
-    """Share of the visible ball, 0 to 1, that looks like dirt and was filled."""
+    """Fraction of the visible ball, 0 to 1, that looks like dirt and was filled."""
 
     share: float
 
@@ -38,7 +38,7 @@ class BallSmall(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallBlind(Remark):
-    """Share of the sphere, 0 to 1, that the ball does not show from one side or two."""
+    """Fraction of the sphere, 0 to 1, that the ball does not show from one side or two."""
 
     share: float
     sides: int

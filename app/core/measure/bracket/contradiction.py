@@ -34,14 +34,14 @@ CLIPPED: Final = 243
 class Tolerance:
     """Permitted difference of frames of the same scene, in stops and codes.
 
-    Proxies are means of coded values, and the curve from one exposure to a brighter one is concave.
-    So the brighter frame's mean is below the prediction wherever the averaged area is not even
-    (Jensen's inequality), and hardly ever above it. Measured on 20 scenes, 99.9% of the pixels are
-    below it by no more than 0.66 of the codes' range among the neighbours.
+    Proxies are means of encoded values, and the curve from one exposure to a brighter one is
+    concave. So the brighter frame's mean is below the prediction wherever the averaged area is not
+    even (Jensen's inequality), and hardly ever above it. Measured on 20 scenes, 99.9% of the pixels
+    are below it by no more than 0.66 of the codes' range among the neighbours.
 
     Attributes:
         toe: Codes added near black, where noise is cut off.
-        under, over: Shares of that range below and above the prediction; the latter is for edges
+        under, over: Fractions of that range below and above the prediction; the latter is for edges
             that are not quite aligned.
     """
 
@@ -134,7 +134,7 @@ class Predictions:
 def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
     """Return the contradiction of two frames, (h, w, 3) area means, in codes, (h, w).
 
-    It is that of the worst channel, beyond its tolerance; 0 where the frames agree.
+    It is that of the worst channel, beyond its tolerance, or 0 where the frames agree.
     """
     tolerance = prediction.tolerance
     under = cv2.subtract(cv2.LUT(dark, prediction.low), bright)
@@ -211,7 +211,7 @@ def fill_hidden(
 
     Args:
         frames: (h, w, 3) uint8 each, coded; replaced in the list.
-        hidden: (h, w) float32 each: 0 where a frame has no pixels; None if it has all.
+        hidden: (h, w) float32 each: 0 where a frame has no pixels, or None if it has all.
     """
     result = list(frames)
     for index, mask in enumerate(hidden):
@@ -236,7 +236,7 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
         frames: (h, w, 3) uint8 each, coded.
 
     Returns:
-        Stops; 0 if none does.
+        Stops, or 0 if none does.
     """
     usual = []
     for k in range(len(frames) - 1):

@@ -43,16 +43,16 @@ _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to 
 _SEEDS: Final = 4  # number of such proxy pixels that a region needs, in pixels of the horizon
 _GROWTH: Final = 6  # proxy pixels that a region may grow by the stricter test
 _CLOSING: Final = 0.008  # of the width: largest gap in a region that is closed
-_MAJORITY: Final = 0.5  # share of a region's contradictions that a vote must settle
+_MAJORITY: Final = 0.5  # fraction of a region's contradictions that a vote must settle
 # Weight, in votes, of an agreement by inequality, a good exposure and a clipped pixel.
 _WEAK_VOTE: Final = 0.25
 _EXPOSED: Final = 0.3
 _LOSS_COST: Final = 4.0
-_MUCH: Final = 0.15  # share of the sphere beyond which the frames hardly belong together
-# A wide region with a smaller share of contradictions is grain and edges, joined by the gaps.
+_MUCH: Final = 0.15  # fraction of the sphere beyond which the frames hardly belong together
+# A wide region with a smaller fraction of contradictions is grain and edges, joined by the gaps.
 _WIDE: Final = 0.05
 _DENSE: Final = 0.25
-_UNUSUAL: Final = 0.05  # share of the pixels from which the response is in doubt
+_UNUSUAL: Final = 0.05  # fraction of the pixels from which the response is in doubt
 _HOPELESS: Final = 0.35  # share beyond which the cause is not motion
 _NAMED: Final = 3  # regions named in the remark
 
@@ -62,8 +62,9 @@ class GhostRegion:
     """A region in which frames contradict each other.
 
     Attributes:
-        column, row, width, height: Centre and size as shares of the width and the height, 0 to 1.
-        share: Share of the sphere (panoramas, by solid angle) or of the area.
+        column, row, width, height: Centre and size as fractions of the width and the height, 0 to
+            1.
+        share: Fraction of the sphere (panoramas, by solid angle) or of the area.
         frames: Indices in the bracket of the frames that are left out in at least a part of it.
     """
 
@@ -91,9 +92,9 @@ class FrameTrust:
 
     Attributes:
         masks: (h, w) float32 each, at the size of the proxies: 1 where a frame is to be used, else
-            0; None for a frame that can be used everywhere. No pixel is 0 in all of them.
-        share: Share of the sphere or of the area in which frames are left out, or differ too widely
-            for that.
+            0, or None for a frame that can be used everywhere. No pixel is 0 in all of them.
+        share: Fraction of the sphere or of the area in which frames are left out, or differ too
+            widely for that.
         where: Regions, the largest first.
     """
 
@@ -118,18 +119,19 @@ def trust(
     out anywhere.
 
     Args:
-        proxies: (h, w, 3) uint8 each. Area means of the coded frames at about an eighth of their
+        proxies: (h, w, 3) uint8 each. Area means of the encoded frames at about an eighth of their
             size, all aligned, in any order. Twice as wide as high means a panorama, whose left and
             right edges meet.
         stops: Exposures of the frames.
         response: Its table is (3, 256) or (K, 3, 256).
-        visibility: (h, w) each. 0 where a frame has no pixels; None for a frame that fills the
+        visibility: (h, w) each. 0 where a frame has no pixels, or None for a frame that fills the
             picture.
         exposures_known: False for a recovered curve, which may itself be the reason for wide
             differences, so that they are no reason to shoot again.
         sphere: False if 2:1 pictures are not panoramas either.
 
-    Raises `ValueError` if the sizes differ.
+    Raises:
+        ValueError: If the sizes differ.
     """
     if len(proxies) != len(stops) or len({proxy.shape for proxy in proxies}) > 1:
         raise ValueError("every frame needs a proxy of the same shape and an exposure")
@@ -188,7 +190,7 @@ def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tole
 
 
 def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None:
-    """Return contradictions by the loose test; None if none are worth a closer look."""
+    """Return contradictions by the loose test, or None if none are worth a closer look."""
     if len(frames) < 2:
         return None
     evidence = _adjacent(frames, predictions, LOOSE)
@@ -414,14 +416,14 @@ def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
 
 
 def _area(shape: tuple[int, int], panorama: bool) -> Float64:
-    """Return the share of the whole that a pixel of each row covers, (h,)."""
+    """Return the fraction of the whole that a pixel of each row covers, (h,)."""
     if panorama:
         return solid_angles(shape) / (4.0 * math.pi)
     return np.full(shape[0], 1.0 / (shape[0] * shape[1]))
 
 
 def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> GhostRegion:
-    """Undo the shift of the picture by a share of its width, and the order of the frames."""
+    """Undo the shift of the picture by a fraction of its width, and the order of the frames."""
     frames = tuple(sorted(order[frame] for frame in region.frames))
     return replace(region, column=(region.column + turn) % 1.0, frames=frames)
 

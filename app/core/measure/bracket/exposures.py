@@ -46,8 +46,9 @@ def settle_exposures(
     Args:
         times: Exposure times in seconds.
 
-    Raises `ProbeError` for a frame without an exposure time, and if the others differ and there are
-    no given times.
+    Raises:
+        ProbeError: For a frame without an exposure time, and if the others differ and there are no
+            given times.
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     by_hand = times is not None
@@ -75,7 +76,7 @@ def settle_exposures(
 
 
 def metered_exposure(header: Header) -> Exposure | None:
-    """Return the exposure of a picture metered by the camera; None if it states no time.
+    """Return the exposure of a picture metered by the camera, or None if it states no time.
 
     A Theta on automatic may set its lenses to different ISO; its EXIF then states either one of
     them or a mean. The geometric mean is in the middle of the two.

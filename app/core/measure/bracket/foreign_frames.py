@@ -40,7 +40,7 @@ from app.core.measure.bracket.remarks import ForeignFrame, Reason
 _WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
 """Half a stop, so that flickering light or a cloud does not exclude a frame."""
 
-_LOUD: Final = 0.25  # share of the picture over which a foreign frame contradicts the others
+_LOUD: Final = 0.25  # fraction of the picture over which a foreign frame contradicts the others
 _QUIET: Final = 0.08  # largest share over which frames of one series contradict each other
 _BENT: Final = 0.45  # stops by which a foreign frame's step depends on the level
 _STRAIGHT: Final = 0.2  # the same for two frames of one series
@@ -69,7 +69,7 @@ class LeftOut:
 
     @property
     def remark(self) -> ForeignFrame:
-        """Return the remark about the file."""
+        """The remark about the file."""
         return ForeignFrame(self.path.name, self.reason)
 
 
@@ -179,7 +179,7 @@ class _FrameSeries:
 
     @property
     def greatest_oddness(self) -> float:
-        """Return the largest oddness among the frames; each pair is judged once."""
+        """The largest oddness among the frames; each pair is judged once."""
         pairs = {frame: self._pairs(frame) for frame in self.frames}
         oddness = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
         return max(_median([oddness[pair] for pair in some]) for some in pairs.values())
@@ -261,7 +261,7 @@ class _FrameSeries:
         return float(np.median(levels)) if levels else self.stops[frame]
 
     def _share(self, one: int, other: int, stop: float) -> float:
-        """Return the share of two frames that cannot show the same scene.
+        """Return the fraction of two frames that cannot show the same scene.
 
         Args:
             stop: Exposure of the first frame.

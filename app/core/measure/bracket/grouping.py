@@ -76,9 +76,10 @@ def read_bracket(
         alone: Whether a single photo of all directions is enough; it need not state its exposure.
         sort_out: Whether files are treated like those of a folder.
 
-    Raises `ProbeError` with fewer than two different frames or more than `MAX_FRAMES`; for a file
-    that is not a picture, is tone-mapped, has no exposure time, or differs in size, kind,
-    orientation or camera; if all exposures are equal; and if `times` has the wrong length.
+    Raises:
+        ProbeError: With fewer than two different frames or more than `MAX_FRAMES`; for a file that
+            is not a picture, is tone-mapped, has no exposure time, or differs in size, kind,
+            orientation or camera; if all exposures are equal; and if `times` has the wrong length.
     """
     inputs = [Path(path) for path in paths]
     sort_out = sort_out or (len(inputs) == 1 and _is_folder(inputs[0]))

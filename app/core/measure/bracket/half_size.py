@@ -216,7 +216,7 @@ def merge_halved(
 ) -> Band:
     """Merge the same rows of all frames at half size.
 
-    `Band.clipped` is at half size and contains shares of the area in 255ths.
+    `Band.clipped` is at half size and contains fractions of the area in 255ths.
 
     Args:
         bands: Rows of each frame, brightest first: (rows, W, 3) uint8, for anchors (2 rows, 2 W,

@@ -103,7 +103,7 @@ class ArrivingFrames:
             future.add_done_callback(self._let_go)
 
     def problem(self, path: Path, token: Token | None = None) -> str:
-        """Return the problem of a file once it is read, as a sentence; "" if none."""
+        """Return the problem of a file once it is read, as a sentence, or "" if none."""
         try:
             self._of(path, token)
         except ProbeError as error:

@@ -81,7 +81,7 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
     """Fill the gaps of the frames: transparent areas and black canvas.
 
     Returns:
-        The measurement, and a mask, (H, W), 1 where it was filled; None if there are no gaps.
+        The measurement, and a mask, (H, W), 1 where it was filled, or None if there are no gaps.
     """
     bracket, rotation = probe.bracket, probe.levelling.rotation
     if bracket.unstitched or not bracket.panorama:

@@ -35,14 +35,15 @@ from app.core.measure.read.resampling import Reduction
 SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
 
-# Pixels per band: enough to keep the interpreter's share of the work small, few enough to keep the
+# Pixels per band: enough to keep the interpreter's fraction of the work small, few enough to keep
+# the
 # planes of a band in the cache.
 _BAND_PIXELS: Final = 240_000
 # Size of the rows of all frames that are read together if they are not in memory.
 _READ_BYTES: Final = 48 << 20
 # Bands that are being merged or queued.
 _WAITING: Final = 16
-# Light of the brightest frame that cannot be distinguished from black, as a share of its
+# Light of the brightest frame that cannot be distinguished from black, as a fraction of its
 # saturation.
 _BLACK: Final = 0.0045
 
@@ -114,8 +115,8 @@ def merge(
         stops: The true exposures.
         doubts: Difference of each frame from its neighbours, if frames do not fit each other; only
             for 8-bit frames of full size.
-        trust: (h, w) each, at the size of the proxies, interpolated bilinearly, 0 to 1; None for a
-            frame that is trusted everywhere.
+        trust: (h, w) each, at the size of the proxies, interpolated bilinearly, 0 to 1, or None for
+            a frame that is trusted everywhere.
         size: Rows and columns of the resulting panorama; None keeps the size of the frames, as for
             pictures that are not panoramas.
 
@@ -215,7 +216,7 @@ def _doubts(
 
 
 def _black(stack: FrameStack, exposures_known: bool, sphere: bool) -> float:
-    """Return the light that the brightest frame cannot distinguish from black; 0 if it can."""
+    """Return the light that the brightest frame cannot distinguish from black, or 0 if it can."""
     precise = all(frame.kind != "uint8" for frame in stack.frames)
     return 0.0 if precise or (exposures_known and _panorama(stack.shape, sphere)) else _BLACK
 
@@ -338,7 +339,7 @@ def _put(result: _Result, part: _Band) -> None:
 
 
 def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -> Float32 | None:
-    """Interpolate rows ``start..stop`` of a trust map at full size; None if all are 1."""
+    """Interpolate rows ``start..stop`` of a trust map at full size, or None if all are 1."""
     # Pixel centres: equivalent to one cv2.resize of the whole map.
     places = (np.arange(start, stop) + 0.5) * (trust.shape[0] / shape[0]) - 0.5
     places = np.clip(places, 0.0, trust.shape[0] - 1.0)

@@ -33,7 +33,7 @@ _BLACK_SHARE: Final = 1.0 / 255.0
 _HUE_CODES: Final = (215.0, 248.0)
 _CLIPPING_CODES: Final = (248.0, 254.0)
 _FLOAT_CLIPPED: Final = 0.9995
-# Share of the pixels up to which those near clipping are weighted separately.
+# Fraction of the pixels up to which those near clipping are weighted separately.
 _FEW: Final = 1.0 / 16.0
 _FADED: Final = 8.0  # levels from which lifting black adds less than 0.005%
 
@@ -97,7 +97,7 @@ def merge_band(
     """Merge the same rows of all frames, (rows, W, 3) each as stored, brightest first.
 
     Args:
-        trusts: (rows, W) each, 0 to 1; None for a frame that is trusted everywhere.
+        trusts: (rows, W) each, 0 to 1, or None for a frame that is trusted everywhere.
     """
     sums = Sums()
     counts = []
@@ -127,7 +127,7 @@ def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
 
     Args:
         faint: (rows, W) float32. Weights of the pixels; multiplied in place.
-        clipped: (rows, W) uint8. 255 where the frame is clipped; None if it is nowhere.
+        clipped: (rows, W) uint8. 255 where the frame is clipped, or None if it is nowhere.
         trust: (rows, W) float32, 0 to 1.
 
     Returns:
@@ -223,7 +223,7 @@ def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
 
 
 def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
-    """Return 255 where the frame may be clipped, (rows, W) uint8; None if no pixel is."""
+    """Return 255 where the frame may be clipped, (rows, W) uint8, or None if no pixel is."""
     return _at_end(index, largest, light, light.tables.spent)
 
 
@@ -236,13 +236,13 @@ def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes
 
 
 def black_pixels(index: Plane) -> Bytes | None:
-    """Return 255 where the frame is black, (rows, W) uint8; None if no pixel is."""
+    """Return 255 where the frame is black, (rows, W) uint8, or None if no pixel is."""
     limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
     return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
 
 
 def _both(first: Bytes | None, second: Bytes | None) -> Bytes | None:
-    """Intersect two masks in place of the first; None if either is empty."""
+    """Intersect two masks in place of the first, or None if either is empty."""
     if first is None or second is None:
         return None
     return np.asarray(cv2.min(first, second, first), np.uint8)

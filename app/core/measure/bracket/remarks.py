@@ -238,7 +238,7 @@ class FramesContradict(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MovedPart:
-    """Position of a motion: azimuth and elevation, deg; or column and row, 0 to 1."""
+    """Position of a motion: azimuth and elevation, in degrees; or column and row, 0 to 1."""
 
     across: float
     up: float
@@ -255,6 +255,6 @@ class Motion(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MuchMotion(Remark):
-    """Share of the picture, 0 to 1, with motion."""
+    """Fraction of the picture, 0 to 1, with motion."""
 
     share: float

@@ -129,8 +129,8 @@ class FrameTables:
 class FrameLight:
     """Tables from a frame's pixels to weights and radiance.
 
-    Indices of the tables are codes, or for float frames the square root of the value as a share of
-    `unit`.
+    Indices of the tables are codes, or for float frames the square root of the value as a fraction
+    of `unit`.
     """
 
     tables: FrameTables
@@ -312,7 +312,7 @@ def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
 _DARKEST: Final = 32
 _UNDER_WHITE: Final = 19
 _FEWEST: Final = 300
-_USUAL: Final = 0.8  # share of the positions within the frames' typical difference
+_USUAL: Final = 0.8  # fraction of the positions within the frames' typical difference
 # Frames with one curve, and with their own curves, differ by 0.03 to 0.08 (natural logarithm),
 # scans of film by 0.1 to 0.6. Below this, they count as fitting.
 _MISFIT: Final = 0.1
@@ -320,7 +320,7 @@ _MISFIT: Final = 0.1
 _WIDE_STOPS: Final = 1.5
 _ODD: Final = 1.4  # standard errors from which a frame loses its weight
 _ROUNDS: Final = 3
-_ENOUGH_WEIGHT: Final = 0.25  # share of a frame's weight that is enough for a mean
+_ENOUGH_WEIGHT: Final = 0.25  # fraction of a frame's weight that is enough for a mean
 _LEAST: Final = 1e-12
 
 
@@ -330,7 +330,7 @@ def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[floa
     Empty if the frames fit, cannot be compared, or are too far apart to outvote another.
 
     Args:
-        samples: (K, N, 3) uint8. Coded values of the same positions.
+        samples: (K, N, 3) uint8. Encoded values of the same positions.
         table: (3, 256) or (K, 3, 256). Linear light of each code.
         stops: True exposures.
     """
@@ -365,7 +365,7 @@ def agree(
     doubt: Sequence[float],
     radiance: Sequence[Float32],
 ) -> None:
-    """Replace merged light by the mean of agreeing frames, where unclipped.
+    """Replace merged light with the mean of agreeing frames, where unclipped.
 
     Args:
         bands: (rows, W, 3) uint8. The same rows of each frame.

@@ -1,1 +1,1 @@
-"""Measure light from a film of a turning sitter."""
+"""Measure light from a video of a turning sitter."""

@@ -1,7 +1,7 @@
-"""Compare a film with a measured place, and save its frames as photos.
+"""Compare a video with a measured place, and save its frames as photos.
 
-A panorama shows the light that reaches the head, and a film its effect on the sitter's own face. If
-there are both, the film is the truth, and the error of the panorama's turns is reported.
+A panorama shows the light that reaches the head, and a video its effect on the sitter's own face.
+If there are both, the video is the truth, and the error of the panorama's turns is reported.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 GLANCES: Final = 16
-"""Frames by which a film is located in a panorama."""
+"""Frames by which a video is located in a panorama."""
 
 _SAME_DEG: Final = 10.0  # largest difference between the frames that are located
 _FEWEST: Final = 3
@@ -35,11 +35,11 @@ _AGREED_DEG: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """A film compared with a place.
+    """A video compared with a place.
 
     Attributes:
-        offset_deg: Azimuth of the lens in the panorama at the start of the film.
-        apart_deg: For each style that both offer, the film's turn minus the panorama's.
+        offset_deg: Azimuth of the lens in the panorama at the start of the video.
+        apart_deg: For each style that both offer, the video's turn minus the panorama's.
     """
 
     offset_deg: float
@@ -47,7 +47,7 @@ class Beside:
 
     @property
     def typical_deg(self) -> int | None:
-        """Median difference of the turns, whole degrees; None if no style is in both."""
+        """Median difference of the turns, whole degrees, or None if no style is in both."""
         apart = np.abs([*self.apart_deg.values()])
         return round(float(np.median(apart))) if self.apart_deg else None
 
@@ -60,7 +60,7 @@ class Beside:
 def looks_mirrored(
     frames: Iterable[tuple[float, float, Bytes]], index: HeadingIndex
 ) -> bool | None:
-    """Return whether only the mirrored film fits a place; None if neither does.
+    """Return whether only the mirrored film fits a place, or None if neither does.
 
     Args:
         frames: A dozen frames of it, as `read_film` takes them.
@@ -82,15 +82,15 @@ def beside(
     pack: StylePack,
     index: HeadingIndex | None = None,
 ) -> Beside:
-    """Locate a film in a place's panorama by its background, and compare their turns.
+    """Locate a video in a place's panorama by its background, and compare their turns.
 
     Args:
-        results: Results of the film.
+        results: Results of the video.
         frames: A dozen frames of it, as `read_film` takes them.
         index: Index of the place's panorama, if it exists already.
 
     Raises:
-        ProbeError: If the film shows another place.
+        ProbeError: If the video shows another place.
     """
     index = index or build_index(place.display)
     turns = [

@@ -1,4 +1,4 @@
-"""Read a film of a turn: the lens azimuth of each frame, and the light on the face."""
+"""Read a video of a turn: the lens azimuth of each frame, and the light on the face."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from app.core.text import tr
 MOST_FRAMES: Final = 96
 """Largest number of frames of a turn that are used: one every 4 degrees."""
 WIDTH: Final = 1280
-"""Largest width of a frame, pixels."""
+"""Largest width of a frame, in pixels."""
 
 _SURE: Final = 0.5
 _FEWEST: Final = 6  # frames with a face
@@ -50,14 +50,14 @@ _LEAST_DEG: Final = 40.0  # least range of turns, so that there is a choice
 _WHOLE: Final = 60  # of 64 turns
 _MOST_ASSUMED: Final = 0.5
 _UNSURE: Final = 0.15
-_FACELESS: Final = 12  # frames without a face after which the film is rejected
+_FACELESS: Final = 12  # frames without a face after which the video is rejected
 _IDLE: Final = 30  # frames without motion
 _UNMOVED: Final = 0.03  # of a frame's longer side
 _ROOM: Final = 0.8  # margin around a face, in its sides, for the next search and for display
-_THUMB: Final = 256  # longest side of a frame's saved picture, pixels
+_THUMB: Final = 256  # longest side of a frame's saved picture, in pixels
 _QUEUE: Final = 6  # frames in memory at once
 _MISFIT: Final = 0.75
-_WHOLLY: Final = 0.9  # share of a light's texel that is visible and not clipped
+_WHOLLY: Final = 0.9  # fraction of a light's texel that is visible and not clipped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ class Glimpse:
     Attributes:
         grey, visible: (N * N,) float32 and bool. The face on the head's pixels; empty without a
             face.
-        picture: (h, w, 3) uint8 sRGB. The face with a small margin; None without a face.
+        picture: (h, w, 3) uint8 sRGB. The face with a small margin, or None without a face.
     """
 
     time_s: float
@@ -80,10 +80,10 @@ class Glimpse:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Film:
-    """Result of a film of a turn.
+    """Result of a video of a turn.
 
     Attributes:
-        times_s, trust: (n,) float64. Time, seconds, and weight of each frame.
+        times_s, trust: (n,) float64. Time, in seconds, and weight of each frame.
         noses_deg: (n,) float64. Direction of the nose, clockwise from above, from the lens's
             position in the first frame.
         headings: Azimuths of the lens.
@@ -106,7 +106,7 @@ class Film:
     pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
 
     def results(self, pack: StylePack) -> tuple[StyleResult, ...]:
-        """Solve all styles at the turns in the film."""
+        """Solve all styles at the turns in the video."""
         return solve_all(
             pack,
             reduce_radiance(self.radiance),
@@ -130,7 +130,7 @@ class Film:
 
     @property
     def notes(self) -> tuple[Remark, ...]:
-        """Return remarks about missing turns and the reliability of the others."""
+        """Remarks about missing turns and the reliability of the others."""
         notes: list[Remark] = []
         count, heads = int(self.visible.sum()), self.headings
         if count < _WHOLE:
@@ -197,7 +197,8 @@ class FilmReader:
     def film(self) -> Film:
         """Return the result of the frames so far.
 
-        Raises `ProbeError` if no face is visible or nothing turns.
+        Raises:
+            ProbeError: If no face is visible or nothing turns.
         """
         readings = [one.result() for one in self._frames]
         return read_turn(
@@ -236,10 +237,10 @@ def read_film(
     token: Token | None = None,
     report: Report = silent,
 ) -> Film:
-    """Read a film of a turn, and the light on the face.
+    """Read a video of a turn, and the light on the face.
 
     Args:
-        frames: Time in seconds; share of the film played, 0 to 1; and picture, (H, W, 3) uint8
+        frames: Time in seconds; fraction of the video played, 0 to 1; and picture, (H, W, 3) uint8
             sRGB, of each frame.
 
     Raises `ProbeError` if no face is visible or nothing turns; `Cancelled`.
@@ -273,7 +274,7 @@ def flip(picture: Bytes) -> Bytes:
 def read_turn(
     glimpses: Sequence[Glimpse], backgrounds: Sequence[Background], steps: Sequence[FramePair]
 ) -> Film:
-    """Combine the frames of a film."""
+    """Combine the frames of a video."""
     trust = np.array([_trust(one) for one in glimpses])
     if (trust > 0).sum() < _FEWEST:
         raise _no_face()

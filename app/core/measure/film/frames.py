@@ -1,4 +1,4 @@
-"""The frames of a film in a file, with their times."""
+"""The frames of a video in a file, with their times."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _LONGEST_FILM_S: Final = 300.0
 def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
     """Yield about `most` frames of a video, evenly spaced, shrunk to `width` columns or less.
 
-    Each item is the time since the first frame by the file's timestamps, s; the share of the film
-    played; and the picture, (H, W, 3) uint8.
+    Each item is the time since the first frame by the file's timestamps, s; the fraction of the
+    video played; and the picture, (H, W, 3) uint8.
 
-    Raises `VideoError` if it is not a video ("bad-file"), does not exist ("no-file"), or is too
-    long.
+    Raises:
+        VideoError: If it is not a video ("bad-file"), does not exist ("no-file"), or is too long.
     """
     check_video(path)
     capture = open_url(native_path(path.resolve()))
@@ -78,7 +78,7 @@ def _evenly(
 
 
 class FrameClock:
-    """Times of a film's frames, seconds since the first, from the timestamps of the file.
+    """Times of a video's frames, seconds since the first, from the timestamps of the file.
 
     A timestamp that is missing, not later than the previous one, or later by more than the longest
     film counts as one frame at the mean rate. So times always increase.

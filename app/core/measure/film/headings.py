@@ -1,10 +1,10 @@
-"""Track how far the camera has moved around the sitter, from the background of a film.
+"""Track how far the camera has moved around the sitter, from the background of a video.
 
 Background points shared by two frames determine the camera's rotation between them; on a wall
 without points, its shading does, shifted against that of the previous frame. Frame by frame, these
 rotations form a chain. Where it returns to an earlier view, both ends have the same direction. That
-determines the focal length, which few films state, and removes the drift. Distances are ignored: if
-the background is near, a turn appears slightly smaller.
+determines the focal length, which few videos state, and removes the drift. Distances are ignored:
+if the background is near, a turn appears slightly smaller.
 
 The camera's axes are right, down, front.
 """
@@ -58,7 +58,7 @@ class Background:
         picture, beside: (h, w, 3) uint8 and (h, w) bool. The frame reduced in size, and a mask of
             the area without the sitter.
         shading, mask: (h, w) float32 and bool. The same, smaller, in grey.
-        face: Position of the face, in the same unit; None if there is none.
+        face: Position of the face, in the same unit, or None if there is none.
     """
 
     features: Features = field(repr=False)
@@ -97,9 +97,9 @@ class Headings:
         rotations: (n, 3, 3) float64. From the camera's axes to level ones that look at the sitter
             from the lens's position in the first frame.
         focal: Focal length over the picture's longer side.
-        closed: Whether the film returned to an earlier view.
+        closed: Whether the video returned to an earlier view.
         error_deg: Gap between its ends before the drift was removed.
-        assumed: Share of the steps in which nothing of the background could be followed.
+        assumed: Fraction of the steps in which nothing of the background could be followed.
     """
 
     turns_deg: Float64
@@ -115,7 +115,7 @@ def background(picture: Bytes, face: Face | None) -> Background:
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
-        face: The sitter's face, which is excluded with the body; None if there is none.
+        face: The sitter's face, which is excluded with the body, or None if there is none.
     """
     longer = max(picture.shape[:2])
     small, _ = shrunk(picture, _LONGER / longer)
@@ -181,7 +181,7 @@ _GRID: Final = np.stack(np.meshgrid([-0.3, 0.3], [-0.2, 0.2]), axis=-1).reshape(
 
 
 def _slid(before: Background, after: Background) -> Float64 | None:
-    """Return the shift of the shading, (2,) of the longer side; None if it fits nowhere well.
+    """Return the shift of the shading, (2,) of the longer side, or None if it fits nowhere well.
 
     Correlation over the pixels visible in both (D. Padfield, Masked object registration in the
     Fourier domain, IEEE TIP 2012, eq. 20).
@@ -277,12 +277,12 @@ def _axis(chain: Float64) -> Float64:
 
 
 def _vector(before: Float64, after: Float64) -> Float64:
-    """Return the rotation vector from one camera to another, in the chain's axes; radians."""
+    """Return the rotation vector from one camera to another, in the chain's axes, in radians."""
     return sphere.to_vector(after @ before.T)
 
 
 def _walk(chain: Float64) -> Float64:
-    """Return the turn of the chain at each frame, clockwise, deg, unwrapped."""
+    """Return the turn of the chain at each frame, clockwise, in degrees, unwrapped."""
     axis = _axis(chain)
     steps = [math.degrees(float(_vector(*pair) @ axis)) for pair in itertools.pairwise(chain)]
     return np.concatenate([[0.0], np.cumsum(steps)])
@@ -328,7 +328,7 @@ def _closing_focal(steps: Sequence[FramePair], ends: Mapping[tuple[int, int], Fr
 def _without_drift(
     chain: Float64, ends: Mapping[tuple[int, int], FramePair], focal: float
 ) -> float:
-    """Rotate the chain evenly until its ends meet; return the gap between them, deg."""
+    """Rotate the chain evenly until its ends meet; return the gap between them, in degrees."""
     drifts = []
     for (before, after), pair_link in ends.items():
         end_pose = chain[before] @ pair_link.rotation(focal).T

@@ -50,17 +50,17 @@ class FaceTurns:
 
     @property
     def turns(self) -> Bools:
-        """Mask of the grid turns in the film, (64,) bool."""
+        """Mask of the grid turns in the video, (64,) bool."""
         return np.asarray(self.visible.any(axis=0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmedLight:
-    """Light estimated from a film.
+    """Light estimated from a video.
 
     Attributes:
-        luminance: (H, W) float64. Panorama coordinates, the film's first turn in the middle; mean 1
-            over the sphere.
+        luminance: (H, W) float64. Panorama coordinates, the video's first turn in the middle; mean
+            1 over the sphere.
         exposures: (64,) float64. Factors that convert the picture of each turn to this unit.
         misfit: Deviation of the model from the pictures, relative to the pictures' own contrast.
     """

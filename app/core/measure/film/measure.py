@@ -1,4 +1,4 @@
-"""Measure from a film of a turning sitter: light read from the face and its surroundings."""
+"""Measure from a video of a turning sitter: light read from the face and its surroundings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.core.measure.read.frame import Bracket, MergedLight
 
 @dataclass(frozen=True, slots=True)
 class FilmOptions(WayOptions):
-    """Options for a film.
+    """Options for a video.
 
     Attributes:
         film: Its result, if it was read while it was recorded.

@@ -1,4 +1,4 @@
-"""Read mirroring and camera from a film's header, which OpenCV ignores.
+"""Read mirroring and camera from a video's header, which OpenCV ignores.
 
 The header is `moov` of ISO/IEC 14496-12. The matrix of a track (8.3.2) rotates its pictures, and
 may mirror them, as for a phone's front camera. OpenCV rotates them but does not mirror them.
@@ -18,7 +18,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.atomic_files import open_file
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
-"""Suffixes for file dialogs; a film is recognised by its content."""
+"""Suffixes for file dialogs; a video is recognised by its content."""
 
 _MOST_BYTES: Final = 32 << 20
 _MOST_BOXES: Final = 4096
@@ -28,24 +28,24 @@ _FRONT: Final = b"front camera"  # in the lens model of QuickTime's metadata
 
 @dataclass(frozen=True, slots=True)
 class MovieHeader:
-    """Header of a film.
+    """Header of a video.
 
     Attributes:
-        flip: Axis of a frame from OpenCV, (H, W, 3), that must still be reversed; None for a film
-            that is not mirrored.
-        front_camera: Whether a phone's front camera recorded it, whose films may be mirror images.
+        flip: Axis of a frame from OpenCV, (H, W, 3), that must still be reversed, or None for a
+            video that is not mirrored.
+        front_camera: Whether a phone's front camera recorded it, whose videos may be mirror images.
     """
 
     flip: int | None = None
     front_camera: bool = False
 
     def upright(self, picture: Bytes) -> Bytes:
-        """Return a frame from OpenCV, (H, W, 3) uint8, as the film should be displayed."""
+        """Return a frame from OpenCV, (H, W, 3) uint8, as the video should be displayed."""
         return picture if self.flip is None else np.ascontiguousarray(np.flip(picture, self.flip))
 
 
 def read_movie_header(path: Path) -> MovieHeader:
-    """Read a film's header; an empty one for unknown formats."""
+    """Read a video's header; an empty one for unknown formats."""
     try:
         with open_file(path) as stream:
             moov = _moov(stream, path.stat().st_size)

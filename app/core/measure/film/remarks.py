@@ -1,4 +1,4 @@
-"""Remarks about a film."""
+"""Remarks about a video."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class FilmStill(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FilmOpen(Remark):
-    """The film does not return to where it began."""
+    """The video does not return to where it began."""
 
 
 @dataclass(frozen=True, slots=True)
 class FilmBlank(Remark):
-    """Share of the film, 0 to 1, with a featureless background."""
+    """Fraction of the video, 0 to 1, with a featureless background."""
 
     share: float
 
@@ -38,4 +38,4 @@ class FilmRough(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FrontCamera(Remark):
-    """The film may be mirrored."""
+    """The video may be mirrored."""

@@ -1,4 +1,4 @@
-"""Build a panorama from the backgrounds of a film.
+"""Build a panorama from the backgrounds of a video.
 
 The face serves as the grey card: the light that explains it gives each frame's exposure. Lamps and
 windows are clipped as in any single exposure, and areas that no frame shows are filled from their
@@ -28,17 +28,17 @@ _MOST: Final = 24  # frames: one every 15 degrees
 _LEAST: Final = 0.12  # of the sphere: with less, there is too little to fill the rest from
 # the camera looks in the direction of the sitter's back
 _BEHIND: Final = np.diag([1.0, -1.0, -1.0])
-_CLIPPED: Final = 0.05  # share of a texel from which it counts as clipped
+_CLIPPED: Final = 0.05  # fraction of a texel from which it counts as clipped
 _DETAIL: Final = (0.2, 5.0)
 
 
 def surroundings(
     frames: Sequence[Background], headings: Headings, gains: Float64
 ) -> tuple[FloatImage, Float32] | None:
-    """Combine the backgrounds and fill the rest; None if they cover too little.
+    """Combine the backgrounds and fill the rest, or None if they cover too little.
 
     Args:
-        gains: (n,) float64. Radiance of linear 1 in each frame; nan if unknown.
+        gains: (n,) float64. Radiance of linear 1 in each frame, or nan if unknown.
 
     Returns:
         (512, 1024, 3) float32 radiance, with the lens of the first frame in the middle; and (512,

@@ -62,7 +62,8 @@ def choices(
         lights: (H, W, 3) radiance or (H, W) luminance each, at turn 0 in the pack's size, linear
             Rec. 709, any exposure.
 
-    Raises `EnvironmentFileError` if one is black or not finite.
+    Raises:
+        EnvironmentFileError: If one is black or not finite.
     """
     parts = []
     for start in range(0, len(lights), _AT_ONCE):
@@ -75,7 +76,7 @@ def choices(
 
 
 def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
-    """Return the share of a style's range that another turn loses, (S,) or (N, S), 0 to 1.
+    """Return the fraction of a style's range that another turn loses, (S,) or (N, S), 0 to 1.
 
     It is the best value of the objective among the permitted turns, minus its value at the given
     turn, over the range of the objective's curve. A turn of a lower grade that matches better loses
@@ -96,7 +97,7 @@ GAINS: Final = (1.0, 3.0, 6.0)
 """Stops by which clipped lamps are assumed brighter in the report."""
 
 DOUBT: Final = 0.05
-"""Share of the range of a style's curve that its turn may give up before it is in doubt."""
+"""Fraction of the range of a style's curve that its turn may give up before it is in doubt."""
 
 BLIND: Final = "blind"
 """Used in place of a lamp's letter for light that was filled because no frame shows it."""
@@ -104,7 +105,7 @@ BLIND: Final = "blind"
 _FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind an apparent window
 _PART_GAINS: Final = (3.0, 6.0)
 _WIDE_DEG: Final = 20.0
-_PART_ROWS, _PART_COLUMNS = 6, 16  # blocks of 30 x 22.5 deg
+_PART_ROWS, _PART_COLUMNS = 6, 16  # blocks of 30 x 22.5 degrees
 _PART_SHARE: Final = 0.02  # of all clipped light
 
 
@@ -126,9 +127,10 @@ class StyleChange:
         cases: Every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored light
             at both ends of its likely range.
         worst: Largest loss in any case, including parts of wide lamps and 10 stops.
-        least_stops: Smallest brightening in the trials that puts the turn in doubt; None if none
+        least_stops: Smallest brightening in the trials that puts the turn in doubt, or None if none
             does.
-        reach_stops: Smallest one that brings the style into reach or out of it; None if none does.
+        reach_stops: Smallest one that brings the style into reach or out of it, or None if none
+            does.
     """
 
     name: str
@@ -151,7 +153,7 @@ class Audit:
     """Result of the clip audit.
 
     Attributes:
-        clipped_energy_range: Share of the light in clipped texels, 0 to 1: as measured, a lower
+        clipped_energy_range: Fraction of the light in clipped texels, 0 to 1: as measured, a lower
             bound; and with all clipped light 6 stops brighter, or the sun as bright as the
             clear-sky model allows.
     """
@@ -185,12 +187,14 @@ def audit(
         environment: (H, W). Luminance of `merged` reduced to the pack's size, if already computed.
         restoration: The restored sun or lamp of `merged`; its likely range is tried too, and the
             sun is not searched for again.
-        room_stops: How many stops darker than its darkest frame the camera can go; None if unknown.
+        room_stops: How many stops darker than its darkest frame the camera can go, or None if
+            unknown.
         grid: Result of `light_grid`, if already computed.
         blind: (H, W). 1 where the light was filled because no frame shows it; it may be brighter by
             a stop there.
 
-    Raises `ProbeError` if `merged` is not a full panorama.
+    Raises:
+        ProbeError: If `merged` is not a full panorama.
     """
     grid = light_grid(merged) if grid is None else grid
     bound = float((grid.loss * grid.solid_angle).sum()) / grid.total
@@ -257,7 +261,7 @@ def _between(stops: float | None, least: float, most: float) -> bool:
 
 
 def _upper(merged: MergedLight, grid: LightGrid, bound: float, sun: Light | None) -> float:
-    """Return the upper end of the clipped share."""
+    """Return the upper end of the clipped fraction."""
     if bound <= 0:
         return 0.0
     if sun is None or merged.cd_m2 is None:
@@ -369,7 +373,7 @@ def _brightened(
 
 @lru_cache(maxsize=4)
 def _cells(height: int, shape: tuple[int, int]) -> tuple[Indices, Float64]:
-    """Return each texel's cell in the reduced panorama, and its share of the cell's area."""
+    """Return each texel's cell in the reduced panorama, and its fraction of the cell's area."""
     width = 2 * height
     row, column = np.divmod(np.arange(height * width), width)
     cells = (row * shape[0] // height) * shape[1] + column * shape[1] // width

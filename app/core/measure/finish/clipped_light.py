@@ -8,7 +8,7 @@ and mixes of these), none had turns that give up less, and this one is the simpl
 Four alternatives show which turns depend on that: clipped light is no brighter than it looks; it is
 two stops brighter still; it is brightest in the middle of each white area, as the glow around the
 sun is; and one of the largest white areas, each in its turn, is no brighter than it looks. A
-style's doubt is the mean share of its match range that its turn gives up under the four, plus a
+style's doubt is the mean fraction of its match range that its turn gives up under the four, plus a
 term for a poor best match. The weight and the limit were chosen so that nine tenths of the turns
 that give up more than a tenth are in doubt (`benchmarks/light/plain_panorama.py`).
 """
@@ -58,9 +58,10 @@ _LEAST_LIGHT: Final = 0.004  # of what saturates the frame: code 13
 
 
 def told_clipped(merged: MergedLight, name: str) -> MergedLight:
-    """Mark the clipped texels of a single coded frame.
+    """Mark the clipped texels of a single encoded frame.
 
-    Raises `ProbeError` if it is entirely clipped or black.
+    Raises:
+        ProbeError: If it is entirely clipped or black.
     """
     largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
     if float(largest.max()) < _LEAST_LIGHT:
@@ -99,7 +100,7 @@ def _gain(white: Float32, coloured: Float32, stops: float, coloured_stops: float
 
 
 def _shares(radiance: Float32, clipped: Float32) -> tuple[Float32, Float32]:
-    """Return the white share and the colour-clipped share of each texel, (H, W) each."""
+    """Return the white share and the colour-clipped fraction of each texel, (H, W) each."""
     is_white = radiance.min(axis=-1) >= _WHITE * radiance.max(axis=-1)
     white = clipped * is_white
     return white, clipped - white

@@ -39,7 +39,8 @@ def apply_gains(
     In a clipped lamp only the clipped part changes, since the rest is known, and it no longer
     counts as clipped; in any other, only its excess over the surroundings changes.
 
-    Raises `ProbeError` if there is no such lamp, or a gain is not between -20 and 20 stops.
+    Raises:
+        ProbeError: If there is no such lamp, or a gain is not between -20 and 20 stops.
     """
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
     for name, stops in gains.items():
@@ -63,8 +64,9 @@ class FinishedLight:
     """Finished light and its audit.
 
     Attributes:
-        measured_clipped: Share of the light in clipped texels as measured, a lower bound, 0 to 1.
-        audit: Audit of the finished light; None for pictures that are not panoramas.
+        measured_clipped: Fraction of the light in clipped texels as measured, a lower bound, 0 to
+            1.
+        audit: Audit of the finished light, or None for pictures that are not panoramas.
         unseen: (H, W) bool. Where the light was filled because no frame shows it.
     """
 
@@ -94,11 +96,13 @@ def finish(
 
     Args:
         foot: Azimuth and elevation of the camera's own foot, degrees.
-        room_stops: How many stops darker than its darkest frame the camera can go; None if unknown.
+        room_stops: How many stops darker than its darkest frame the camera can go, or None if
+            unknown.
         alone: Name of the photo if it is the only one.
         blind: (H, W). 1 where the light was filled because no frame shows it.
 
-    Raises `ProbeError` if a lamp does not exist or a mask is unusable.
+    Raises:
+        ProbeError: If a lamp does not exist or a mask is unusable.
     """
     merged = told_clipped(merged, alone) if alone else merged
     grid = light_grid(merged)

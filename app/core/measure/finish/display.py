@@ -69,8 +69,8 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
 
     Args:
         display: (h, w, 3). sRGB.
-        clipped: (H, W), of any size with the same proportions. Clipped share of each texel, 0 to 1.
-            Marks are widened to two pixels, so that a clipped point is visible too.
+        clipped: (H, W), of any size with the same proportions. Clipped fraction of each texel, 0 to
+            1. Marks are widened to two pixels, so that a clipped point is visible too.
     """
     picture = display.copy()
     size = (display.shape[1], display.shape[0])

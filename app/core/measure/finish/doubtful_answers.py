@@ -40,8 +40,8 @@ _FACTORS: Final = (0.0, 4.0)  # of the filled light
 _BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, each of which may hide a lamp
 _LEAST_GAP: Final = 0.03  # of a block
 _LEAST_STRENGTH: Final = 0.3
-_WIDE: Final = 0.2  # share of all light that the whole gap may add
-_LAMP: Final = 0.2  # share of all light that a lamp in a block may add
+_WIDE: Final = 0.2  # fraction of all light that the whole gap may add
+_LAMP: Final = 0.2  # fraction of all light that a lamp in a block may add
 _GROUND_LAMP: Final = 0.04
 _GROUND_ROW: Final = 3  # 45 degrees below the horizon and lower
 
@@ -64,7 +64,7 @@ def doubt_of(
     pack: StylePack,
     objective: Objective = "picture",
 ) -> Doubt | None:
-    """Return the doubtful styles of an environment; None if all its light was measured."""
+    """Return the doubtful styles of an environment, or None if all its light was measured."""
     if environment.clipped is None and environment.unseen is None and not environment.rough:
         return None
     radiance = bounded(environment.radiance, _COLUMNS)
@@ -114,7 +114,7 @@ def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
     """Return light that the gaps may hide, (h, w) each: everywhere in them, and by blocks.
 
     Args:
-        cover: (h, w). Share of each texel in a gap.
+        cover: (h, w). Fraction of each texel in a gap.
         light: (h, w, 3). Light of the panorama.
     """
     height, width = cover.shape
@@ -134,7 +134,7 @@ def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
 
 
 def _strength(row: int, gap: float) -> float:
-    """Return the share of all light that a lamp adds in a block with that share of gap."""
+    """Return the fraction of all light that a lamp adds in a block with that fraction of gap."""
     return (_GROUND_LAMP if row >= _GROUND_ROW else _LAMP) * min(
         max(2.0 * gap, _LEAST_STRENGTH), 1.0
     )

@@ -169,7 +169,7 @@ def advise(
     """Return the advice of a clip audit; empty if nothing is clipped.
 
     Args:
-        room_stops: How many stops darker the camera can go; None if unknown.
+        room_stops: How many stops darker the camera can go, or None if unknown.
         maybe: Id of the lamp that would be the sun if the exposure of the frames were known; or "".
     """
     clipped = [light for light in lights if light.clipped]
@@ -218,7 +218,7 @@ class LampFinding:
         kind: From `source_of`.
         azimuth_deg, elevation_deg: Centre of its light, degrees.
         diameter_deg: Diameter of the disc with the same solid angle, degrees.
-        share: Share of the place's light, 0 to 1; a lower bound if it is clipped.
+        share: Fraction of the place's light, 0 to 1; a lower bound if it is clipped.
     """
 
     letter: str
@@ -235,7 +235,8 @@ class Findings:
     """Lamps and clipping of a place.
 
     Attributes:
-        clipped: (512, 1024) float32. Clipped share of each texel; None if no clipping is known.
+        clipped: (512, 1024) float32. Clipped fraction of each texel, or None if no clipping is
+            known.
         map: (h, w) int8. Index of each texel's lamp, -1 for none.
     """
 
@@ -246,7 +247,7 @@ class Findings:
     def at(
         self, azimuth_deg: float, elevation_deg: float, near_deg: float = 2.0
     ) -> LampFinding | None:
-        """Return the lamp in or near a direction of the panorama; None if there is none."""
+        """Return the lamp in or near a direction of the panorama, or None if there is none."""
         if self.map is None:
             return None
         height, width = self.map.shape
@@ -321,9 +322,9 @@ def find(
     """Find the lamps and clipping of a place, (H, 2 H, 3) linear Rec. 709.
 
     Args:
-        level: Radiance at which it clips (`clip_level`); None if unknown.
-        cd_m2: Luminance of radiance 1; None if unknown.
-        clipped: (H, 2 H). Clipped share of each texel, if known.
+        level: Radiance at which it clips (`clip_level`), or None if unknown.
+        cd_m2: Luminance of radiance 1, or None if unknown.
+        clipped: (H, 2 H). Clipped fraction of each texel, if known.
     """
     clipping = clipped_share(radiance, level) if clipped is None else clipped
     merged = MergedLight(

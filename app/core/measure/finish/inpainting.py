@@ -41,13 +41,14 @@ _LAMP_RATIO: Final = 2.0
 def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> MergedLight:
     """Replace masked light, (H, W) float32, by interpolation from its surroundings.
 
-    A mask of 1 is removed. Texels masked by more than 2% are replaced by the mask's own share,
+    A mask of 1 is removed. Texels masked by more than 2% are replaced with the mask's own share,
     fading out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into it:
     surrounding light is limited to `lamp_ratio` times its own upper quartile, keeping its hue.
     Filled areas are neither clipped nor dark; an empty mask changes nothing.
 
-    Raises `ProbeError` if the light is not a full panorama, the mask has another size, or it leaves
-    less than a tenth of the sphere to fill from.
+    Raises:
+        ProbeError: If the light is not a full panorama, the mask has another size, or it leaves
+            less than a tenth of the sphere to fill from.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     _check(shape, mask)
@@ -197,7 +198,7 @@ def _membrane(values: FloatImage, fixed: FloatImage) -> FloatImage:
 
 
 def _relaxed(values: FloatImage, fixed: FloatImage, guess: FloatImage) -> FloatImage:
-    """Relax by Jacobi sweeps: replace every free pixel by the mean of its four neighbours."""
+    """Relax by Jacobi sweeps: replace every free pixel with the mean of its four neighbours."""
     free = fixed[..., np.newaxis] == 0.0
     now = np.where(free, guess, values).astype(np.float32)
     cross = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32) / 4.0

@@ -3,7 +3,7 @@
 A lamp is a connected region that is more than four times as bright as the mean of the sphere, and
 within a factor of eight of its own peak, so that the sun does not include the glow around it. Light
 that is clipped in every frame belongs to a lamp whatever the threshold. All of this is done on a
-reduction to 512 x 256 texels (0.7 deg); the panorama wraps at its seam.
+reduction to 512 x 256 texels (0.7 degrees); the panorama wraps at its seam.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Light:
         diameter_deg: Diameter of the disc with the same solid angle.
         roundness: 1 for a disc, less for a long or scattered shape: the second moment of a disc of
             the same solid angle over its own.
-        share: Share of the place's light, 0 to 1.
+        share: Fraction of the place's light, 0 to 1.
         surround: Luminance around it.
         texels: (N,) int32. Flat indices into the grid of `light_grid`.
     """
@@ -119,11 +119,12 @@ def light_grid(merged: MergedLight) -> LightGrid:
 
 
 def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Light, ...]:
-    """Return the lamps of a place, at most `MAX_LIGHTS`, by falling share of the light.
+    """Return the lamps of a place, at most `MAX_LIGHTS`, by descending share of the light.
 
     Empty if no direction stands out.
 
-    Raises `ProbeError` if it is not a full panorama, or is black.
+    Raises:
+        ProbeError: If it is not a full panorama, or is black.
     """
     grid = light_grid(merged) if grid is None else grid
     total = grid.total

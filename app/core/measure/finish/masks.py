@@ -53,15 +53,16 @@ class MaskSpec:
 def parse_mask(text: str) -> MaskSpec:
     """Parse a mask option; a mask picture is not opened yet.
 
+    >>> parse_mask("nadir:-65")
+    MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
+
     Args:
         text: ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation),
             ``box:-20,20,-90,-40`` (azimuth from and to, clockwise, and elevation from and to),
             ``suggested``, or the name of a picture; degrees.
 
-    Raises `ProbeError` if it is none of these, or a number is out of range.
-
-    >>> parse_mask("nadir:-65")
-    MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
+    Raises:
+        ProbeError: If it is none of these, or a number is out of range.
     """
     spec_text = text.strip()
     word, colon, rest = spec_text.partition(":")
@@ -79,7 +80,8 @@ def parse_mask(text: str) -> MaskSpec:
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
     """Draw a mask at a panorama's size: (H, W) float32, 1 where light is removed.
 
-    Raises `ProbeError` if a picture cannot be read, or for the kind ``suggested``.
+    Raises:
+        ProbeError: If a picture cannot be read, or for the kind ``suggested``.
     """
     if spec.kind == "nadir":
         return cap_mask(spec.numbers[0], shape)
@@ -94,14 +96,14 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
 
 
 def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
-    """Mask everything below an elevation: (H, W), the share of each texel's height."""
+    """Mask everything below an elevation: (H, W), the fraction of each texel's height."""
     return box_mask(-180.0, 180.0, -90.0, elevation_deg, shape)
 
 
 def box_mask(
     from_deg: float, to_deg: float, low_deg: float, high_deg: float, shape: tuple[int, int]
 ) -> FloatImage:
-    """Mask a box of azimuth and elevation: (H, W) float32, the share of each texel in it.
+    """Mask a box of azimuth and elevation: (H, W) float32, the fraction of each texel in it.
 
     It extends clockwise from the first azimuth (to the right in the picture, across the seam if
     necessary); -180 and 180 are the full circle.
@@ -120,7 +122,8 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
     The brightest colour channel counts, transparency does not.
 
-    Raises `ProbeError` if it is missing, damaged, wider than 16,384, or not twice as wide as high.
+    Raises:
+        ProbeError: If it is missing, damaged, wider than 16,384, or not twice as wide as high.
     """
     with contextlib.closing(_open(path)) as source:
         spec = source.spec()
@@ -223,7 +226,7 @@ def _numbers(words: Sequence[str], spec_text: str) -> tuple[float, ...]:
 
 
 def _overlap(start: float, stop: float, count: int) -> FloatImage:
-    """Return the share of each unit cell 0..count between two positions."""
+    """Return the fraction of each unit cell 0..count between two positions."""
     edges = np.arange(count)
     shared = np.minimum(edges + 1.0, stop) - np.maximum(edges, start)
     return np.asarray(np.clip(shared, 0.0, 1.0), np.float32)

@@ -96,7 +96,7 @@ class BlindMatters(Remark):
 
 @dataclass(frozen=True, slots=True)
 class RoughLight(Remark):
-    """Share of the light of a single photo, 0 to 1, that is estimated because it is clipped."""
+    """Fraction of the light of a single photo, 0 to 1, that is estimated because it is clipped."""
 
     share: float
 

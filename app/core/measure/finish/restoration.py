@@ -41,7 +41,7 @@ class Restoration:
     """A restored light.
 
     Attributes:
-        light: Its id; None if nothing was restored.
+        light: Its id, or None if nothing was restored.
         illuminance_lux, range_lux: The new illuminance, and its likely range.
         disc: (N, 2) float64. Flat indices of the changed texels, and the luminance added to each.
         held_lux: Illuminance before.
@@ -65,8 +65,8 @@ def restore(
     """Restore the sun's light, if one of the lights is the sun.
 
     The disc is drawn at the centre of the clipped area, with a solid angle of 6.8e-5 sr. Everything
-    within 2.5 deg of it (the aperture of a pyrheliometer: WMO-No. 8, 2018, I.7.2.1) then sums to
-    the model's direct illuminance; the glow around the disc is never reduced.
+    within 2.5 degrees of it (the aperture of a pyrheliometer: WMO-No. 8, 2018, I.7.2.1) then sums
+    to the model's direct illuminance; the glow around the disc is never reduced.
     """
     sun = find_sun(merged, lights, grid) if sky != "leave" else None
     if sun is None or sky == "leave":
@@ -196,7 +196,7 @@ def _texels_of(light: Light, merged: MergedLight) -> tuple[Int64, Float64]:
 def _disc(
     shape: tuple[int, int], core: Core, diameter_deg: float = SUN_DIAMETER_DEG
 ) -> tuple[Int64, Float64]:
-    """Return the texels that a disc covers, and the share of the disc in each (sum 1)."""
+    """Return the texels that a disc covers, and the fraction of the disc in each (sum 1)."""
     height, width = shape
     fine = max(1, round(32 * SUN_DIAMETER_DEG / diameter_deg))
     step = 180.0 / height

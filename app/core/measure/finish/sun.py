@@ -33,7 +33,7 @@ _AUREOLE: Final = 1.5  # that sky over the sky 20 degrees away
 _SKY_EVENNESS: Final = 0.25
 _OTHERS: Final = 0.5  # solid angle of everything else that clips, over the core's
 _LEAST_ALBEDO: Final = 0.05
-# Radius of the clipped glow, deg, at a clip level of 30 kcd/m2; it shrinks as that rises.
+# Radius of the clipped glow, in degrees, at a clip level of 30 kcd/m2; it shrinks as that rises.
 _GLOW_DEG: Final = 20.0
 _GLOW_CD_M2: Final = 30_000.0
 _GLOW_POWER: Final = 0.6
@@ -57,7 +57,7 @@ class Core:
 def find_sun(
     merged: MergedLight, lights: Sequence[Light], grid: LightGrid | None = None
 ) -> Light | None:
-    """Return the light that is the sun; None if there is none, or more than one could be."""
+    """Return the light that is the sun, or None if there is none, or more than one could be."""
     grid = light_grid(merged) if grid is None else grid
     suns = [light for light in lights if is_sun(light, merged, grid)]
     return suns[0] if len(suns) == 1 else None

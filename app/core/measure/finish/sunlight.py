@@ -5,12 +5,12 @@ daylight availability" (RP-21), Journal of the IES 13(4), 1984, 381-392: the dir
 illuminance is E = 127.5 klx exp(-c m), with extinction c = 0.21 for a clear and 0.80 for a partly
 cloudy sky. There m = 1 / sin(elevation), infinite at the horizon; here the relative optical air
 mass is that of Kasten and Young, "Revised optical air mass tables and approximation formula",
-Applied Optics 28(22), 1989, 4735-4738, which agrees with it within 1% above 20 deg. Haze: Navvab,
-Karayel, Ne'eman and Selkowitz, "Analysis of atmospheric turbidity for daylight calculations",
-Energy and Buildings 6, 1984, 293-303: E = E0 exp(-a m T) with a = 0.1 / (1 + 0.0045 m) and an
-illuminance turbidity T; about 2.5 in the country and 5 in industrial air (Tregenza and Sharples,
-Daylight Algorithms, 1993, algorithm 1.21). T = 5 gives c = 0.50, which is "hazy" here, and
-T = 2.1 the 0.21 of the clear sky. The model is a mean over many days: single readings vary by a
+Applied Optics 28(22), 1989, 4735-4738, which agrees with it within 1% above 20 degrees. Haze:
+Navvab, Karayel, Ne'eman and Selkowitz, "Analysis of atmospheric turbidity for daylight
+calculations", Energy and Buildings 6, 1984, 293-303: E = E0 exp(-a m T) with a = 0.1 / (1 + 0.0045
+m) and an illuminance turbidity T; about 2.5 in the country and 5 in industrial air (Tregenza and
+Sharples, Daylight Algorithms, 1993, algorithm 1.21). T = 5 gives c = 0.50, which is "hazy" here,
+and T = 2.1 the 0.21 of the clear sky. The model is a mean over many days: single readings vary by a
 factor of about 0.6 to 1.6.
 """
 
@@ -33,7 +33,7 @@ SUN_SOLID_ANGLE_SR: Final = 6.8e-5
 """Solid angle of the sun's disc at its mean distance, sr (angular radius 0.00465 rad)."""
 
 SUN_DIAMETER_DEG: Final = math.degrees(2.0 * math.sqrt(SUN_SOLID_ANGLE_SR / math.pi))
-"""Diameter of that disc, deg."""
+"""Diameter of that disc, in degrees."""
 
 _SOLAR_CONSTANT_LUX: Final = 127_500.0
 _EXTINCTION: Final[dict[SkyWord, float]] = {"clear": 0.21, "hazy": 0.50, "thin cloud": 0.80}

@@ -64,8 +64,8 @@ class Suggestion:
     """Extent of a suspected tripod or person.
 
     Attributes:
-        reach_deg: Distance from the camera's foot that it reaches, deg.
-        azimuth_deg: Azimuth of a person; None for a stick, a tripod or a hand.
+        reach_deg: Distance from the camera's foot that it reaches, in degrees.
+        azimuth_deg: Azimuth of a person, or None for a stick, a tripod or a hand.
     """
 
     reach_deg: float
@@ -130,7 +130,7 @@ def foot_of(rotation: Float64 | None) -> tuple[float, float]:
     """Return azimuth and elevation, degrees, of a camera's foot after levelling by a rotation.
 
     Args:
-        rotation: (3, 3). Moves the panorama's content; None if it was not rotated.
+        rotation: (3, 3). Moves the panorama's content, or None if it was not rotated.
     """
     if rotation is None:
         return NADIR
@@ -142,7 +142,8 @@ def resolve(
 ) -> tuple[Clutter, ...]:
     """Draw the user's masks, and make the suggestions that were requested.
 
-    Raises `ProbeError` if a mask's picture cannot be read, or the light is not a full panorama.
+    Raises:
+        ProbeError: If a mask's picture cannot be read, or the light is not a full panorama.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if specs and shape[1] != 2 * shape[0]:

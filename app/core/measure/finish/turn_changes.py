@@ -53,7 +53,8 @@ def changes(
         before, after: (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any
             exposure.
 
-    Raises `EnvironmentFileError` if one is black, not finite or of another size.
+    Raises:
+        EnvironmentFileError: If one is black, not finite or of another size.
     """
     old = solve_all(pack, before, objective)
     new = solve_all(pack, after, objective)

@@ -47,11 +47,11 @@ class FisheyeLens:
     bends: tuple[float, ...] = ()
 
     def radius(self, angles: Float64) -> Float64:
-        """Return the distance from the centre, pixels, for angles from the axis, radians."""
+        """Return the distance from the centre, in pixels, for angles from the axis, in radians."""
         return self.focal * bent(angles, self.bends)
 
     def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
-        """Return columns and rows, pixels, and angles, radians, of directions (..., 3)."""
+        """Return columns and rows, in pixels, and angles, in radians, of directions (..., 3)."""
         local = vectors @ self.axes.T.astype(vectors.dtype)
         across = np.hypot(local[..., 0], local[..., 1])
         angle = np.arctan2(across, local[..., 2])
@@ -74,8 +74,8 @@ class FisheyeModel:
 
     Attributes:
         field_deg: Angle of the image circle; not used if `focal` is known.
-        focal: Focal length as a share of the side of one circle's half of the picture.
-        turns_deg: Clockwise rotation of each of the two stored circles; None if unknown.
+        focal: Focal length as a fraction of the side of one circle's half of the picture.
+        turns_deg: Clockwise rotation of each of the two stored circles, or None if unknown.
         front: Index of the circle that looks ahead: by default the left or upper one.
     """
 
@@ -126,8 +126,8 @@ _ASPECT: Final = (1.3, 2.6)  # longer over shorter side of the area with both ci
 _WIDEST: Final = 2.6  # longer over shorter side of a picture
 _LOOKED_AT: Final = 672  # columns of the small copy in which circles are searched
 _BRIGHTEST: Final = 1e6
-_WHITE, _BRIGHTER = 0.85, 8.0  # share of unclipped pixels; factor of the second exposure
-_CONTENT: Final = 0.02  # lit share of a row or column from which it counts as content
+_WHITE, _BRIGHTER = 0.85, 8.0  # fraction of unclipped pixels; factor of the second exposure
+_CONTENT: Final = 0.02  # lit fraction of a row or column from which it counts as content
 _ANGLES: Final = 240
 _REACH: Final = (0.55, 1.42)  # of half a half's side: range of the rims, and the far corners
 _RADII: Final = (0.72, 1.17)  # of half a half's side: including a margin, to cut-off circles
@@ -146,7 +146,7 @@ _PICTURE: Final = 0.02  # linear light; darker areas may be anything
 
 @dataclass(frozen=True, slots=True)
 class Circles:
-    """Positions of the two image circles, as shares of the picture's shorter side.
+    """Positions of the two image circles, as fractions of the picture's shorter side.
 
     Attributes:
         centres: (x, y) from the picture's upper left corner, measured to pixel corners. The first
@@ -167,7 +167,8 @@ class Circles:
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
     """Return the fisheye circles of a bracket's small, coded frames; None if they are stitched.
 
-    Raises `ProbeError` if some frames are unstitched and others are not.
+    Raises:
+        ProbeError: If some frames are unstitched and others are not.
     """
     all_circles = [find_circles(frame) for frame in frames]
     clear = [circles for circles in all_circles if circles is not None]
@@ -196,7 +197,7 @@ def may_be_circles(shape: tuple[int, int]) -> bool:
 
 
 def find_circles(frame: Bytes) -> Circles | None:
-    """Return the two image circles of a frame, (h, w, 3) uint8; None if there are none.
+    """Return the two image circles of a frame, (h, w, 3) uint8, or None if there are none.
 
     They are side by side or stacked, anywhere in a frame of any proportions up to 2.6:1, whole or
     slightly cut off. A frame too dark to show enough of a rim gives None, too.
@@ -294,7 +295,7 @@ class _Rim:
     """A circle in one half of a picture, in its pixels.
 
     Attributes:
-        share: Share of its angles at which the rim is visible.
+        share: Fraction of its angles at which the rim is visible.
     """
 
     x: float

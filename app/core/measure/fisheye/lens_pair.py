@@ -138,7 +138,7 @@ def around_seam(curve: Float64, around: Float32) -> Float32:
 
 
 def about_axis(angle: float) -> Float64:
-    """Return the rotation about the front axis, radians, clockwise as seen by the front lens."""
+    """Return the rotation about the front axis, in radians, clockwise as seen by the front lens."""
     return from_vector(np.array([0.0, 0.0, angle]))
 
 

@@ -78,7 +78,7 @@ class Photograph:
         small: A tiny copy.
         points: Features of a copy of `LONGEST` or less.
         stated_focal_px: Focal length in pixels of that copy, from EXIF.
-        rotation: (3, 3). From camera to panorama axes; None if it could not be found.
+        rotation: (3, 3). From camera to panorama axes, or None if it could not be found.
         focal_px: Focal length in pixels of `pixels`.
         bracket: Number of the direction.
         wide_deg: Horizontal angle of a panorama.
@@ -426,7 +426,7 @@ def _layers(
 def _filled(
     merged: MergedLight, coverage: Bools, remarks: list[Remark]
 ) -> tuple[MergedLight, float]:
-    """Fill areas that no photo shows, and report their share of the sphere and position."""
+    """Fill areas that no photo shows, and report their fraction of the sphere and position."""
     gaps = (
         (~coverage).mean(axis=1) * solid_angles(coverage.shape) * coverage.shape[1] / (4.0 * np.pi)
     )

@@ -42,7 +42,7 @@ class OrientedPicture:
         rotation: (3, 3) float64. From camera axes (right, down, front) to a panorama's
             (`app.core.base.sphere`).
         gains: Radiance of linear red, green and blue of 1; for linear pictures the mean counts.
-        mask: (h, w) bool. Usable area; None for all of it.
+        mask: (h, w) bool. Usable area, or None for all of it.
     """
 
     pixels: NDArray[Any] = field(repr=False)
@@ -60,8 +60,8 @@ class OrientedPicture:
         """Sample the photo at directions, (h, w, 3), in the panorama's axes.
 
         Returns:
-            Pixels, (h, w, 3), and their distance from the picture's edge as a share of half a side,
-            (h, w) float32: 0 outside it.
+            Pixels, (h, w, 3), and their distance from the picture's edge as a fraction of half a
+            side, (h, w) float32: 0 outside it.
         """
         local = rays @ self.rotation.astype(np.float32)
         scale = np.float32(self.focal_px) / np.maximum(local[..., 2], np.float32(_AHEAD))
@@ -95,7 +95,7 @@ def light_around(
 
     Returns:
         Radiance, (H, W, 3) float32 in the unit of the gains, 0 where unknown; the mask of known
-        texels, (H, W); and the share of each texel, (H, W) float32, that all its photos clip.
+        texels, (H, W); and the fraction of each texel, (H, W) float32, that all its photos clip.
 
     Raises `Cancelled`.
     """

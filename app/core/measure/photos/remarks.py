@@ -27,7 +27,7 @@ class CameraMoved(Remark):
 
 @dataclass(frozen=True, slots=True)
 class GapsFilled(Remark):
-    """Share of all directions, 0 to 1, that no photo shows, and where most of that area is."""
+    """Fraction of all directions, 0 to 1, that no photo shows, and where most of that area is."""
 
     share: float
     where: Literal["overhead", "below", "sides"]

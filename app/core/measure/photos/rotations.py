@@ -33,7 +33,7 @@ LONGEST: Final = 720
 
 _POINTS, _MOST, _TELLING = 700, 120, 24  # points of a photo, of a pair; pairs for a lens
 _APART, _CELL, _A_CELL = 8.0, 36.0, 2  # pixels between rivals, of a cell; matches from one
-_FEWEST, _OF_MATCHES = 10, 0.3  # that must agree: Brown and Lowe require 8 and a share of all
+_FEWEST, _OF_MATCHES = 10, 0.3  # that must agree: Brown and Lowe require 8 and a fraction of all
 _OFF, _ODD = 4.0, 5.0  # pixels that a point may be off, and half of the points of a pair
 _FAR: Final = 0.1 * LONGEST  # distance of points in pairs that determine the focal length
 _FOCALS: Final = np.geomspace(0.25, 4.0, 97)
@@ -53,7 +53,7 @@ class PhotoPair:
         """Return unit vectors in both cameras' axes, (M, 3) each.
 
         Args:
-            focals: Focal lengths by photo, pixels; with (N, K, 1), the results are (K, M, 3).
+            focals: Focal lengths by photo, in pixels; with (N, K, 1), the results are (K, M, 3).
         """
         pairs = zip(self.points, self.numbers, strict=True)
         return [unit_rays(points, 1.0 / focals[k]) for points, k in pairs]
@@ -108,14 +108,14 @@ def groups(count: int, links: Iterable[PhotoPair]) -> list[list[int]]:
 def turn(
     stated: Sequence[float | None], links: Sequence[PhotoPair]
 ) -> tuple[dict[int, Float64], dict[int, float], float]:
-    """Return rotations, (3, 3), and focal lengths, pixels, of matching photos.
+    """Return rotations, (3, 3), and focal lengths, in pixels, of matching photos.
 
     Args:
-        stated: Focal lengths in EXIF, pixels; None if not stated.
+        stated: Focal lengths in EXIF, in pixels, or None if not stated.
 
     Returns:
         Rotations and focal lengths of the largest group, by number; and the distance between the
-        points of a pair, pixels.
+        points of a pair, in pixels.
     """
     good, focals = list(links), _focals(stated, links)
     while good:
@@ -194,7 +194,7 @@ def _adjusted(
 def _equations(
     link: PhotoPair, rotations: Mapping[int, Float64], focals: Mapping[int, float]
 ) -> tuple[Float64, Float64]:
-    """Linearise the errors of a pair's points: slopes (M, 3, 8), errors (M, 3), pixels.
+    """Linearise the errors of a pair's points: slopes (M, 3, 8), errors (M, 3), in pixels.
 
     The slope of R exp(w) u by w is -R [u]x; by the logarithm of the focal length, it is the part of
     -(x, y, 0) / f perpendicular to u.

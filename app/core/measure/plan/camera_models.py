@@ -27,14 +27,14 @@ class CameraFacts:
     Attributes:
         name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
         sizes: Rows and columns of its panoramas, the largest first.
-        overhead_s: Time for a frame besides its exposure, seconds.
+        overhead_s: Time for a frame besides its exposure, in seconds.
         native_bracket: Whether it takes a bracket by itself, of at most `max_shots`.
         by_method: Whether its bracket is selected by `_shootingMethod`.
         old_bracket: Whether the frames of its bracket name neither program nor white balance.
         watched: Whether it never reports the end of its bracket.
         switches_api: Whether it starts in API 2.0 and must be switched to 2.1.
         previews: Accepted formats, the best for viewing first; empty if the camera reports zeros.
-        user_prefix: Letters before the serial number in its user name; "" if unknown.
+        user_prefix: Letters before the serial number in its user name, or "" if unknown.
         stitching: Whether seam and level of one picture can be kept for the next.
         sensor: Model whose sensor the simulated camera uses; empty for its own.
     """
@@ -94,7 +94,7 @@ CAMERAS: Final = _read()
 
 
 def camera_facts(model: str) -> CameraFacts | None:
-    """Return a model by its name in EXIF or from the camera; None if it is not in the table.
+    """Return a model by its name in EXIF or from the camera, or None if it is not in the table.
 
     Args:
         model: For example "RICOH THETA SC2" or "Z1"; spaces around it and in it do not matter.

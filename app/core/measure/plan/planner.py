@@ -112,11 +112,12 @@ def plan(
     frames meet, a missing dark frame costs the lamps.
 
     If the camera cannot make the metered exposure, the bracket is centred on the nearest one that
-    it can make. An offset out of reach is replaced by the nearest, with a remark; equal frames are
-    shot once.
+    it can make. An offset out of reach is replaced with the nearest, with a remark; equal frames
+    are shot once.
 
-    Raises `ProbeError` if the metered exposure lacks ISO or f-number, `shots` or `longest_s` are
-    out of range, or the camera's lists do not allow two different exposures.
+    Raises:
+        ProbeError: If the metered exposure lacks ISO or f-number, `shots` or `longest_s` are out of
+            range, or the camera's lists do not allow two different exposures.
     """
     _check(auto_exposure, limits, shots, longest_s)
     times = tuple(sorted(time for time in set(limits.shutters_s) if time <= longest_s))

@@ -5,7 +5,7 @@ orientation and the order red, green, blue, reads rows without loading the whole
 unlike OpenCV, reports truncated files (libjpeg fills the missing part with grey).
 
 `open_frame` makes the first pass: a frame that may be kept in memory is decoded once; another is
-read by rows, and again for the merge. Both passes produce a small picture and samples.
+read by rows, and again for the merge. Both passes produce a thumbnail and samples.
 """
 
 from __future__ import annotations
@@ -61,7 +61,10 @@ class MemoryRows:
 class RawRows:
     """A frame in a temporary file, for formats and frames that cannot be read by rows.
 
-    The file has no name and is deleted with the object. Raises `ProbeError` if the disk is full.
+    The file has no name and is deleted with the object.
+
+    Raises:
+        ProbeError: If the disk is full.
     """
 
     __slots__ = ("_dtype", "_file", "_width")
@@ -175,7 +178,8 @@ def decode(frame: Frame, token: Token) -> Pixels:
         uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
         alpha is dropped.
 
-    Raises `ProbeError` if the file is missing, damaged, truncated, or contradicts `Frame`.
+    Raises:
+        ProbeError: If the file is missing, damaged, truncated, or contradicts `Frame`.
     """
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
@@ -191,12 +195,13 @@ def decode(frame: Frame, token: Token) -> Pixels:
 
 
 def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
-    """Return the transparent area of a frame, (rows, columns) bool; None if it is opaque.
+    """Return the transparent area of a frame, (rows, columns) bool, or None if it is opaque.
 
     Args:
         shape: Rows and columns of the result.
 
-    Raises `ProbeError` if the file is missing or damaged.
+    Raises:
+        ProbeError: If the file is missing or damaged.
     """
     source = _open(frame.as_stored)
     with contextlib.closing(source):
@@ -223,7 +228,8 @@ def decode_half(frame: Frame, token: Token) -> Pixels:
     frequencies. OpenCV does not report damaged files: check `halvable` before, and `is_whole` in
     doubt.
 
-    Raises `ProbeError` if the file cannot be read or has changed its size.
+    Raises:
+        ProbeError: If the file cannot be read or has changed its size.
     """
     token.check()
     # In RGB order at once: reordering afterwards takes a fifth of the time.

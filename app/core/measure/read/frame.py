@@ -60,10 +60,10 @@ class Frame:
     Attributes:
         shape: Rows and columns.
         kind: "uint8", "uint16", "half" or "float".
-        exposure: From EXIF or the user; None if not stated.
+        exposure: From EXIF or the user, or None if not stated.
         area_deg: Area of a partial panorama by XMP (GPano): azimuth of its left and right edge,
             elevation of top and bottom.
-        zenith_corrected: Whether the camera levelled the picture; None if not stated.
+        zenith_corrected: Whether the camera levelled the picture, or None if not stated.
         lenses: Exposures of the two lenses, if stated.
         fisheye: Whether the file states that it is unstitched.
         orientation: EXIF orientation, 1 to 8.
@@ -88,12 +88,12 @@ class Frame:
 
     @property
     def decoded_bytes(self) -> int:
-        """Size of the decoded frame in memory, bytes; half floats become floats."""
+        """Size of the decoded frame in memory, in bytes; half floats become floats."""
         return self.shape[0] * self.shape[1] * 3 * {"uint8": 1, "uint16": 2}.get(self.kind, 4)
 
     @property
     def as_stored(self) -> Frame:
-        """Return the frame with rows and columns as stored."""
+        """The frame with rows and columns as stored."""
         rows, columns = self.shape
         shape = (columns, rows) if self.orientation >= 5 else self.shape
         return replace(self, shape=shape, orientation=1)
@@ -133,12 +133,12 @@ class MergedLight:
     Attributes:
         radiance: (H, W, 3) float32. Linear Rec. 709, finite, not negative; 1 saturates a frame of
             exposure `reference_ev`. A lower bound where all frames are clipped.
-        clipped, dark: (H, W) float32. Share of each texel's area that every frame clips in its
+        clipped, dark: (H, W) float32. Fraction of each texel's area that every frame clips in its
             worst channel, or shows as black.
         reference_ev: Exposure, in stops, that defines the unit.
         clip_level: Radiance at which the darkest frame clips.
-        cd_m2: Luminance of one unit; None if the exposure is not known absolutely.
-        clipped_fractions: Share of clipped pixels in each frame, in order.
+        cd_m2: Luminance of one unit, or None if the exposure is not known absolutely.
+        clipped_fractions: Fraction of clipped pixels in each frame, in order.
     """
 
     radiance: Float32 = field(repr=False)

@@ -76,7 +76,7 @@ class RicohNote:
 
 
 def read_ricoh_note(path: Path) -> RicohNote | None:
-    """Read the maker note of a JPEG file; None if there is no valid one."""
+    """Read the maker note of a JPEG file, or None if there is no valid one."""
     try:
         with open_file(path) as stream:
             segment = exif_segment(stream)
@@ -89,7 +89,7 @@ def exif_segment(stream: BinaryIO) -> bytes | None:
     """Find the EXIF segment of a JPEG file (APP1 of JIS X 5-3, EXIF 2.32 section 4.5).
 
     Returns:
-        The bytes from the TIFF header to its end, less than 64 KiB; None if it is missing or
+        The bytes from the TIFF header to its end, less than 64 KiB, or None if it is missing or
         truncated.
     """
     if stream.read(2) != b"\xff\xd8":
@@ -184,7 +184,7 @@ class _Tiff:
         return entries
 
     def pointer(self, entries: dict[int, _Entry], tag: int) -> int:
-        """Return the offset in an entry; 0 if it has none."""
+        """Return the offset in an entry, or 0 if it has none."""
         entry = entries.get(tag)
         if entry is None or (entry.kind, entry.count) != (_LONG, 1):
             return 0

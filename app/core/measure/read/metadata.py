@@ -88,7 +88,7 @@ _FOCAL_MM: Final = (6.0, 2000.0)
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with its EXIF tags: seconds, ISO, f-number; None if not stated.
+    """A frame with its EXIF tags: seconds, ISO, f-number, or None if not stated.
 
     Attributes:
         part: Whether it shows only a part of the sphere (GPano's cropped area).
@@ -110,8 +110,9 @@ def read_header(path: Path | str) -> Header:
     `Frame.exposure` is None if no exposure time is stated. If only ISO or f-number is missing, it
     is 100 or 1, and the exposure is marked as unknown.
 
-    Raises `ProbeError` if the file is missing, a folder, empty, damaged, not a picture of these
-    kinds, too large or too small.
+    Raises:
+        ProbeError: If the file is missing, a folder, empty, damaged, not a picture of these kinds,
+            too large or too small.
     """
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
@@ -364,7 +365,7 @@ def _lenses(note: RicohNote, shutter: float | None) -> tuple[LensExposure, ...]:
 
 
 def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | None:
-    """Return a tag as a number; None if it is absent, not a number or implausible."""
+    """Return a tag as a number, or None if it is absent, not a number or implausible."""
     value = stated_value(spec, name)
     if isinstance(value, tuple) and value:
         value = value[0]

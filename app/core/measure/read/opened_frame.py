@@ -36,7 +36,7 @@ _MEANS: Final = {
     for size in (_REDUCTION, _REDUCTION // 2)
 }
 _SEED: Final = 20190820
-# A value near which so large a share of the pixels lies is the level at which the frame was
+# A value near which so large a fraction of the pixels lies is the level at which the frame was
 # clipped.
 _PLATEAU: Final = 0.9995
 _PLATEAU_SHARE: Final = 1e-5
@@ -50,7 +50,7 @@ class OpenedFrame:
     Attributes:
         proxy: (h, w, 3). Area means, in the frame's own type.
         samples: (N, 3). Pixels at the positions that all frames of one shape share.
-        top: Level at which linear pixels saturate; 0 if they do not.
+        top: Level at which linear pixels saturate, or 0 if they do not.
     """
 
     source: RowSource
@@ -69,7 +69,7 @@ class Opener(Protocol):
 
 
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of the small pictures: an eighth, but at least 256 columns if available.
+    """Return the size of the thumbnails: an eighth, but at least 256 columns if available.
 
     >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
     ((336, 672), (128, 256), (100, 200))
@@ -106,7 +106,7 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
     """Read a frame once by rows without keeping it."""
     height = frame.shape[0]
     small = proxy_shape(frame.shape)
-    # Whole rows of the small picture per step, each from the rows that it covers.
+    # Whole rows of the thumbnail per step, each from the rows that it covers.
     per_step = max(1, READ_ROWS * small[0] // height)
     proxies: list[Pixels] = []
     samples: Pixels | None = None

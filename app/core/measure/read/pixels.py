@@ -1,8 +1,8 @@
-"""Pixels of a bracket: decoding, small pictures and samples for the analyses.
+"""Pixels of a bracket: decoding, thumbnails and samples for the analyses.
 
 A bracket that fits is decoded once and kept in memory; a larger one is read again row by row for
 the merge, so the size of the pictures hardly matters. Either way, the analyses (response,
-alignment, motion) see the same small pictures and the same samples.
+alignment, motion) see the same thumbnails and the same samples.
 """
 
 from __future__ import annotations
@@ -52,18 +52,19 @@ _MOST_UNKNOWN: Final = 0.03
 
 @dataclass(frozen=True, slots=True)
 class FrameStack:
-    """The readable frames of a bracket, with small pictures and samples for analysis.
+    """The readable frames of a bracket, with thumbnails and samples for analysis.
 
     Use it as a context manager, or call `close`: large brackets keep files open.
 
     Attributes:
         stops: Nominal exposures.
-        proxies: (h, w, 3) uint8 each, of size `proxy_shape`. Area means of the coded values: 16-bit
-            codes cut to 8 bits, linear frames coded by the sRGB curve below `top`, or below 1.
+        proxies: (h, w, 3) uint8 each, of size `proxy_shape`. Area means of the encoded values:
+            16-bit codes cut to 8 bits, linear frames coded by the sRGB curve below `top`, or below
+            1.
         samples: (K, N, 3) uint8. The same N pixels of every frame, coded alike, not averaged.
         sample_places: (N, 2). Row and column of the samples in the full frames.
         visibility: (h, w) float32 each, at the size of the proxies. 1 where a moved frame has
-            pixels, else 0; None for a frame that fills the picture; empty if no frame was moved.
+            pixels, else 0, or None for a frame that fills the picture; empty if no frame was moved.
     """
 
     frames: tuple[Frame, ...]

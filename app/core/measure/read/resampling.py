@@ -50,7 +50,8 @@ class Reduction:
     def between(cls, source: tuple[int, int], target: tuple[int, int], panorama: bool) -> Self:
         """Prepare a reduction; rows of a panorama are weighted by their solid angle.
 
-        Raises `ValueError` if the target has more rows or columns than the source.
+        Raises:
+            ValueError: If the target has more rows or columns than the source.
         """
         if target[0] > source[0] or target[1] > source[1] or min(target) < 1:
             raise ValueError(f"cannot reduce {source} to {target}")
@@ -76,7 +77,7 @@ class Reduction:
 
         Returns:
             The first row of the result, and shares for `reduced`, (k, n, m) float32: k blocks of m
-            rows each, in whole periods, contribute to n rows each. Over all bands, the shares of
+            rows each, in whole periods, contribute to n rows each. Over all bands, the fractions of
             one row of the result sum to 1.
         """
         height, rows = self.source[0], self.target[0]
@@ -271,7 +272,7 @@ class Chart:
         return x, y
 
     def _angle(self, radius: FloatImage) -> FloatImage:
-        """Convert a distance on the chart to the angle from the middle, radians."""
+        """Convert a distance on the chart to the angle from the middle, in radians."""
         if self.kind == "equidistant":
             return np.minimum(radius, np.float32(np.pi))
         return np.asarray(2.0 * np.arctan(radius), np.float32)
@@ -286,7 +287,7 @@ def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
 
 
 def log_light(light: Float32) -> Float32:
-    """Return the logarithm of luminance, stops, with a floor that depends on the picture.
+    """Return the logarithm of luminance, in stops, with a floor that depends on the picture.
 
     Args:
         light: (H, W) float32. Luminance, any scale.

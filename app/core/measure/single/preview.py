@@ -98,6 +98,6 @@ def rough_answers(preview: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, 
 
 
 def answers_of(picture: Bytes | None, pack: StylePack) -> tuple[RoughAnswer, ...] | None:
-    """Return the best styles for a small picture; None if it is unusable."""
+    """Return the best styles for a thumbnail, or None if it is unusable."""
     preview = None if picture is None else preview_light(picture, pack.header.environment)
     return None if preview is None else rough_answers(preview, pack)

@@ -63,10 +63,10 @@ def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
 
 
 def small_picture(path: Path) -> Bytes | None:
-    """Read a small copy of a picture.
+    """Read a thumbnail.
 
     Returns:
-        (128, w, 3) uint8 sRGB; None if it cannot be read.
+        (128, w, 3) uint8 sRGB, or None if it cannot be read.
     """
     data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
     if data is None:
@@ -85,5 +85,5 @@ def small_picture(path: Path) -> Bytes | None:
 
 
 def clipped_in(picture: Bytes) -> float:
-    """Return the clipped share, 0 to 1, of a small picture, (h, w, 3) uint8 sRGB."""
+    """Return the clipped fraction, 0 to 1, of a thumbnail, (h, w, 3) uint8 sRGB."""
     return float((picture.max(axis=2) >= _CLIPPED_CODE).mean())

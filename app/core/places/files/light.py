@@ -47,7 +47,7 @@ class StoredLight:
 
     environment: str
     fingerprint: str
-    # the small picture; None if it could not be written, which only affects lists
+    # the thumbnail, or None if it could not be written, which only affects lists
     thumbnail: Path | None
 
 
@@ -65,17 +65,20 @@ def store_environment(
     ``place.json`` must name it afterwards (`write_place`); until then the place keeps its old
     light.
 
+    Nothing has changed then.
+
     Args:
         radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance as in
             `environment.environment.Environment`: finite, not negative, not all 0; not changed.
         display: (h, w, 3) uint8. The panorama as sRGB, for the thumbnail; by default made from the
             radiance.
-        white_cd_m2: Luminance of radiance 1, cd/m2, stated in the file.
+        white_cd_m2: Luminance of radiance 1, in cd/m2, stated in the file.
         rough: Whether much of the light is estimated, stated in the file.
         shares: Clipped light and gaps, see `app.core.environment.environment.kept_shares`.
 
-    Raises `PlaceError` if the radiance is not such an environment, or the disk fails or returns
-    other data than was written. Nothing has changed then.
+    Raises:
+        PlaceError: If the radiance is not such an environment, or the disk fails or returns other
+            data than was written.
     """
     _check(radiance)
     fingerprint = fingerprint_of(radiance)
@@ -157,8 +160,9 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
         The environment, and remarks. There is one if the file is not the one that the results were
         computed from; they must then be computed again.
 
-    Raises `PlaceError` if the place has no light, or its file is missing or damaged; the hint says
-    what to do.
+    Raises:
+        PlaceError: If the place has no light, or its file is missing or damaged; the hint says what
+            to do.
     """
     if not place.environment:
         raise PlaceError(

@@ -167,8 +167,9 @@ def adopt_files(
     A copy gets its name once it is complete, and never that of another file; a file that already
     exists with the same content is not copied again.
 
-    Raises `PlaceError` if a file cannot be read, is too large, changes while it is copied, or the
-    disk is full.
+    Raises:
+        PlaceError: If a file cannot be read, is too large, changes while it is copied, or the disk
+            is full.
     """
     token = token or Token()
     sizes = [_size_of(path) for path in paths]

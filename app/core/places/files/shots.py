@@ -2,7 +2,7 @@
 
     PLACE/shots.json         one entry for each photo; only ever replaced as a whole
     PLACE/shots/originals/   copies of the photos; the user's own files are only read
-    PLACE/shots/shot-N.jpg   small pictures for the list
+    PLACE/shots/shot-N.jpg   thumbnails for the list
 
 A removed photo stays on disk, marked, so that it can be restored; when the place is opened again
 this can no longer be undone, and the copy is deleted.
@@ -83,19 +83,21 @@ class Shot:
     found: bool
     style: str
     title: str
-    goal_facing_deg: float  # azimuth that the sitter should face, deg
+    goal_facing_deg: float  # azimuth that the sitter should face, in degrees
     taken_at: str | None = None
-    # heading_deg, facing_deg: azimuth of the camera's axis, and the sitter's facing; deg
+    # heading_deg, facing_deg: azimuth of the camera's axis, and the sitter's facing, in degrees
     heading_deg: float | None = None
     facing_deg: float | None = None
-    # the sitter from the axis, deg, positive to the right; None if no sitter was detected
+    # the sitter from the axis, in degrees, positive to the right, or None if no sitter was detected
     sitter_deg: float | None = None
-    # fov_deg, focal_mm: horizontal field of view, deg; focal length for a frame of 36 x 24 mm
+    # fov_deg, focal_mm: horizontal field of view, in degrees; focal length for a frame of 36 x 24
+    # mm
     fov_deg: float | None = None
     focal_mm: float | None = None
     confidence: float = 0.0  # 0 to 1
     outside_deg: int = 0  # whole degrees from the light; 0 in it
-    # match, best: 0 to 100: at that turn, and the style's best there; None if the turn is unknown
+    # match, best: 0 to 100: at that turn, and the style's best there, or None if the turn is
+    # unknown
     match: int | None = None
     best: int | None = None
     # by_face: whether the facing comes from the light on the face, not from the background
@@ -223,7 +225,8 @@ def add_shot(
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, for the list.
 
-    Raises `PlaceError` if the photo cannot be copied or the disk fails; nothing is listed then.
+    Raises:
+        PlaceError: If the photo cannot be copied or the disk fails; nothing is listed then.
     """
     (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
     with writing(folder.parent):
@@ -248,7 +251,7 @@ def _next_key(file_facts: Facts) -> str:
 
 
 def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
-    """Write the small picture; a failure only affects the list's look."""
+    """Write the thumbnail; a failure only affects the list's look."""
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
@@ -259,7 +262,7 @@ def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
 
 
 def is_frame(shot: Shot) -> bool:
-    """Return whether a photo is a frame of a film."""
+    """Return whether a photo is a frame of a video."""
     return shot.file.endswith(".frame.png")
 
 
@@ -272,7 +275,7 @@ def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
     """Read the thumbnail of a photo.
 
     Returns:
-        (h, w, 3) uint8 sRGB; None if there is no readable one.
+        (h, w, 3) uint8 sRGB, or None if there is no readable one.
     """
     path = folder / _FOLDER / f"{shot.key}.jpg"
     read = read_picture(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
@@ -282,7 +285,8 @@ def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """Remove a photo from the list, or restore it.
 
-    Raises `PlaceError` if it no longer exists, or the disk fails.
+    Raises:
+        PlaceError: If it no longer exists, or the disk fails.
     """
     with writing(folder.parent):
         shots, _, file_facts, version = _read(folder)
@@ -321,7 +325,7 @@ def purge_shots(folder: Path) -> int:
 def keep_film_frames(
     folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
 ) -> None:
-    """Save the frame of each style that a film offers as a photo of the place.
+    """Save the frame of each style that a video offers as a photo of the place.
 
     Frames that cannot be saved are left out.
     """

@@ -224,7 +224,7 @@ def _capture_to_json(capture: CaptureFacts) -> Facts:
 
 
 def _with_remarks(facts: Facts) -> Facts:
-    """Replace the sentences that earlier versions saved by the remarks, if there are any."""
+    """Replace the sentences that earlier versions saved with the remarks, if there are any."""
     remarks = facts.get("remarks")
     if not isinstance(remarks, dict):
         return facts

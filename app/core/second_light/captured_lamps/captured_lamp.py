@@ -30,7 +30,7 @@ from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.text import tr
 
 LARGEST: Final = (512, 1024)
-"""Maximum rows and columns of a captured lamp: texels of 0.35 deg."""
+"""Maximum rows and columns of a captured lamp: texels of 0.35 degrees."""
 
 _FINE_ROWS: Final = 256  # minimum rows for a rotation
 
@@ -43,11 +43,11 @@ class CapturedLamp:
     title: str
     # (H, 2 H, 3), the whole capture with the dark room, linear Rec. 709, panorama frame; read-only
     radiance: FloatImage = field(repr=False)
-    # (H, 2 H), share of each texel that the lamp covers, 0 to 1; read-only
+    # (H, 2 H), fraction of each texel that the lamp covers, 0 to 1; read-only
     alpha: Float32 = field(repr=False)
-    # luminance of radiance 1, cd/m2; None if the exposure is unknown
+    # luminance of radiance 1, in cd/m2, or None if the exposure is unknown
     white_cd_m2: float | None = None
-    distance_m: float | None = None  # from the probe to the lamp, metres; None if unknown
+    distance_m: float | None = None  # from the probe to the lamp, in metres, or None if unknown
     camera: str = ""
 
     @property
@@ -67,7 +67,7 @@ class CapturedLamp:
 
     @property
     def lux(self) -> float | None:
-        """Illuminance of a surface that faces the lamp, at its distance; None if unknown."""
+        """Illuminance of a surface that faces the lamp, at its distance, or None if unknown."""
         if self.white_cd_m2 is None:
             return None
         light = self.light @ np.array(LUMINANCE_WEIGHTS, np.float32)
@@ -87,9 +87,9 @@ class PlacedLamp:
     # (576, H, W, 3), premultiplied radiance, linear Rec. 709, by number of the placement; in cd/m2
     # if `absolute`
     light: FloatImage = field(repr=False)
-    # (576, H, W), share of each texel that the lamp hides, 0 to 1
+    # (576, H, W), fraction of each texel that the lamp hides, 0 to 1
     alpha: Float32 = field(repr=False)
-    # from the middle of the head, metres; the lamp is valid only at this distance
+    # from the middle of the head, in metres; the lamp is valid only at this distance
     distance_m: float | None = None
     absolute: bool = True  # whether the light is in cd/m2 or in an unknown unit
 
@@ -232,7 +232,8 @@ def placed_at(
 def _fine(lamp: CapturedLamp) -> tuple[Float32, Float32, Float64]:
     """Enlarge a lamp for rotations, in cd/m2 if known.
 
-    Returns its light, its mask, and the rotation that moves it straight ahead.
+    Returns:
+        Its light, its mask, and the rotation that moves it straight ahead.
     """
     light = lamp.light
     if lamp.white_cd_m2 is not None:

@@ -37,7 +37,7 @@ class LampCapture:
 
     Attributes:
         warnings: Doubts of the merge or of the panorama's reader.
-        mask: The mask as detected; None if the file contains one.
+        mask: The mask as detected, or None if the file contains one.
     """
 
     lamp: CapturedLamp
@@ -70,7 +70,7 @@ def read_lamp_file(path: Path | str) -> LampCapture:
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
-    """Return channel A of the first part, (H, 2 H), bounded; None if the file has none."""
+    """Return channel A of the first part, (H, 2 H), bounded, or None if the file has none."""
     source = open_image(path)
     if source is None:
         return None
@@ -114,7 +114,7 @@ def capture_lamp(
             the mask if it has one.
         options: How to merge. By default the response is sRGB, since the frames of a dark room are
             mostly noise, from which no response can be recovered.
-        distance_m: From the probe to the lamp, metres.
+        distance_m: From the probe to the lamp, in metres.
 
     Raises:
         CoreError: If the files are not panoramas, or no lamp stands out.

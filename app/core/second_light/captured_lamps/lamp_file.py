@@ -2,7 +2,7 @@
 
     FOLDER/<name>.json           title, distance, unit and camera; replaced only as a whole
     FOLDER/<name>-<digits>.exr   the capture, with the mask as channel A; named by its checksum
-    FOLDER/<name>.png            a small picture
+    FOLDER/<name>.png            a thumbnail
 
 A lamp exists once its text does: the capture is complete before the text names it. If the text is
 damaged, the capture still has the light, its unit and the mask.
@@ -111,8 +111,8 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
     """Read a lamp's text, and what of it is damaged.
 
     Returns:
-        title, distance_m, white_cd_m2, lux, camera and sha256, with defaults for damaged entries;
-        and the damage, None if there is none.
+        title, distance_m, white_cd_m2, in lux, camera and sha256, with defaults for damaged
+        entries; and the damage, None if there is none.
 
     Raises:
         CoreError: If the system refuses to read the file, or it is of a newer version.

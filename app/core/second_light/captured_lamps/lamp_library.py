@@ -52,8 +52,8 @@ class LampEntry:
 
     name: str
     title: str
-    distance_m: float | None  # of the capture, metres
-    lux: float | None  # illuminance at that distance; None if the exposure is unknown
+    distance_m: float | None  # of the capture, in metres
+    lux: float | None  # illuminance at that distance, or None if the exposure is unknown
     camera: str
     picture: Path | None  # small sRGB picture
     damage: LampDamage | None = None
@@ -137,7 +137,7 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
 
 
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Replace a lamp by a corrected one; the old one goes to the trash."""
+    """Replace a lamp with a corrected one; the old one goes to the trash."""
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
     write_lamp(_LIBRARY.trash_folder(folder, name), old)
@@ -165,7 +165,7 @@ def restate_lamp(
     """Correct the distance or illuminance of a lamp.
 
     Args:
-        distance_m: From the probe to the lamp in the capture, metres; None keeps it.
+        distance_m: From the probe to the lamp in the capture, in metres; None keeps it.
         lux: Illuminance at that distance; None keeps it.
 
     Raises:
@@ -181,7 +181,7 @@ def restate_lamp(
 
 
 def check_distance(distance_m: float) -> float:
-    """Return a distance, metres; raises CoreError if no lamp can be captured or used there."""
+    """Return a distance, in metres; raises CoreError if no lamp can be captured or used there."""
     low, high = _HELD_M
     if not low <= distance_m <= high:
         raise CoreError(

@@ -32,9 +32,9 @@ _GRID: Final = (256, 512)
 _STANDS_OUT: Final = 2.5  # times the room's median
 _STEPS: Final = 17  # quarter stops below the lamp's level
 _BRIDGE_DEG: Final = 0.75  # half of what may lie between the parts of one lamp
-_LARGEST: Final = 0.2  # share of the sphere
+_LARGEST: Final = 0.2  # fraction of the sphere
 _STEADY: Final = 0.15  # change of the area within half a stop
-_HOLDS: Final = 0.7  # share of the squared light, which favours bright parts over wide ones
+_HOLDS: Final = 0.7  # fraction of the squared light, which favours bright parts over wide ones
 _RING_DEG: Final = 1.0  # around the edge, for its two sides' levels
 _DARK: Final = 10.0  # how many times brighter than the room a lamp should be
 _BURNT: Final = 0.01
@@ -49,10 +49,11 @@ class LampMask:
         rejected: Number of other lights as bright as the lamp's edge.
     """
 
-    alpha: Float32 = field(repr=False)  # (H, 2 H), share of each texel that the lamp covers, 0 to 1
+    # (H, 2 H), fraction of each texel that the lamp covers, 0 to 1
+    alpha: Float32 = field(repr=False)
     contrast: float
     rejected: int
-    clipped: float  # share of the lamp that is clipped in every frame, 0 to 1
+    clipped: float  # fraction of the lamp that is clipped in every frame, 0 to 1
 
     @property
     def in_lit_room(self) -> bool:
@@ -70,7 +71,7 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
 
     Args:
         radiance: (H, 2 H, 3) float32, linear Rec. 709, any scale, finite and not negative.
-        clipped: (H, 2 H) float32, share of each texel that is clipped in every frame.
+        clipped: (H, 2 H) float32, fraction of each texel that is clipped in every frame.
 
     Raises:
         CoreError: If no lamp stands out.
@@ -225,8 +226,9 @@ def _best_level(areas: list[float], powers: list[float]) -> int:
 def _at_half(view: Float32, mask: Bools) -> Float32:
     """Move the edge to half of the step in brightness.
 
-    Returns (H, W, 4) float32: alpha, soft over one texel; whether both sides of the edge are
-    known, 0 or 1; the lamp's light inside; the room's light outside.
+    Returns:
+        (H, W, 4) float32: alpha, soft over one texel; whether both sides of the edge are known, 0
+        or 1; the lamp's light inside; the room's light outside.
     """
     radius = max(round(_RING_DEG * view.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)
@@ -256,7 +258,7 @@ def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
     """Return alpha, (H, W), in the frame of the capture, from an edge of `_at_half`.
 
     The levels on both sides of an edge vary slowly, so rotating them does no harm; between them,
-    the brightness of each texel in the original capture gives the share of the lamp.
+    the brightness of each texel in the original capture gives the fraction of the lamp.
     """
     alpha, sharp, inside, outside = np.moveaxis(remap_frame(edge, back), 2, 0)
     reliable = (sharp > 0.99) & (inside > outside)

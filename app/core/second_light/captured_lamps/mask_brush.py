@@ -11,7 +11,7 @@ import numpy as np
 from app.core.base.arrays import Float32
 
 Point: TypeAlias = tuple[float, float]
-"""Azimuth and elevation in the capture, deg."""
+"""Azimuth and elevation in the capture, in degrees."""
 
 _APART: Final = 0.5  # maximum distance between dabs of a stroke, in radii
 
@@ -20,9 +20,9 @@ def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, is_lamp
     """Set or clear the area that a round brush covers from point to point.
 
     Args:
-        alpha: (H, 2 H) float32, share of each texel that the lamp covers, 0 to 1; not changed.
+        alpha: (H, 2 H) float32, fraction of each texel that the lamp covers, 0 to 1; not changed.
         points: The path of the brush, which takes the shorter way around the sphere.
-        radius_deg: Radius of the brush, deg; at least half a texel.
+        radius_deg: Radius of the brush, in degrees; at least half a texel.
 
     Returns:
         (H, 2 H) float32. Texels at the edge of the brush are blended.

@@ -50,7 +50,7 @@ def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
 
     Args:
         keys_deg: (...) float64. Azimuth of the main light from the nose, positive toward the
-            sitter's left; NaN without a main light.
+            sitter's left, or NaN without a main light.
 
     Examples:
         >>> [LIGHTINGS[n] for n in lighting_of(30.0, np.array([60.0, -60.0, 5.0]))]
@@ -77,7 +77,7 @@ class LensSearch:
         curves: Match and contrast by yaw, from `match_curves`.
         counts: (S,) bool by yaw, as in `ViewTables`.
         by_areas: (S,) bool. Styles whose match does not depend on the yaw.
-        main_deg: Azimuth of the main light in the panorama; None without one.
+        main_deg: Azimuth of the main light in the panorama, or None if there is none.
     """
 
     styles: Sequence[Style | None]
@@ -113,7 +113,7 @@ class LensSearch:
 
     @cached_property
     def keys_deg(self) -> Float64:
-        """Azimuth of the main light from the nose for each style, (S, 64), deg."""
+        """Azimuth of the main light from the nose for each style, (S, 64), in degrees."""
         nose = np.arange(TURNS) * 360.0 / TURNS
         main = np.nan if self.main_deg is None else self.main_deg
         keys = np.tile(nose - main, (len(self.styles), 1))

@@ -24,8 +24,8 @@ class LensWish:
 
     Attributes:
         yaw: Degrees, or the criterion to choose it by: the best light, short light or broad light.
-        background: Azimuths (from, to), clockwise, deg, that must include the middle of the
-            background; None for any.
+        background: Azimuths (from, to), clockwise, in degrees, that must include the middle of the
+            background, or None for any.
     """
 
     yaw: YawAsked = 0.0

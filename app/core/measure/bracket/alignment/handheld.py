@@ -94,11 +94,11 @@ def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
 def visibility(
     proxies: Sequence[Bytes], moves: Sequence[Float64 | None], full: tuple[int, int]
 ) -> list[Float32 | None]:
-    """Return the visible area of each moved frame at the proxies' size; None for all of it.
+    """Return the visible area of each moved frame at the proxies' size, or None for all of it.
 
     Args:
         proxies: (h, w, 3) uint8 each. Small copies of the frames, coded.
-        moves: (3, 3) float64 each, in pixels of the frames; None for a frame that stays.
+        moves: (3, 3) float64 each, in pixels of the frames, or None for a frame that stays.
         full: Rows and columns of the frames.
 
     Returns:
@@ -224,7 +224,7 @@ def _precision(free: bool) -> Float64:
 
 
 def _shifts(matrix: Float64, shape: tuple[int, int]) -> Float64:
-    """Return the shifts of the corners and the middle, pixels."""
+    """Return the shifts of the corners and the middle, in pixels."""
     places = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [0.5, 0.5]]) * shape[::-1]
     return np.asarray(np.linalg.norm(moved_by(matrix, places) - places, axis=1))
 

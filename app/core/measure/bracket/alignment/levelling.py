@@ -5,10 +5,10 @@ this order: pitch is the elevation of the picture's centre, and the horizon in t
 counter-clockwise as roll grows, exactly as in `app.core.base.sphere.rotation`. A Ricoh Theta writes
 something else under the same names: its accelerometer's reading of two separate axes, tan pitch =
 front / up and tan roll = left / up of the zenith in the camera's axes. For a tilt about one axis
-the two are the same; with pitch -29.0 and roll -35.8 deg they are 4.7 deg apart, and the edges in a
-Theta S picture with that tilt (R0010298) agree with the second within 0.5 deg. Other makers and
-programs read the standard differently. So if the readings differ, the picture itself may decide:
-its vertical edges, if it has any, are upright for only one of them.
+the two are the same; with pitch -29.0 and roll -35.8 degrees they are 4.7 degrees apart, and the
+edges in a Theta S picture with that tilt (R0010298) agree with the second within 0.5 degrees. Other
+makers and programs read the standard differently. So if the readings differ, the picture itself may
+decide: its vertical edges, if it has any, are upright for only one of them.
 
 Heading is never applied: the front lens stays at azimuth 0, where the photographer is. A picture
 that a Ricoh camera has levelled itself (maker note 0x0007) stays as it is, whatever its pose
@@ -47,8 +47,8 @@ class Levelling:
     """The levelling of a bracket.
 
     Attributes:
-        rotation: (3, 3) float64, for `sphere.remap_frame` and `rotate_light`; None if the bracket
-            is level or its tilt is unknown.
+        rotation: (3, 3) float64, for `sphere.remap_frame` and `rotate_light`, or None if the
+            bracket is level or its tilt is unknown.
     """
 
     rotation: Float64 | None = None

@@ -1,6 +1,6 @@
 """Find the rotation of one panorama against another.
 
-Two frames are compared on the sphere: sharp points of the brighter frame (local maxima of its
+Two frames are compared on the sphere: feature points of the brighter frame (local maxima of its
 gradient) are looked up in the darker one. Three rotation parameters are fitted by inverse
 compositional Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to
 fine, with Tukey's weights. The relation between the code values of the two frames does not come
@@ -174,7 +174,7 @@ def _search(
 
 
 def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
-    """Look up sharp points in another frame; return None if too few are visible."""
+    """Look up feature points in another frame; return None if too few are visible."""
     shape = level.codes.shape
     if places.codes.size < _LEAST_SEEN:
         return None
@@ -312,7 +312,7 @@ def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
 
 
 def _places(level: Level) -> _Places:
-    """Choose the sharp points of a frame, away from the poles."""
+    """Choose the feature points of a frame, away from the poles."""
     height, width = level.codes.shape
     wide = cv2.copyMakeBorder(level.codes, 0, 0, 1, 1, cv2.BORDER_WRAP)
     across = np.ascontiguousarray(cv2.Scharr(wide, cv2.CV_32F, 1, 0, scale=1 / 32)[:, 1:-1])
@@ -356,7 +356,7 @@ def middle_frame(shares: Sequence[float]) -> int:
 
 
 def usable_share(levels: list[Level]) -> float:
-    """Return the share of the sphere that is neither clipped nor black in a frame."""
+    """Return the fraction of the sphere that is neither clipped nor black in a frame."""
     valid = levels[0].valid > 0
     elevation = np.pi * (0.5 - (np.arange(valid.shape[0]) + 0.5) / valid.shape[0])
     return float(np.average(valid.mean(axis=1), weights=np.cos(elevation)))

@@ -98,7 +98,7 @@ class CodeMatches:
         return len(self.code)
 
     def steps(self, stops: Sequence[float]) -> Float64:
-        """Return the exposure step of each row, (R,), brighter minus darker, stops."""
+        """Return the exposure step of each row, (R,), brighter minus darker, in stops."""
         exposure = np.asarray(stops, dtype=np.float64)
         return np.asarray(exposure[self.bright] - exposure[self.dark])
 

@@ -61,8 +61,9 @@ class StepCheck:
 
     Attributes:
         residual_stops: Root mean square of measured minus nominal over pairs and levels, estimated
-            from the upper quartile so that a few outliers do not count; NaN if no frames overlap.
-        disagreement: Upper quartile of the difference over its `tolerance`; 0 if no frames
+            from the upper quartile so that a few outliers do not count, or NaN if no frames
+            overlap.
+        disagreement: Upper quartile of the difference over its `tolerance`, or 0 if no frames
             overlap.
     """
 
@@ -82,7 +83,7 @@ class StepCheck:
 
 
 def tolerance(step: float) -> float:
-    """Return the error of a step, stops, that noise, rounding and compression explain."""
+    """Return the error of a step, in stops, that noise, rounding and compression explain."""
     return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
 
 

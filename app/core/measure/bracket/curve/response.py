@@ -62,7 +62,7 @@ class Response:
         table: (3, 256) float64. Linear light of each code in red, green and blue: strictly rising,
             0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest at
             1. (K, 3, 256) if each frame has its own curve.
-        residual_stops: `StepCheck.residual_stops` with this curve; NaN if no frames overlap.
+        residual_stops: `StepCheck.residual_stops` with this curve, or NaN if no frames overlap.
     """
 
     name: str
@@ -113,7 +113,8 @@ def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto")
         mode: "srgb" for sRGB, with a warning if the steps disagree; "recover" to recover it from
             the bracket; "auto" for sRGB unless noise cannot explain the disagreement.
 
-    Raises `ValueError` for invalid samples, stops or modes.
+    Raises:
+        ValueError: For invalid samples, stops or modes.
     """
     if mode not in ("srgb", "recover", "auto"):
         raise ValueError(f'the response is "srgb", "recover" or "auto", not "{mode}"')
@@ -189,7 +190,7 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
 def _each_its_own(
     plain: ResponseChoice, matches: CodeMatches, check: StepCheck
 ) -> ResponseChoice | None:
-    """Give each frame its own curve if only that makes the frames fit."""
+    """Return each frame its own curve if only that makes the frames fit."""
     if check.disagreement <= _RECOVERED_FITS or len(plain.stops) < 2:
         return None
     table, stops = recover_own_curves(matches, plain.stops)
@@ -203,7 +204,7 @@ def _each_its_own(
 def _by_channel(
     matches: CodeMatches, stops: Sequence[float], shared: RecoveredCurve, check: StepCheck
 ) -> tuple[Float64, StepCheck]:
-    """Give each channel its own curve if one for all does not fit; (3, 256).
+    """Return each channel its own curve if one for all does not fit; (3, 256).
 
     A bracket does not determine the relative scale of the channels. A sensor clips all channels at
     its white, so at equal linear values. Film does not: if a raised black reveals a scan, equal
@@ -282,8 +283,8 @@ def recover_with_tag(
     """Recover a curve and one wrong exposure, from three frames or more.
 
     Returns:
-        Curve, corrected exposures, error, and the check with them; None if no single tag makes the
-        frames fit much better.
+        Curve, corrected exposures, error, and the check with them, or None if no single tag makes
+        the frames fit much better.
     """
     trials: list[tuple[int, RecoveredCurve, StepCheck]] = []
     for frame in _likeliest(matches, check, stops, curve):

@@ -1,6 +1,6 @@
 """Recover response curves from a bracket: one for the camera, or one per frame.
 
-As in Debevec and Malik ("Recovering high dynamic range radiance maps from photographs", SIGGRAPH
+As in Debevec and Malik ("Recovering high dynamic range radiance maps from photos", SIGGRAPH
 1997), the logarithm of each code's exposure is found by least squares from positions visible in
 several frames, with a penalty on curvature. The differences are:
 
@@ -60,7 +60,7 @@ class RecoveredCurve:
 
     Attributes:
         table: (256,) float64. Linear exposure of each code, strictly rising, 0 -> 0, 255 -> 1.
-        tag_stops: True minus stated exposure of the free frame; 0 if none is free.
+        tag_stops: True minus stated exposure of the free frame, or 0 if none is free.
         unknowns: (16,) float64. Log local gamma at the nodes minus that of sRGB.
     """
 
@@ -94,7 +94,8 @@ def recover_curve(
         start: (16,) float64. `RecoveredCurve.unknowns` to start from.
         hold: Strength that keeps the unknowns near the start.
 
-    Raises `ValueError` if there are no matches.
+    Raises:
+        ValueError: If there are no matches.
     """
     if len(matches) == 0:
         raise ValueError("frames that do not overlap tell nothing about the response")
