@@ -201,7 +201,7 @@ def solve(
     """
     _import_package()
     from app.core.environment.environment import reduce
-    from app.core.places.solve import solve_styles
+    from app.core.places.solve_place import solve_styles
     from app.core.portrait.head_views import has_views
     from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
     from app.core.solver.lens.view_tables import views_of
@@ -356,7 +356,7 @@ class Place:
         Raises:
             CoreError: If the head is unknown.
         """
-        from app.core.places.solve import solve_place
+        from app.core.places.solve_place import solve_place
         from app.core.portrait.head import load_head
         from app.core.storage.settings import Settings
 

@@ -9,7 +9,7 @@ from types import ModuleType
 
 from app.core.base.paths import user_data
 from app.core.text import tr
-from app.devices.display import check_display, missing_library
+from app.devices.screen_check import check_display, missing_library
 from app.ui.shell.jobs import leave_if_stuck, reading_in
 from app.ui.shell.launch_options import LaunchOptions
 from app.ui.shell.log import LOGS, CrashLog, log_to

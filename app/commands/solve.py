@@ -44,7 +44,7 @@ from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.measure.ways import measure
 from app.core.painting.user_style import UserStyle
 from app.core.painting.user_styles import list_user_styles
-from app.core.places.solve import solve_styles
+from app.core.places.solve_place import solve_styles
 from app.core.portrait.gallery_portraits import LightSource
 from app.core.portrait.head import Head
 from app.core.portrait.head_views import has_views

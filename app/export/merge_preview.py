@@ -19,7 +19,7 @@ from app.core.measure.finish.display import (
     display_panorama,
     mask_overlay,
 )
-from app.core.measure.finish.lights import Light
+from app.core.measure.finish.lamp_detection import Light
 from app.core.measure.finish.tripod_detection import Clutter
 from app.core.measure.read.frame import MergedLight
 from app.core.portrait.display_pictures import WELL

@@ -6,7 +6,7 @@ from typing import Final
 
 from app.core.base.catalogue import tr
 from app.core.base.phrases import percent
-from app.core.measure.finish.lights import Source
+from app.core.measure.finish.lamp_detection import Source
 
 NAMES: Final[dict[Source, str]] = {
     "sun": tr("Sun"),

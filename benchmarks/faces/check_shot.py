@@ -29,9 +29,9 @@ from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_encode
 from app.core.environment.environment import solid_angles
 from app.core.faces import facing
+from app.core.faces.face_on_head import HeadMap, head_map, on_head
 from app.core.faces.facing import WIDE_DEG, FacingEstimate, find_facing, standing
 from app.core.faces.finder import find_faces
-from app.core.faces.on_head import HeadMap, head_map, on_head
 from app.core.faces.pose import head_pose
 from app.core.solver.solve import solve_all
 from app.core.solver.style_result import StyleResult

@@ -24,9 +24,9 @@ import numpy as np
 from app.core.base.angles import wrap
 from app.core.base.atomic_files import atomic_write_text
 from app.core.environment.environment import from_radiance, read_environment, reduce
+from app.core.faces.face_on_head import on_head
 from app.core.faces.facing import FacingEstimate, Standing, find_facing, standing
 from app.core.faces.finder import find_faces
-from app.core.faces.on_head import on_head
 from app.core.faces.pose import head_pose
 from app.core.localization.views import Lens, look
 from app.core.solver.solve import solve_all

@@ -40,7 +40,7 @@ from app.core.environment.environment import (
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.finish.display import display_panorama
-from app.core.measure.finish.lights import find_lights
+from app.core.measure.finish.lamp_detection import find_lights
 from app.core.measure.fisheye.stitch import Stitching
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions

@@ -23,7 +23,7 @@ from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.clip_audit import audit
 from app.core.measure.finish.corrections import still_clipped
-from app.core.measure.finish.lights import light_grid
+from app.core.measure.finish.lamp_detection import light_grid
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import plan
 from app.core.solver.turn_choice import OBJECTIVES

@@ -30,7 +30,7 @@ from app.core.environment.environment import (
 )
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.clip_audit import given_up
-from app.core.measure.finish.lights import find_lights
+from app.core.measure.finish.lamp_detection import find_lights
 from app.core.measure.finish.restoration import restore
 from app.core.measure.finish.sunlight import SkyWord, direct_normal_lux
 from app.core.measure.options import MeasureOptions

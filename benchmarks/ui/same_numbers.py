@@ -21,7 +21,7 @@ from typing import Any, Final
 from app.commands.solve import add_arguments
 from app.core.base.angles import whole, wrap
 from app.core.environment.environment import read_environment
-from app.core.places.solve import solve_place
+from app.core.places.solve_place import solve_place
 from app.core.portrait.head import Head, load_head
 from app.core.solver.place_light import Facing, PlaceLight, prepare
 from app.core.storage.settings import Settings

@@ -18,7 +18,7 @@ import numpy as np
 
 from app.core.base.errors import CoreError
 from app.core.painting.canvas import make_canvas
-from app.core.painting.session import Draft, load_draft, save_draft
+from app.core.painting.draft_file import Draft, load_draft, save_draft
 from app.core.painting.user_styles import list_user_styles, save_user_style, update_user_style
 from app.core.places.files.light import read_light, store_environment
 from app.core.places.place_folder import create_place, read_place, write_place

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from app.core.painting.canvas import Canvas, make_canvas
-from app.core.painting.session import Draft, save_draft
+from app.core.painting.draft_file import Draft, save_draft
 from app.core.painting.user_styles import list_user_styles, save_user_style, update_user_style
 from app.core.places.place_folder import change_place
 from app.core.storage.settings_file import read_settings, write_settings

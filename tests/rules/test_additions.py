@@ -71,7 +71,7 @@ from pathlib import Path
 
 import app
 from app.core.measure.plan.camera_models import camera_facts
-from app.devices.client_profiles import profile_for
+from app.devices.protocol_profiles import profile_for
 from app.devices.simulated.cameras import personality_named
 from app.devices.theta.client import Info
 from tests.faulty_camera.models import user_name

@@ -19,8 +19,8 @@ from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.plots.mask_canvas import draw_brush_ring
 from app.ui.plots.walk_plan import PlanView
 from app.ui.plots.weights import WeightLegend, WeightScale
-from app.ui.screens.turn.strip import Scale
-from app.ui.screens.turn.strip_view import BackgroundStrip
+from app.ui.screens.turn.background_strip import Scale
+from app.ui.screens.turn.background_strip_view import BackgroundStrip
 from app.ui.theme import set_theme, theme
 from app.words.plan import PlanWords, plan_words
 

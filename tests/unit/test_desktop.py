@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-from app.devices.display import DesktopError, check_display, missing_library
+from app.devices.screen_check import DesktopError, check_display, missing_library
 
 ROOT = Path(__file__).resolve().parents[2]
 

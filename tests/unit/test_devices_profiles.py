@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.core.measure.plan.planner import MAX_SHOTS
-from app.devices.client_profiles import PROFILES, profile_for, profile_named
+from app.devices.protocol_profiles import PROFILES, profile_for, profile_named
 from app.devices.theta.messages import Info
 
 

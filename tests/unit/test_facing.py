@@ -11,9 +11,9 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.environment.environment import from_radiance, read_environment
+from app.core.faces.face_on_head import on_head
 from app.core.faces.facing import FacingEstimate, find_facing, standing
 from app.core.faces.finder import find_faces
-from app.core.faces.on_head import on_head
 from app.core.faces.pose import head_pose
 from app.core.faces.shot_check import (
     Check,

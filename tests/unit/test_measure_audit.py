@@ -22,7 +22,7 @@ from app.core.measure.finish.findings import (
     find,
     sources_of,
 )
-from app.core.measure.finish.lights import Source, find_lights
+from app.core.measure.finish.lamp_detection import Source, find_lights
 from app.core.measure.finish.remarks import BlindMatters, MaybeSun, MoreLampsClipped
 from app.core.measure.finish.restoration import restore
 from app.core.measure.read.frame import MergedLight

@@ -17,7 +17,7 @@ from app.core.measure.finish.display import (
     display_panorama,
     mask_overlay,
 )
-from app.core.measure.finish.lights import Light
+from app.core.measure.finish.lamp_detection import Light
 from app.core.measure.finish.masks import box_mask
 from app.core.measure.finish.tripod_detection import Clutter, Suggestion
 from app.core.measure.read.frame import MergedLight

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import ProbeError
+from app.core.faces.face_on_head import head_map
 from app.core.faces.finder import Face
-from app.core.faces.on_head import head_map
 from app.core.faces.pose import HeadPose
 from app.core.localization.views import Lens, look
 from app.core.measure.film.film import Film, FilmReader, Glimpse, read_turn

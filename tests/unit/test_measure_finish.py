@@ -9,7 +9,7 @@ import pytest
 
 from app.core.base.errors import ProbeError
 from app.core.measure.finish.corrections import finish, still_clipped
-from app.core.measure.finish.lights import find_lights, light_grid
+from app.core.measure.finish.lamp_detection import find_lights, light_grid
 from app.core.measure.finish.masks import parse_mask
 from app.core.measure.options import MeasureOptions
 from app.core.styles.style_pack import StylePack

@@ -12,7 +12,13 @@ from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.environment.environment import energy, read_environment, solid_angles
 from app.core.measure.finish.corrections import apply_gains
-from app.core.measure.finish.lights import MAX_LIGHTS, Light, find_lights, light_grid, upsampled
+from app.core.measure.finish.lamp_detection import (
+    MAX_LIGHTS,
+    Light,
+    find_lights,
+    light_grid,
+    upsampled,
+)
 from benchmarks.truth.stock import rotate
 from tests.helpers.probes import clip, place
 

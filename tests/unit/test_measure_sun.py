@@ -15,7 +15,7 @@ from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.environment.environment import energy, read_environment, reduce_radiance
 from app.core.measure.finish.clip_audit import given_up
-from app.core.measure.finish.lights import find_lights
+from app.core.measure.finish.lamp_detection import find_lights
 from app.core.measure.finish.remarks import LampMetered
 from app.core.measure.finish.restoration import restore, set_illuminance
 from app.core.measure.finish.sun import find_sun, is_sun, sun_core

@@ -12,7 +12,7 @@ from app.core.base.remarks import PlainRemark
 from app.core.measure.finish.corrections import finish
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Bracket, Exposure, Frame
-from app.core.places.measurement import capture_facts, location_of, merged_light
+from app.core.places.place_measurement import capture_facts, location_of, merged_light
 from tests.helpers.cameras import Rig, pack
 from tests.helpers.probes import clip, place, sunny_place
 

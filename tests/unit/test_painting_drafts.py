@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import StyleError
 from app.core.painting.canvas import make_canvas
-from app.core.painting.session import Draft, load_draft, save_draft
+from app.core.painting.draft_file import Draft, load_draft, save_draft
 
 LAYERS = ("weights", "ignore", "start_weights", "start_ignore")
 

@@ -16,8 +16,9 @@ from app.core.painting.canvas import (
     head_values,
     make_canvas,
 )
-from app.core.painting.session import Answer, PaintSession
-from app.core.painting.stroke import Brush, Tool, cleared
+from app.core.painting.painting_session import Answer, PaintSession
+from app.core.painting.stroke import Brush, Tool
+from app.core.painting.stroke_undo import cleared
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.transport import load_named, render, to_image
 from app.core.solver.weights import painted

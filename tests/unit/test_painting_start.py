@@ -16,7 +16,7 @@ from app.core.painting.canvas import (
     resized,
     weights_of,
 )
-from app.core.painting.session import PaintSession
+from app.core.painting.painting_session import PaintSession
 from app.core.solver.solve import solve_all
 from app.core.solver.weights import target_weights
 from app.core.styles.styles import NAMES

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.painting.canvas import make_canvas
-from app.core.painting.stroke import TILE, Brush, Stroke, Tool, apply, cleared, difference, revert
+from app.core.painting.stroke import Brush, Stroke, Tool
+from app.core.painting.stroke_undo import TILE, apply, cleared, difference, revert
 
 SIZE = 150
 

@@ -28,7 +28,7 @@ from app.core.places.place import OpenPlace
 from app.core.places.place_folder import create_place, read_place, write_place
 from app.core.places.resume import drop_empty_place, list_unfinished
 from app.core.places.save import FolderState, folder_state, save_anywhere
-from app.core.places.solve import solve_place
+from app.core.places.solve_place import solve_place
 from app.core.portrait.head import Head
 from app.core.portrait.portrait_file import PLAIN
 from app.core.solver.lens.lens_wish import LensWish

@@ -13,7 +13,7 @@ from app.core.base.archive import write_sealed
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
 from app.core.measure.finish.findings import Findings, find
-from app.core.measure.finish.lights import Source
+from app.core.measure.finish.lamp_detection import Source
 from app.core.portrait.catchlights import catchlights
 from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import lamps_light, portrait_light

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.angles import difference
 from app.core.painting.canvas import Advice
-from app.core.painting.session import load_draft
+from app.core.painting.draft_file import load_draft
 from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
 from app.core.solver.transport import load_named

@@ -8,7 +8,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.painting.session import load_draft
+from app.core.painting.draft_file import load_draft
 from app.core.painting.stroke import Tool
 from app.core.painting.user_styles import list_user_styles
 from app.ui.screens.paint.screen import PaintState, PaintView

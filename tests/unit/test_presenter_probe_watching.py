@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.core.measure.finish.findings import Findings, LampFinding
-from app.core.measure.finish.lights import Source
+from app.core.measure.finish.lamp_detection import Source
 from app.devices.errors import DownloadFailed, Unreachable
 from app.ui.screens.probe.capture.notice import HowFar, trouble_notice
 from app.ui.screens.probe.capture.plans import plan_parts

@@ -190,8 +190,8 @@ def test_finishing_it_merges_what_is_there(
     table.desk.open_paths([SCENE])
     light = table.model.light
     assert light is not None
-    from app.core.places.measurement import MeasuredLight
     from app.core.places.place import CaptureFacts, Location
+    from app.core.places.place_measurement import MeasuredLight
 
     asked: list[Any] = []
 

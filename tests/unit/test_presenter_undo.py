@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from app.core.base.errors import CoreError
-from app.core.painting.session import load_draft
+from app.core.painting.draft_file import load_draft
 from app.core.painting.user_style import checksum
 from app.core.painting.user_styles import list_user_styles
 from app.core.places.place_folder import create_place, read_place

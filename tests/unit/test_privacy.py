@@ -16,7 +16,7 @@ from app.core.base.atomic_files import atomic_write_text, file_opener, make_fold
 from app.core.base.imaging.images import write_png
 from app.core.base.progress import Token
 from app.core.painting.canvas import make_canvas
-from app.core.painting.session import Draft, save_draft
+from app.core.painting.draft_file import Draft, save_draft
 from app.core.painting.user_styles import save_user_style, update_user_style
 from app.core.places.files.light import store_environment
 from app.core.places.files.originals import adopt_files

@@ -15,7 +15,7 @@ from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure
 from app.devices.capture.exposures import bracket
 from app.devices.capture.status import Stage, Status
-from app.devices.client_profiles import PROFILES, ModelProfile, profile_for
+from app.devices.protocol_profiles import PROFILES, ModelProfile, profile_for
 from app.devices.theta.messages import Info
 from app.devices.webcam.sources import LiveSource
 from app.ui.overlays.help import key_lines

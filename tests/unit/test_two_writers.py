@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.painting.session import Draft, load_draft, save_draft
+from app.core.painting.draft_file import Draft, load_draft, save_draft
 from app.core.painting.user_style import UserStyle
 from app.core.painting.user_styles import list_user_styles, save_user_style, update_user_style
 from app.core.places.place_folder import PLACE, change_place, create_place, read_place, write_place

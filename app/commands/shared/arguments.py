@@ -28,7 +28,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_build import StudioPacks
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_path
 from app.core.text import tr
-from app.devices.display import DesktopError, check_display
+from app.devices.screen_check import DesktopError, check_display
 from app.words.styles import full_title
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from app.commands.shared.printing import fields
 from app.core.base.phrases import percent, shutter_words
-from app.core.measure.finish.lights import Light
+from app.core.measure.finish.lamp_detection import Light
 from app.core.measure.finish.tripod_detection import Clutter
 from app.core.measure.measurement import Measurement
 from app.core.measure.read.frame import Exposure, Frame

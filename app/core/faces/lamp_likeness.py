@@ -10,7 +10,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Float64, Indices
 from app.core.base.sphere import directions
-from app.core.faces.on_head import head_map
+from app.core.faces.face_on_head import head_map
 
 _STEP_DEG: Final = 5
 _FARTHEST_DEG: Final = 130

@@ -19,9 +19,9 @@ import numpy as np
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import luminance
+from app.core.faces.face_on_head import head_map, on_head
 from app.core.faces.finder import Face, face_mesh
 from app.core.faces.lamp_likeness import FILLS, SIZES_DEG, likeness_of, single_lamps
-from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import HeadPose, head_pose
 from app.core.styles.style_pack_file import load_named_pack
 

@@ -4,14 +4,13 @@ Within a stroke, coverage only grows toward its maximum along the path, as in pa
 second pass over an area in the same stroke does not make it stronger.
 
 A pixel's coverage is the brush's profile at its distance from the path, so it does not depend on
-how the path was divided, nor on the number of events. The changes of a stroke are stored by tiles,
-for undo.
+how the path was divided, nor on the number of events.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final, TypeAlias
 
@@ -19,110 +18,7 @@ import numpy as np
 
 from app.core.base.arrays import Float32
 from app.core.painting.canvas import Canvas, Region, around
-
-TILE: Final = 64
-"""Side of a tile, canvas pixels; those at the right and lower edge may be smaller."""
-
-_LAYERS: Final = ("weights", "ignore")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Tile:
-    """A part of one layer before and after."""
-
-    layer: str
-    # column, row: in tiles; the left edge is at 64 times the column
-    column: int
-    row: int
-    # before, after: (h, w)
-    before: Float32 = field(repr=False)
-    after: Float32 = field(repr=False)
-
-    @property
-    def region(self) -> Region:
-        """Position on the canvas."""
-        left, top = self.column * TILE, self.row * TILE
-        height, width = self.before.shape
-        return Region(left, top, left + width, top + height)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TileChange:
-    """All changes of a stroke."""
-
-    tiles: tuple[Tile, ...]
-
-    @property
-    def nbytes(self) -> int:
-        """Its memory, in bytes."""
-        return sum(tile.before.nbytes + tile.after.nbytes for tile in self.tiles)
-
-    @property
-    def regions(self) -> tuple[Region, ...]:
-        """Changed parts of the canvas."""
-        regions = {(tile.column, tile.row): tile.region for tile in self.tiles}
-        return tuple(regions.values())
-
-    def __bool__(self) -> bool:
-        """Return whether anything changed."""
-        return bool(self.tiles)
-
-
-def difference(before: Canvas, after: Canvas) -> TileChange:
-    """Find the tiles in which two canvases differ."""
-    tiles: list[Tile] = []
-    for layer in _LAYERS:
-        old, new = getattr(before, layer), getattr(after, layer)
-        if old is new:
-            continue
-        differs = old != new
-        rows, columns = (np.flatnonzero(differs.any(axis=axis)) // TILE for axis in (1, 0))
-        for row in dict.fromkeys(rows.tolist()):
-            for column in dict.fromkeys(columns.tolist()):
-                place = (_span(row), _span(column))
-                if differs[place].any():
-                    pair = old[place].copy(), new[place].copy()
-                    tiles.append(Tile(layer, column, row, *pair))
-    return TileChange(tuple(tiles))
-
-
-def apply(canvas: Canvas, change: TileChange) -> Canvas:
-    """Redo a change.
-
-    The canvas is then the same as after the change, to the last bit.
-
-    Raises:
-        ValueError: If the canvas is not the one before the change.
-    """
-    return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
-
-
-def revert(canvas: Canvas, change: TileChange) -> Canvas:
-    """Undo a change; the reverse of `apply`, with the same errors."""
-    return _exchange(canvas, [(tile, tile.after, tile.before) for tile in change.tiles])
-
-
-def cleared(canvas: Canvas) -> tuple[Canvas, TileChange]:
-    """Remove all strokes and return to the canvas's start, as one change."""
-    after = replace(canvas, weights=canvas.start_weights, ignore=canvas.start_ignore)
-    return after, difference(canvas, after)
-
-
-def _span(index: int) -> slice:
-    return slice(index * TILE, (index + 1) * TILE)
-
-
-def _exchange(canvas: Canvas, parts: list[tuple[Tile, Float32, Float32]]) -> Canvas:
-    layers = {name: getattr(canvas, name).copy() for name in {tile.layer for tile, _, _ in parts}}
-    for tile, old, new in parts:
-        place = tile.region.slices
-        if not np.array_equal(layers[tile.layer][place], old):
-            raise ValueError("the change belongs to another state of the canvas")
-        layers[tile.layer][place] = new
-    for layer in layers.values():
-        layer.setflags(write=False)
-    return replace(canvas, **layers)
-
+from app.core.painting.stroke_undo import TileChange, difference
 
 Point: TypeAlias = tuple[float, float]
 

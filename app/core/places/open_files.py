@@ -13,8 +13,8 @@ from app.core.measure.options import HEAD
 from app.core.places.files.shots import keep_film_frames
 from app.core.places.intake import Intake, sort_out
 from app.core.places.load_saved import load_place
-from app.core.places.measurement import measure_intake
 from app.core.places.place import OpenPlace, Place
+from app.core.places.place_measurement import measure_intake
 from app.core.places.save import save_new_place
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack_file import load_named_pack

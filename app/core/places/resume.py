@@ -14,10 +14,10 @@ from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.places.files.originals import ORIGINALS
 from app.core.places.intake import Intake
 from app.core.places.journal import journal_in
-from app.core.places.measurement import measure_intake
 from app.core.places.place import OpenPlace
 from app.core.places.place_folder import PLACE, PlaceSummary, capture_folders, read_place
 from app.core.places.place_list import list_places
+from app.core.places.place_measurement import measure_intake
 from app.core.places.save import save_place
 from app.core.storage.settings import Settings
 

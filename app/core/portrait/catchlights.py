@@ -12,7 +12,7 @@ import numpy as np
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
 from app.core.measure.finish.findings import Findings, LampFinding
-from app.core.measure.finish.lights import Source
+from app.core.measure.finish.lamp_detection import Source
 from app.core.portrait.full_size_portrait import eye_shine
 from app.core.portrait.light import PortraitLight
 from app.core.portrait.portrait_head import PortraitHead

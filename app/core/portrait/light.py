@@ -18,7 +18,7 @@ import numpy as np
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import luminance
 from app.core.base.sphere import wrapped
-from app.core.measure.finish.lights import components
+from app.core.measure.finish.lamp_detection import components
 from app.core.styles.style import StyleLamp
 
 ROWS: Final = 24

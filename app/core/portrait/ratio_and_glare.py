@@ -49,7 +49,7 @@ from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import bounded, direction, directions
 from app.core.environment.environment import solid_angles
 from app.core.measure.finish.findings import Findings
-from app.core.measure.finish.lights import Source
+from app.core.measure.finish.lamp_detection import Source
 from app.core.solver.transport import Transport
 
 KeySide: TypeAlias = Literal["left", "right", "none"]

@@ -14,8 +14,8 @@ from app.core.places.journal import keepable
 from app.core.text import tr
 from app.devices.capture.reconnection import NOT_NOW, Contact
 from app.devices.capture.session import Session
-from app.devices.client_profiles import KELVIN, WIDEST, ModelProfile
 from app.devices.errors import CameraNotReady, CameraRefused, DeviceError
+from app.devices.protocol_profiles import KELVIN, WIDEST, ModelProfile
 
 _NEVER: Final = 65535
 # seconds; Ricoh requires this pause between `_filter` and `captureMode`

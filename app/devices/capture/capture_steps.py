@@ -37,9 +37,9 @@ from app.devices.capture.reconnection import Contact
 from app.devices.capture.session import Session
 from app.devices.capture.status import Board, Stage, Status
 from app.devices.capture.unrestored_settings import Debts
-from app.devices.client_profiles import ModelProfile, profile_named
 from app.devices.clock import Clock
 from app.devices.errors import CaptureFailed, DeviceError
+from app.devices.protocol_profiles import ModelProfile, profile_named
 from app.devices.theta.client import OscClient
 from app.devices.theta.messages import Info
 

@@ -24,9 +24,9 @@ from app.core.measure.single.preview import RoughAnswer, answers_of
 from app.core.measure.ways import measure
 from app.core.places.files.frames import small_picture
 from app.core.places.journal import SessionJournal
-from app.core.places.measurement import NamePlace, place_of_capture
 from app.core.places.place import Place
 from app.core.places.place_folder import create_place, new_capture_folder, read_place
+from app.core.places.place_measurement import NamePlace, place_of_capture
 from app.core.places.resume import drop_empty_place
 from app.core.solver.place_light import PlaceLight
 from app.core.styles.style_pack import StylePack
@@ -37,11 +37,11 @@ from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.capture.unrestored_settings import FILE as OWED
 from app.devices.capture.unrestored_settings import Debts
-from app.devices.client_profiles import profile_for
 from app.devices.clock import Clock
 from app.devices.latest_frame import Mailbox
 from app.devices.mjpeg import decode
 from app.devices.passwords import Credentials
+from app.devices.protocol_profiles import profile_for
 from app.devices.theta.camera_identity import FoundCamera, described
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import ACCESS_POINT

@@ -8,8 +8,8 @@ from app.core.text import tr
 from app.devices.capture.camera_settings import read
 from app.devices.capture.capture_job import CaptureJob
 from app.devices.capture.status import Stage
-from app.devices.client_profiles import ModelProfile, profile_for
 from app.devices.errors import CameraNotReady, CameraRefused, CaptureFailed, DeviceError
+from app.devices.protocol_profiles import ModelProfile, profile_for
 from app.devices.theta.messages import Info, State
 from app.devices.theta.untrusted import number
 

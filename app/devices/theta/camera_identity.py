@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
 from app.core.measure.plan.camera_models import CAMERAS
-from app.devices.client_profiles import profile_for
+from app.devices.protocol_profiles import profile_for
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.messages import Info
 from app.devices.theta.untrusted import words

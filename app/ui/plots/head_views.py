@@ -20,8 +20,8 @@ from app.core.base.arrays import Float32
 from app.core.text import tr
 from app.ui.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
 from app.ui.plots.parts.base import device_ratio, draw_text, snap
+from app.ui.plots.parts.curve_items import Backdrop, Curve, Mark, Overlay, Pieces
 from app.ui.plots.parts.geometry import Point, circle, finely
-from app.ui.plots.parts.items import Backdrop, Curve, Mark, Overlay, Pieces
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text

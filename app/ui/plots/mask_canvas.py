@@ -15,8 +15,8 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResiz
 from app.core.base.angles import difference, wrap
 from app.core.text import tr
 from app.ui.plots.parts.base import Plot, arrow_step, disc
+from app.ui.plots.parts.curve_items import Mark
 from app.ui.plots.parts.geometry import Point
-from app.ui.plots.parts.items import Mark
 from app.ui.plots.parts.layers import PanoramaLayer
 from app.ui.plots.parts.mapping import Viewport
 from app.ui.theme import px, theme

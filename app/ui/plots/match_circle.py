@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
 from app.ui.plots.parts.base import TurnPlot, disc, draw_text
+from app.ui.plots.parts.curve_items import Backdrop, Curve, Draw, Mark, MarkGroup, Pieces
 from app.ui.plots.parts.geometry import (
     Dial,
     Point,
@@ -28,7 +29,6 @@ from app.ui.plots.parts.geometry import (
     turn_at,
     value_at,
 )
-from app.ui.plots.parts.items import Backdrop, Curve, Draw, Mark, MarkGroup, Pieces
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 from app.words.phrases.turns import arc_words, turn_words

@@ -12,8 +12,8 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.ui.plots.panel import Panel
 from app.ui.plots.parts.base import disc, draw_text
+from app.ui.plots.parts.curve_items import Group, Mark, PlotLine, around
 from app.ui.plots.parts.geometry import Point
-from app.ui.plots.parts.items import Group, Mark, PlotLine, around
 from app.ui.plots.parts.layers import Hatching, PanoramaLayer
 from app.ui.plots.parts.mapping import Viewport
 from app.ui.plots.parts.panorama_scale import Marks, SceneLamp

@@ -15,8 +15,8 @@ from app.core.base.angles import wrap
 from app.core.text import tr
 from app.ui.plots.lamps import LampPlot, draw_best, draw_lamp
 from app.ui.plots.parts.base import draw_text
+from app.ui.plots.parts.curve_items import Backdrop, Mark, Overlay, Pieces
 from app.ui.plots.parts.geometry import Point
-from app.ui.plots.parts.items import Backdrop, Mark, Overlay, Pieces
 from app.ui.plots.parts.panorama_scale import draw_corners
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import box, faint, pen

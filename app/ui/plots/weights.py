@@ -22,8 +22,8 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.ui.plots.parts.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
+from app.ui.plots.parts.curve_items import around
 from app.ui.plots.parts.geometry import Point
-from app.ui.plots.parts.items import around
 from app.ui.plots.parts.layers import PanoramaLayer
 from app.ui.plots.parts.mapping import Viewport
 from app.ui.plots.parts.panorama_scale import draw_corners

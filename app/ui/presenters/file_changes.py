@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar, Unpack
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Handlers, PhraseReport, Token
-from app.core.painting.session import bring_draft_back, put_draft_away
+from app.core.painting.draft_file import bring_draft_back, put_draft_away
 from app.core.painting.user_style import UserStyle, read_user_style, text_path
 from app.core.painting.user_styles import (
     EXPORT_ENDING,

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from app.core.base.angles import difference, wrap
 from app.core.base.progress import Report, Token
-from app.core.places.solve import solve_place
+from app.core.places.solve_place import solve_place
 from app.core.portrait.head import Head
 from app.core.solver.solve import proposal
 from app.core.solver.style_result import StyleResult

@@ -17,7 +17,7 @@ from app.core.painting.user_style import UserStyle
 from app.core.places.best_spot import rank_spots
 from app.core.places.load_saved import load_place
 from app.core.places.place import Place
-from app.core.places.solve import solve_place
+from app.core.places.solve_place import solve_place
 from app.core.portrait.gallery_portraits import greyed
 from app.core.portrait.head import Head, load_head
 from app.core.solver.place_light import Facing, pictures_at

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.painting.canvas import canvas_size, from_weights
-from app.core.painting.session import PaintSession
+from app.core.painting.painting_session import PaintSession
 from app.core.painting.stroke import Brush, Tool
 from app.core.solver.relighting_cache import light_table
 from app.core.solver.transport import render

@@ -17,9 +17,9 @@ from app.core.base.errors import ProbeError
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.base.remarks import Remark
 from app.core.environment.environment import reduce_radiance
+from app.core.faces.face_on_head import head_map, on_head
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FRONTAL_DEG
-from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import HeadPose, head_pose
 from app.core.measure.film.headings import (
     Background,

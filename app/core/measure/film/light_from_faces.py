@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.environment.environment import energy, solid_angles
-from app.core.faces.on_head import head_map
+from app.core.faces.face_on_head import head_map
 
 _DAMPING: Final = 1e-4  # of the largest eigenvalue: suppresses light that no skin shows
 _HELD_NEAR: Final = 1e-3  # the same, toward the expected light
@@ -75,7 +75,7 @@ def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -
 
     Args:
         turns_deg: (n,) float64. Direction of the nose at each frame.
-        greys, visible: (n, N * N) float32 and bool. From `app.core.faces.on_head.on_head`.
+        greys, visible: (n, N * N) float32 and bool. From `app.core.faces.face_on_head.on_head`.
         trust: (n,) float64. Weight of each frame.
     """
     skin = head_map().skin

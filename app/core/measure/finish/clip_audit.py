@@ -29,7 +29,7 @@ from app.core.base.colour import luminance
 from app.core.base.remarks import Remark
 from app.core.environment.environment import reduce_radiance, solid_angles
 from app.core.measure.finish.findings import advise
-from app.core.measure.finish.lights import Light, LightGrid, light_grid
+from app.core.measure.finish.lamp_detection import Light, LightGrid, light_grid
 from app.core.measure.finish.remarks import (
     BlindMatters,
     ClippingMatters,

@@ -30,7 +30,7 @@ from app.core.base.phrases import percent
 from app.core.environment.environment import energy, reduce_light, solid_angles
 from app.core.measure.finish.clip_audit import Audit, StyleChange, WhatIf, choices, given_up
 from app.core.measure.finish.findings import advise
-from app.core.measure.finish.lights import Light, LightGrid, components, light_grid
+from app.core.measure.finish.lamp_detection import Light, LightGrid, components, light_grid
 from app.core.measure.finish.remarks import RoughLight, RoughTurns
 from app.core.measure.read.frame import MergedLight
 from app.core.solver.turn_choice import Choice

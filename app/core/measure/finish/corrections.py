@@ -17,7 +17,13 @@ from app.core.environment.environment import reduce_radiance
 from app.core.measure.finish.clip_audit import Audit, audit
 from app.core.measure.finish.clipped_light import brightened, rough_audit, told_clipped
 from app.core.measure.finish.inpainting import fill
-from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid, upsampled
+from app.core.measure.finish.lamp_detection import (
+    Light,
+    LightGrid,
+    find_lights,
+    light_grid,
+    upsampled,
+)
 from app.core.measure.finish.remarks import LampGained, NoClutter
 from app.core.measure.finish.restoration import Restoration, restore, set_illuminance
 from app.core.measure.finish.tripod_detection import NADIR, Clutter, resolve, union

@@ -25,7 +25,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded
 from app.core.measure.bracket.merge import reference_exposure
-from app.core.measure.finish.lights import Light, LightGrid, Source, find_lights, light_grid
+from app.core.measure.finish.lamp_detection import Light, LightGrid, Source, find_lights, light_grid
 from app.core.measure.finish.remarks import LampClipped, MaybeSun, MoreLampsClipped, Remedy
 from app.core.measure.finish.sun import find_sun
 from app.core.measure.read.frame import MergedLight

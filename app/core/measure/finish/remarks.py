@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Literal, TypeAlias
 
 from app.core.base.remarks import Remark
-from app.core.measure.finish.lights import Source
+from app.core.measure.finish.lamp_detection import Source
 
 
 class Remedy(StrEnum):

@@ -20,7 +20,7 @@ from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions_at
 from app.core.environment.environment import reduce_radiance, solid_angles
-from app.core.measure.finish.lights import Light, LightGrid, upsampled
+from app.core.measure.finish.lamp_detection import Light, LightGrid, upsampled
 from app.core.measure.finish.remarks import LampMetered, SunRestored
 from app.core.measure.finish.sun import Core, find_sun, sun_core
 from app.core.measure.finish.sunlight import (

@@ -18,7 +18,7 @@ import numpy as np
 from app.core.base.arrays import Indices
 from app.core.base.sphere import direction, directions_at
 from app.core.environment.environment import solid_angles
-from app.core.measure.finish.lights import Light, LightGrid, light_grid, spread_of
+from app.core.measure.finish.lamp_detection import Light, LightGrid, light_grid, spread_of
 from app.core.measure.finish.sunlight import direct_normal_lux
 from app.core.measure.read.frame import MergedLight
 

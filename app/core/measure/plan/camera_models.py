@@ -1,6 +1,6 @@
 """The table of cameras, `resources/cameras/theta.toml`: the values that each Ricoh Theta accepts.
 
-The planner of brackets, the client (`app.devices.client_profiles`) and the simulated cameras
+The planner of brackets, the client (`app.devices.protocol_profiles`) and the simulated cameras
 (`app.devices.simulated.cameras`) read it, each in its own way, so a row here adds a model to all
 three. Exposure times, ISO and apertures are those of the manual program, digit for digit as in
 Ricoh's Web API v2.1 (options/shutter_speed.md, iso.md, aperture.md). If a camera states its own

@@ -19,7 +19,7 @@ from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import luminance, srgb_light
 from app.core.environment.environment import energy, reduce_light, solid_angles
 from app.core.measure.finish.clip_audit import DOUBT, choices, given_up
-from app.core.measure.finish.lights import components
+from app.core.measure.finish.lamp_detection import components
 from app.core.measure.fisheye.circles import find_circles
 from app.core.solver.solve import solve_all
 from app.core.solver.style_result import StyleResult

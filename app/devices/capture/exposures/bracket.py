@@ -22,8 +22,8 @@ from app.devices.capture.exposures.single_pictures import (
 )
 from app.devices.capture.reconnection import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.status import Stage
-from app.devices.client_profiles import KELVIN, ModelProfile
 from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
+from app.devices.protocol_profiles import KELVIN, ModelProfile
 from app.devices.theta.messages import CommandReply, FileEntry
 
 _WATCH_S: Final = 3.0

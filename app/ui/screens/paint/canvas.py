@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Float32
-from app.core.painting.session import Answer
+from app.core.painting.painting_session import Answer
 from app.core.painting.stroke import Brush
 from app.core.solver.place_light import picture_at
 from app.core.text import tr

@@ -13,7 +13,8 @@ from app.core.base.arrays import Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import StyleError
 from app.core.painting.canvas import Canvas, blank, from_style
-from app.core.painting.session import Draft, PaintSession, draft_version, find_draft
+from app.core.painting.draft_file import Draft, draft_version, find_draft
+from app.core.painting.painting_session import PaintSession
 from app.core.painting.user_style import UserStyle, from_user_style, target_picture
 from app.core.portrait.head import Head
 from app.core.solver.relighting_cache import LightTable

@@ -10,7 +10,7 @@ from typing import Final
 from app.core.base.atomic_files import make_folder
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
-from app.core.painting.session import Draft, draft_version, put_draft_aside, save_draft
+from app.core.painting.draft_file import Draft, draft_version, put_draft_aside, save_draft
 from app.core.storage.data_lock import writing
 from app.core.text import tr
 from app.devices.clock import wait

@@ -19,8 +19,8 @@ from app.core.text import tr
 from app.ui.plots.mask_canvas import BrushSign, draw_brush_ring
 from app.ui.plots.panel import Panel
 from app.ui.plots.parts.base import device_ratio
+from app.ui.plots.parts.curve_items import Mark, Overlay
 from app.ui.plots.parts.geometry import Point
-from app.ui.plots.parts.items import Mark, Overlay
 from app.ui.plots.parts.panorama_scale import draw_corners
 from app.ui.screens.paint.head_pixels import (
     CanvasColours,

@@ -9,7 +9,7 @@ from typing import Final, Literal, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.painting.canvas import Advice, Canvas, is_style
-from app.core.painting.session import find_draft
+from app.core.painting.draft_file import find_draft
 from app.core.painting.user_style import UserStyle, suggested_side
 from app.core.painting.user_styles import EXPORT_ENDING, save_user_style, update_user_style
 from app.core.text import tr

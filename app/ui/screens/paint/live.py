@@ -14,7 +14,7 @@ from app.core.base.angles import direction_of, wrap
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
-from app.core.painting.session import Answer
+from app.core.painting.painting_session import Answer
 from app.core.portrait.head import Head
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.relighting_cache import LightTable, light_table

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 from weakref import WeakValueDictionary
 
-from app.core.painting.session import find_draft
+from app.core.painting.draft_file import find_draft
 from app.core.painting.user_style import UserStyle
 from app.ui.presenters.services import Services
 from app.ui.screens.paint.document import OpenedCanvas, PaintDocument, open_canvas

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Protocol
 
 from app.core.painting.canvas import Canvas, Region
-from app.core.painting.stroke import TileChange, Tool, cleared
+from app.core.painting.stroke import Tool
+from app.core.painting.stroke_undo import TileChange, cleared
 from app.core.painting.user_style import UserStyle
 from app.core.text import tr
 from app.ui.presenters.actions import Action

@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 
 from app.core.text import tr
 from app.ui.plots.walk_plan import PlanView
+from app.ui.screens.turn.background_strip import Scale
+from app.ui.screens.turn.background_strip_view import BackgroundStrip
 from app.ui.screens.turn.live.alignment import AlignmentState
 from app.ui.screens.turn.live.alignment_view import AlignmentTools
 from app.ui.screens.turn.live.live import ASPECT, CameraMenu, LiveWords
@@ -17,8 +19,6 @@ from app.ui.screens.turn.live.live_view import LiveAndGoal
 from app.ui.screens.turn.live.question_view import LEAST_HEIGHT, CameraQuestion
 from app.ui.screens.turn.photos.photos_view import ShotsLine
 from app.ui.screens.turn.pictures import Pictures
-from app.ui.screens.turn.strip import Scale
-from app.ui.screens.turn.strip_view import BackgroundStrip
 from app.ui.theme import px
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.labels import Text

@@ -16,6 +16,7 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, sound_words
 from app.ui.presenters.window_model import COMPUTING, Step
+from app.ui.screens.turn.background_strip import scale_of
 from app.ui.screens.turn.beeper import Beeper
 from app.ui.screens.turn.goal import TurnScene
 from app.ui.screens.turn.guidance import GuidanceController
@@ -30,7 +31,6 @@ from app.ui.screens.turn.pictures import Pictures, TurnImages
 from app.ui.screens.turn.plan import walk_plan
 from app.ui.screens.turn.portraits import StyleWords, style_words
 from app.ui.screens.turn.state import TurnSizes, TurnState, TurnView
-from app.ui.screens.turn.strip import scale_of
 
 if TYPE_CHECKING:
     from app.devices.webcam import WebcamFrame

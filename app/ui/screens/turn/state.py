@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from app.core.guidance.walk_plan import PlanDrawing
+from app.ui.screens.turn.background_strip import Scale
 from app.ui.screens.turn.guidance import Guidance
 from app.ui.screens.turn.live.alignment import AlignmentState
 from app.ui.screens.turn.live.live import CameraMenu, LiveWords
 from app.ui.screens.turn.photos.photos import ShotsState
 from app.ui.screens.turn.pictures import Pictures, Size
 from app.ui.screens.turn.portraits import StyleWords
-from app.ui.screens.turn.strip import Scale
 from app.words.plan import PlanWords
 
 

@@ -10,7 +10,7 @@ from app.core.measure.plan.planner import Plan, plan
 from app.core.measure.read.frame import Exposure
 from app.core.places.place import CaptureFacts
 from app.core.text import tr
-from app.devices.client_profiles import profile_for
+from app.devices.protocol_profiles import profile_for
 from app.devices.theta.messages import Info
 from app.ui.presenters.window_model import CameraSeen
 from app.ui.screens.probe.capture.checklist import ChoiceRow

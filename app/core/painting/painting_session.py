@@ -1,4 +1,4 @@
-"""A painting session: strokes, live answers, and its draft.
+"""A painting session: strokes and live answers.
 
 Strokes are drawn at once. The answer is computed when there is time, from the pixels changed since
 the last one. Between strokes everything is computed again from the canvas, so that an answer
@@ -7,23 +7,13 @@ depends only on the canvas and not on its history.
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
-import json
-import os
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Final
 
 import numpy as np
 
-from app.core.base.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
 from app.core.base.arrays import Bools, Float32, Float64, Indices
-from app.core.base.atomic_files import make_folder, open_file
-from app.core.base.errors import StyleError, TransportError
 from app.core.painting.canvas import (
     IGNORED,
-    MAX_SIZE,
     Advice,
     Canvas,
     Region,
@@ -34,14 +24,14 @@ from app.core.painting.canvas import (
     resized,
     weights_of,
 )
-from app.core.painting.stroke import Brush, Stroke, TileChange, apply, revert
+from app.core.painting.stroke import Brush, Stroke
+from app.core.painting.stroke_undo import TileChange, apply, revert
 from app.core.solver.relighting_cache import CountedLight, LightTable, counted_light, table_picture
 from app.core.solver.solve import solve_on_table
 from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights, paint
-from app.core.text import tr
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,118 +220,3 @@ class PaintSession:
         before = self._weights
         same = (values == before.values[pixels]) & (ignored == ~before.active[pixels])
         return pixels[~same], values[~same], ignored[~same]
-
-
-DRAFT_FORMAT: Final = 1
-"""Version of the file's layout."""
-_LAYERS: Final = ("weights", "ignore", "start_weights", "start_ignore")
-_MAX_BYTES: Final = 4 * len(_LAYERS) * MAX_SIZE**2 + 65_536
-_TEXTS: Final = ("title", "origin", "style", "head")
-_LONGEST: Final = 400
-_HINT: Final = tr("The draft’s file is unchanged; painting starts from the style itself.")
-_MOST_DRAFTS: Final = 20
-_AWAY: Final = "draft.npz"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Draft:
-    """Unsaved painting."""
-
-    canvas: Canvas
-    title: str = ""
-    origin: str = ""
-    style: str = ""
-    head: str = ""
-
-
-def draft_version(path: Path) -> str:
-    """Return the version of a draft on disk, or "" if there is none."""
-    with contextlib.suppress(OSError), open_file(path) as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-    return ""
-
-
-def put_draft_aside(path: Path) -> Path:
-    """Rename a draft of another process; return its new path."""
-    for number in range(2, _MOST_DRAFTS + 1):
-        aside = path.with_name(f"{path.name.partition('.')[0]}.{number}.npz")
-        if not os.path.lexists(aside):
-            path.rename(aside)
-            return aside
-    raise StyleError(tr("There are too many drafts in {folder}.", folder=path.parent))
-
-
-def save_draft(path: Path, draft: Draft) -> None:
-    """Save a draft atomically."""
-    header = {"format": DRAFT_FORMAT, **{key: getattr(draft, key)[:_LONGEST] for key in _TEXTS}}
-    arrays = {name: getattr(draft.canvas, name) for name in _LAYERS}
-    arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    write_arrays(path, arrays)
-
-
-def load_draft(path: Path) -> Draft:
-    """Read a draft; raises `StyleError` if the file is missing or damaged."""
-    try:
-        arrays = read_arrays(path, tr("draft"), _HINT, _MAX_BYTES)
-    except (TransportError, OSError) as error:
-        words = error.message if isinstance(error, TransportError) else f"{path.name}: {error}."
-        raise StyleError(words, _HINT) from error
-    try:
-        header = parse_header(arrays["header"])
-        version = int(header["format"])
-        texts = {key: str(header[key])[:_LONGEST] for key in _TEXTS}
-        layers = [np.asarray(arrays[name]) for name in _LAYERS]
-    except CONTRADICTIONS as error:
-        raise StyleError(tr("{name} is damaged or not a draft.", name=path.name), _HINT) from error
-    if version > DRAFT_FORMAT:
-        raise StyleError(
-            tr(
-                "{name} was made by a newer Turnlight (format {version}).",
-                name=path.name,
-                version=version,
-            ),
-            tr("Update Turnlight."),
-        )
-    if version < DRAFT_FORMAT or any(layer.dtype != np.float32 for layer in layers):
-        raise StyleError(tr("{name} is damaged or not a draft.", name=path.name), _HINT)
-    return Draft(make_canvas(*layers), **texts)
-
-
-def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
-    """Find the draft of a style.
-
-    An unreadable file stays as it is, and the next free name beside it is used.
-
-    Returns:
-        path: Where the draft will be saved from now on.
-        draft: The draft, if there is one.
-        notes: Problems of unreadable files.
-    """
-    notes: list[str] = []
-    stem = f"paint-{key}" if key else "paint"
-    for number in range(1, _MOST_DRAFTS + 1):
-        path = folder / (f"{stem}.npz" if number == 1 else f"{stem}.{number}.npz")
-        if not path.exists():
-            return path, None, tuple(notes)
-        try:
-            return path, load_draft(path), tuple(notes)
-        except StyleError as error:
-            notes.append(str(error))
-    return folder / f"{stem}.{_MOST_DRAFTS + 1}.npz", None, tuple(notes)
-
-
-def put_draft_away(folder: Path, key: str, trash: Path) -> None:
-    """Move the draft of a deleted style to the trash, so that a namesake starts clean."""
-    path, draft, _ = find_draft(folder, key)
-    if draft is not None:
-        # If it cannot be moved, it stays where the style will look for it.
-        with contextlib.suppress(OSError):
-            os.replace(path, trash / _AWAY)
-
-
-def bring_draft_back(folder: Path, key: str, trash: Path) -> None:
-    """Move the draft of a restored style back, under the style's current name."""
-    path, other, _ = find_draft(folder, key)
-    if other is None and (trash / _AWAY).exists():
-        make_folder(folder)
-        os.replace(trash / _AWAY, path)

@@ -13,7 +13,7 @@ from app.core.environment.environment import Environment, read_environment
 from app.core.measure.film.film import Film
 from app.core.measure.finish.doubtful_answers import doubt_of
 from app.core.measure.finish.findings import find
-from app.core.measure.finish.lights import Light, light_grid
+from app.core.measure.finish.lamp_detection import Light, light_grid
 from app.core.measure.finish.sun import find_sun, sun_core
 from app.core.measure.fisheye.circles import check_stitched
 from app.core.measure.measurement import Measurement

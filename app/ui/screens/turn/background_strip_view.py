@@ -25,7 +25,7 @@ from app.core.text import tr
 from app.ui.plots.parts.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.plots.parts.geometry import spread
 from app.ui.plots.parts.mapping import StripScale
-from app.ui.screens.turn.strip import Scale
+from app.ui.screens.turn.background_strip import Scale
 from app.ui.theme import Theme, px, theme
 from app.ui.widgets.paint import box, pen
 
