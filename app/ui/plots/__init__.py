@@ -1,1 +1,1 @@
-"""Panoramas, turns around a circle, the lamp and the plan, on pyqtgraph where it fits."""
+"""Plots of panoramas, turns, lamps and the walk, drawn with pyqtgraph where it fits."""

@@ -1,4 +1,4 @@
-"""The degrees to go and the arrow, painted: a number that fills its widget is no plot."""
+"""The degrees to go and the arrow, painted by hand because they are not plots of data."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _WORDS: Final = 32
 _WORDS_LINE: Final = 36
 _LEAST: Final = 48
 _SIGN: Final = "°"
-_SIGN_SIZE: Final = 0.54  # of the number's size
+_SIGN_SIZE: Final = 0.54  # fraction of the number's size
 
 
 class BigDegrees(Plot):
-    """A large number with a degree sign, and words at its foot.
+    """A large number with a degree sign, and text at its foot.
 
-    Everything shrinks together where it is wider than the widget.
+    If it is wider than the widget, all parts shrink together.
     """
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -40,17 +40,17 @@ class BigDegrees(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
-        """Return the designed size at the scale of the theme."""
+        """Return the designed size at the theme's scale."""
         return QSize(px(432), px(_LINE * self._size / _FIGURE))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least useful size."""
+        """Return the smallest useful size."""
         return QSize(px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
-        """Show a number, not negative; None hides it while the heading is lost.
+        """Show a non-negative number, or hide it if it is None because the heading is lost.
 
-        Words such as "to go" and "too far"; more than two of them take two lines.
+        The text is, for example, "to go" or "too far"; more than two words take two lines.
         """
         self._number = degrees
         parts = words.split()
@@ -64,7 +64,7 @@ class BigDegrees(Plot):
         """Return the font of the number, as designed or smaller to fit."""
         size, need = self._size, self._extent(self._size)
         if need > self.width():
-            # Widths grow with the size: begin close, because each size is a new font.
+            # Start close to the final size, because every size creates a new font.
             steps = int(size * (1.0 - self.width() / need) / 2.0)
             size = max(size - 2 * steps, _LEAST)
             while size + 2 <= self._size and self._extent(size + 2) <= self.width():
@@ -74,12 +74,12 @@ class BigDegrees(Plot):
         return theme().font(size, 700)
 
     def _extent(self, size: int) -> float:
-        """Return the required width: twice the wider half, since the number is centred."""
+        """Return the required width: twice the wider half, because the number is centred."""
         digits, number = self._widths(theme().font(size, 700), size)
         return max(number, 2.0 * (digits + self._side(size) - number / 2.0))
 
     def _widths(self, font: QFont, size: int) -> tuple[float, float]:
-        """Return the width of the digits, and of digits and sign."""
+        """Return the width of the digits, and that of the digits with the sign."""
         digits = QFontMetricsF(font).horizontalAdvance(str(self._number))
         return digits, digits + QFontMetricsF(self._sign_font(size)).horizontalAdvance(_SIGN)
 
@@ -87,7 +87,7 @@ class BigDegrees(Plot):
         return theme().font(round(size * _SIGN_SIZE), 700)
 
     def _side(self, size: int) -> float:
-        """Return the width of the words to the right of the last digit."""
+        """Return the width of the text to the right of the last digit."""
         font = self._words_font(size)
         widths = [QFontMetricsF(font).horizontalAdvance(line) for line in self._words]
         return max(widths, default=0.0) + px(10)
@@ -96,7 +96,7 @@ class BigDegrees(Plot):
         return theme().font(max(round(_WORDS * size / _FIGURE), 14), 600)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the number, its sign and the words."""
+        """Paint the number, its sign and the text."""
         if self._number is None:
             return
         t = theme()
@@ -111,7 +111,7 @@ class BigDegrees(Plot):
         painter.drawText(QPointF(left, base), str(self._number))
         sign = self._sign_font(size)
         painter.setFont(sign)
-        # The ring of the degree sign rises a little above the digits.
+        # The ring of the degree sign extends slightly above the digits.
         ring = QFontMetricsF(sign).tightBoundingRect(_SIGN).top()
         top = max(base - tall - size / 50.0, 1.0) - ring
         painter.drawText(QPointF(left + digits, top), _SIGN)
@@ -123,7 +123,7 @@ class BigDegrees(Plot):
 
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
-"""Sign of the arrow; "none" hides it while the heading is lost."""
+"""Sign shown by the arrow; "none" hides it while the heading is lost."""
 
 _NAMES = {
     "clockwise": tr("Turn clockwise"),
@@ -161,7 +161,7 @@ class TurnArrow(Plot):
     def _draw_arrow(self, painter: QPainter, *, clockwise: bool) -> None:
         shape = arrow_shape(self.width(), self.height(), clockwise=clockwise)
         centre = QPointF(*shape.centre)
-        # Qt counts angles from the right, counter-clockwise.
+        # Qt measures angles from the right, counter-clockwise.
         start, sweep = 90.0 - shape.start_deg, shape.start_deg - shape.stop_deg
         path = QPainterPath()
         outer, inner = _circle(centre, shape.outer), _circle(centre, shape.inner)

@@ -1,9 +1,9 @@
-"""The lamp around the head: curves and marks of pyqtgraph, logical pixels from its middle.
+"""The lamp around the head, in curves and marks of pyqtgraph in pixels from its middle.
 
-One drawing is from above with the camera below, one from the lamp's side. Both have one scale and
-the head's own outlines. From above the face looks down the picture, at the camera, so that the
-sitter's left is to the right, as the camera sees it. From the sitter's left the face looks to the
-left, from the sitter's right to the right.
+One drawing is from above with the camera at the bottom, the other from the lamp's side. Both have
+the same scale and the head's own outlines. From above, the face looks down, toward the camera, so
+the sitter's left is on the right, as the camera sees it. Seen from the sitter's left, the face
+looks to the left, and seen from the sitter's right, to the right.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text
 from app.words.phrases.quantities import metres
 
 _DOT: Final = 24
-_RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring
-_DRAWN_M: Final = (0.24, 0.9)  # least and largest distance of a ring that is to scale
+_RING_SHARE: Final = 0.445  # fraction of the width, which leaves room for the dot beside the ring
+_DRAWN_M: Final = (0.24, 0.9)  # minimum and maximum distance at which the ring is to scale
 _LEVEL_DEG: Final = 3  # a smaller altitude is called level
 _TITLE: Final = 22
 _FLAT: Final = 1.4
-_CLOSE_DEG: Final = 24.0  # nearer to the lamp's line, the arrow of the place's light moves aside
+_CLOSE_DEG: Final = 24.0  # closer to the lamp's line, the arrow of the place's light moves aside
 _ASIDE: Final = 22
-_ARROW: Final = 56  # room beside the head for an arrow with words
-_CLEAR: Final = 76  # words nearer to the lamp are hidden
-_SIGN: Final = 44  # room of lamp and best place
+_ARROW: Final = 56  # room beside the head for an arrow with text
+_CLEAR: Final = 76  # labels closer to the lamp are hidden
+_SIGN: Final = 44  # size of the lamp and of the best position
 
 
 class _HeadView(LampPlot):
-    """Common to both drawings: scale, frame, ring, head and lamp."""
+    """The base class of both drawings, with scale, frame, ring, head and lamp."""
 
     preferred_size = least = (200, 180)
     title = ""
@@ -67,14 +67,14 @@ class _HeadView(LampPlot):
 
     @property
     def ring(self) -> float:
-        """Radius of the ring, logical pixels; equal in two drawings of the same size."""
+        """Radius of the ring in logical pixels, which is equal in two drawings of the same size."""
         across = self.width() * _RING_SHARE
         room = self.height() - px(_TITLE + 20) - self._foot_height
         return max(min(across, room / 2.0, self.width() / 2.0 - px(_DOT / 2 + 4)), 8.0)
 
     @property
     def _foot_height(self) -> int:
-        """Height below the ring; in a flat drawing the words are beside it."""
+        """Height below the ring; in a flat drawing the text is beside it."""
         flat = self.width() > _FLAT * self.height()
         return px(32 if flat else 56)
 
@@ -86,29 +86,29 @@ class _HeadView(LampPlot):
 
     @property
     def reach(self) -> float:
-        """Radius of the lamp, logical pixels."""
+        """Distance of the lamp from the middle of the head in logical pixels."""
         distance = self._state.distance_m if self._state is not None else 0.3
         return min(distance * self.scale, self.ring)
 
     @property
     def middle(self) -> Point:
-        """Middle of the head, logical pixels."""
+        """Middle of the head in logical pixels."""
         top, foot = px(_TITLE), self._foot_height
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
     def outline(self, state: Heads) -> Float32:
-        """Outline of the head on this drawing, (n, 2) metres from its middle."""
+        """Return the outline of the head in this drawing, (n, 2) in metres from its middle."""
         raise NotImplementedError
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the middle of the head in its place."""
+        """Keep the middle of the head in place."""
         super().resizeEvent(event)
         x, y = self.middle
         self.panel.look_at(QRectF(-x, -y, float(self.width()), float(self.height())))
         self.lamp_moved()
 
     def lamp_moved(self) -> None:
-        """Move ring, head and lamp."""
+        """Move the ring, the head and the lamp."""
         state = self._state
         is_ready = state is not None and state.shape is not None
         if is_ready == self.panel.isHidden():
@@ -132,11 +132,11 @@ class _HeadView(LampPlot):
         self.panel.viewport().update()
 
     def _still(self, state: Heads) -> tuple[object, ...]:
-        """Return a key of everything that the backdrop depends on."""
+        """Return a key of everything that determines the backdrop."""
         return self.size(), self.scale, self.reach, self.title, id(state.shape)
 
     def _place(self, state: Heads) -> None:
-        """Place ring and head."""
+        """Position the ring and the head."""
         self._ring.set_points(circle(self.reach))
         self._outline.set_points(finely((self.scale * self.outline(state)).tolist()))
 
@@ -150,26 +150,26 @@ class _HeadView(LampPlot):
             self._draw_frame(painter, self.rect())
 
     def _draw_frame(self, painter: QPainter, _part: QRect) -> None:
-        """Paint frame and title, which make the backdrop opaque, so that letters are sharp."""
+        """Paint the frame and the title on an opaque background, which keeps the letters sharp."""
         t = theme()
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         line = QRectF(px(13), px(9), self.width() - px(21), px(16))
         put_text(painter, line, self.title, t.font(12, 600), t.c.dim)
 
     def _draw_below(self, painter: QPainter, _part: QRect) -> None:
-        """Paint what is below the head."""
+        """Paint the layer below the head."""
 
     def _draw_arrow(self, painter: QPainter, _part: QRect) -> None:
-        """Paint what is between head and lamp."""
+        """Paint the layer between head and lamp."""
 
     def _draw_above(self, painter: QPainter, _part: QRect) -> None:
-        """Paint what is above the lamp."""
+        """Paint the layer above the lamp."""
 
     @staticmethod
     def _plated(
         painter: QPainter, place: Point, words: str, font: QFont, align: float = 0.5
     ) -> None:
-        """Draw words on a plate, over lines of the drawing."""
+        """Draw text on a plate over the lines of the drawing."""
         t = theme()
         painter.setFont(font)
         wide = painter.fontMetrics().horizontalAdvance(words)
@@ -180,9 +180,9 @@ class _HeadView(LampPlot):
 
 
 class AboveView(_HeadView):
-    """The head from above, looking down the picture at the camera.
+    """The head from above, with the camera at the bottom.
 
-    Dragging moves the lamp around the head; its altitude stays.
+    Dragging moves the lamp around the head at its current altitude.
     """
 
     title = tr("From above")
@@ -191,19 +191,19 @@ class AboveView(_HeadView):
         super().__init__(tr("Lamp from above"))
 
     def outline(self, state: Heads) -> Float32:
-        """Outline of the head from above."""
+        """Return the outline of the head from above."""
         assert state.shape is not None
         return state.shape.above
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Return the place of a lamp; its altitude shortens its distance."""
+        """Return the position of a lamp, whose altitude shortens its distance in the drawing."""
         level = self.reach * math.cos(math.radians(altitude_deg))
         x, y = self.middle
         azimuth = math.radians(azimuth_deg)
         return x + level * math.sin(azimuth), y + level * math.cos(azimuth)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return azimuth and present altitude."""
+        """Return the azimuth at a point, with the current altitude."""
         state, (x, y) = self._state, self.middle
         altitude = 0.0 if state is None else state.altitude_deg
         if math.dist(point, (x, y)) < 1.0:
@@ -222,7 +222,7 @@ class AboveView(_HeadView):
         self._ticks.set_ends(np.array(ends), QRectF(-edge, -edge, 2.0 * edge, 2.0 * edge))
 
     def _draw_below(self, painter: QPainter, _part: QRect) -> None:
-        """Paint the camera, and the words for both sides."""
+        """Paint the camera, and labels for both sides."""
         if self._state is None or self._state.shape is None:
             return
         t, (x, y) = theme(), self.middle
@@ -241,7 +241,7 @@ class AboveView(_HeadView):
             self._coming(painter, self._state.place_light_deg)
 
     def _sides(self, painter: QPainter) -> None:
-        """Name both sides below the ring, as the sitter and as the camera sees them."""
+        """Label both sides below the ring, from the sitter's and the camera's viewpoint."""
         t = theme()
         low = self.height() - px(18)
         font, edge = t.font(12), px(10)
@@ -271,7 +271,7 @@ class AboveView(_HeadView):
             return
         middle, font = (end + from_) / 2.0, t.font(12)
         if abs(way[0]) < 0.5:
-            # Beside it, away from the lamp.
+            # The label goes beside the arrow, away from the lamp.
             right = aside.x() >= 0.0
             edge = max(end.x(), from_.x()) if right else min(end.x(), from_.x())
             place = (edge + px(8) * (1.0 if right else -1.0), middle.y())
@@ -283,7 +283,7 @@ class AboveView(_HeadView):
             self._plated(painter, place, tr("light here"), font)
 
     def _way_of_light(self, azimuth_deg: float) -> tuple[Point, QPointF]:
-        """Return its direction, and the shift of its arrow away from the lamp's line."""
+        """Return the direction of the light, and the offset of its arrow from the lamp's line."""
         angle = math.radians(azimuth_deg)
         way = (math.sin(angle), math.cos(angle))
         state = self._state
@@ -295,7 +295,7 @@ class AboveView(_HeadView):
 
 
 class SideView(_HeadView):
-    """The head from the side on which the lamp is.
+    """The head from the side that the lamp is on.
 
     Dragging raises and lowers the lamp, and moves it between front and back on its side.
     """
@@ -305,13 +305,13 @@ class SideView(_HeadView):
 
     @property
     def title(self) -> str:  # type: ignore[override]
-        """The side on which the lamp is."""
+        """The side that the lamp is on."""
         if self.from_left:
             return tr("From the sitter’s left (camera right)")
         return tr("From the sitter’s right (camera left)")
 
     def outline(self, state: Heads) -> Float32:
-        """Outline of the head from that side."""
+        """Return the outline of the head from that side."""
         assert state.shape is not None
         return state.shape.side * np.array([self.way, -1.0], np.float32)
 
@@ -323,18 +323,18 @@ class SideView(_HeadView):
 
     @property
     def way(self) -> float:
-        """Direction of the face: −1 to the left of the picture, 1 to its right."""
+        """Direction that the face looks in: −1 for left and 1 for right."""
         return -1.0 if self.from_left else 1.0
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Return the place of a lamp."""
+        """Return the position of a lamp."""
         azimuth, altitude = math.radians(azimuth_deg), math.radians(altitude_deg)
         x, y = self.middle
         front = self.reach * math.cos(altitude) * math.cos(azimuth)
         return x + self.way * front, y - self.reach * math.sin(altitude)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return altitude, and azimuth on the visible side."""
+        """Return the altitude at a point, with its azimuth on the visible side."""
         x, y = self.middle
         up = min(max((y - point[1]) / self.reach, -1.0), 1.0)
         altitude = min(max(math.degrees(math.asin(up)), -HIGHEST_DEG), HIGHEST_DEG)
@@ -356,7 +356,7 @@ class SideView(_HeadView):
         return *super()._still(state), *self._words(state)
 
     def _words(self, state: Heads) -> list[tuple[str, Point, float]]:
-        """Return the words at the ends of the level line, but for those near the lamp."""
+        """Return the labels at the ends of the level line, except those near the lamp."""
         (x, y), radius = self.middle, self.reach
         lamp = self.place_of(state.azimuth_deg, state.altitude_deg)
         front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)
@@ -371,7 +371,7 @@ class SideView(_HeadView):
         return [each for each in places if math.dist(each[1], lamp) > px(_CLEAR)]
 
     def _level(self, painter: QPainter, state: Heads) -> None:
-        """Draw the line at the height of the ears, and the words at its ends."""
+        """Draw the line at the height of the ears, and the labels at its ends."""
         t, (x, y), radius = theme(), self.middle, self.reach
         line = snap(y, device_ratio(painter), t.line_width)
         painter.setPen(QPen(t.c.line, t.line_width))

@@ -1,4 +1,4 @@
-"""Drawings with a movable lamp: mouse, keyboard, and the lamp itself."""
+"""The base of drawings with a movable lamp: mouse, keyboard and the lamp itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 
 HIGHEST_DEG: Final = 67.5
-"""Largest altitude of a lamp, above and below."""
+"""Largest altitude of a lamp above and below the head, in degrees."""
 
 _DOT: Final = 24
 _HIT: Final = 40
@@ -31,12 +31,13 @@ _POWER: Final = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}
 
 
 class Heads(Protocol):
-    """A lamp around a head: metres and degrees.
+    """A lamp around a head, in metres and degrees.
 
     Attributes:
-        shape: Outlines of the head; None draws nothing.
-        best: tuple of float or None. Best azimuth and altitude.
-        place_light_deg: From where the place itself lights the face; None for all around.
+        shape: Outlines of the head, or None to draw nothing.
+        best: Best azimuth and altitude, or None.
+        place_light_deg: Azimuth of the place's own light on the face, or None for light from all
+            around.
     """
 
     @property
@@ -45,44 +46,44 @@ class Heads(Protocol):
 
     @property
     def distance_m(self) -> float:
-        """Of the lamp."""
+        """Distance of the lamp in metres."""
 
     @property
     def azimuth_deg(self) -> float:
-        """Of the lamp."""
+        """Azimuth of the lamp in degrees."""
 
     @property
     def altitude_deg(self) -> float:
-        """Of the lamp."""
+        """Altitude of the lamp in degrees."""
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Best azimuth and altitude."""
+        """Best azimuth and altitude in degrees, or None."""
 
     @property
     def place_light_deg(self) -> float | None:
-        """Azimuth of the place's own light."""
+        """Azimuth of the place's own light in degrees, or None for light from all around."""
 
     @property
     def spoken(self) -> str:
-        """The placement in words."""
+        """Position of the lamp in words."""
 
 
 class LampPlot(Plot):
-    """A drawing whose lamp moves by mouse or keyboard.
+    """A drawing whose lamp can be moved with mouse and keyboard.
 
-    Arrows move it by 1°, with Shift by 10°: right and left around the head toward the sitter's
-    left and right, up and down in altitude. Home goes to the best place, Page Up and Page Down
-    turn the lamp up and down.
+    Arrows move the lamp by 1°, or with Shift by 10°: left and right around the head, toward the
+    sitter's right and left, and up and down in altitude. Home moves it to the best position, and
+    Page Up and Page Down change its power.
     """
 
     moved = Signal(float, float)
-    """Azimuth and altitude, deg; many times while dragging."""
+    """Emitted with azimuth and altitude in degrees, repeatedly during a drag."""
 
     home_asked = Signal()
 
     power_asked = Signal(int)
-    """Stops, up or down."""
+    """Emitted with a change of power in stops."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -97,33 +98,33 @@ class LampPlot(Plot):
         )
 
     def show_heads(self, state: Heads) -> None:
-        """Show lamp and head."""
+        """Show the lamp and the head."""
         if state is not self._state:
             self._state = state
             self.say(tr("Lamp {spoken}", spoken=state.spoken))
             self.lamp_moved()
 
     def lamp_moved(self) -> None:
-        """Show the new position of the lamp."""
+        """Update the drawing after the lamp has moved."""
         self.update()
 
     def lamp_place(self) -> Point | None:
-        """Return the middle of the lamp, logical pixels; None without a head."""
+        """Return the middle of the lamp in logical pixels, or None without a head."""
         state = self._state
         if state is None or state.shape is None:
             return None
         return self.place_of(state.azimuth_deg, state.altitude_deg)
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Return the place of a lamp on the drawing, logical pixels."""
+        """Return the position of a lamp in the drawing, in logical pixels."""
         raise NotImplementedError
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return azimuth and altitude at a pointer, deg."""
+        """Return the azimuth and the altitude at a pointer position, in degrees."""
         raise NotImplementedError
 
     def takes(self, point: Point) -> bool:
-        """Return whether a press here grabs the lamp."""
+        """Return whether a press at a point grabs the lamp."""
         place = self.lamp_place()
         return place is not None and math.dist(point, place) <= px(_HIT) / 2.0
 
@@ -132,7 +133,7 @@ class LampPlot(Plot):
         state, step = self._state, arrow_step(event)
         if state is not None and state.shape is not None and step is not None:
             azimuth, altitude = state.azimuth_deg, state.altitude_deg
-            # From a whole number, so that the display moves by whole degrees.
+            # Start from a whole number, so that the display changes by whole degrees.
             if step[0]:
                 azimuth = round(azimuth) + step[0]
             else:
@@ -173,13 +174,13 @@ class LampPlot(Plot):
         super().mouseReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Repaint the lamp, which shows the focus."""
+        """Repaint the lamp, which indicates the focus."""
         super().focusInEvent(event)
         self.update()
 
 
 def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None:
-    """Draw the lamp: an amber dot with a bulb, and an edge for any ground."""
+    """Draw the lamp as an amber dot with a bulb and an edge for any background."""
     t = theme()
     radius = px(_DOT) / 2.0
     disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)
@@ -191,7 +192,7 @@ def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None
 
 
 def draw_best(painter: QPainter, place: Point) -> None:
-    """Draw the best place: a white ring on black."""
+    """Draw the best position as a white ring on black."""
     t = theme()
     radius = px(_BEST) / 2.0
     disc(painter, place, radius, t.c.raised, Qt.GlobalColor.black, 4.0)

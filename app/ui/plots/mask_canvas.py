@@ -1,4 +1,4 @@
-"""A captured panorama with a painted mask of the lamp; the ring around a brush."""
+"""A captured panorama with a painted mask of the lamp, and the ring around a brush."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import pen
 
 BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]
-"""Effect of the brush: brighter, darker, ignore, restore."""
+"""Effect of the brush: brighter, darker, ignore or restore."""
 
 _RING_WHITE = QColor(255, 255, 255)
 _BLACK = QColor(0, 0, 0)
@@ -34,9 +34,9 @@ _SHADOW = QColor(0, 0, 0, 150)
 def draw_brush_ring(
     painter: QPainter, centre: Point, radius: float, inner: float, sign: BrushSign
 ) -> None:
-    """Draw the reach of the brush, the area of its full strength, and its effect.
+    """Draw the extent of the brush, its area of full strength and its effect.
 
-    The inner ring is left out where there is no room for it.
+    The inner ring is left out if there is no room for it.
     """
     middle = QPointF(*centre)
     painter.save()
@@ -52,7 +52,7 @@ def draw_brush_ring(
 def _draw_inner(painter: QPainter, middle: QPointF, radius: float) -> None:
     painter.setPen(QPen(_SHADOW, 3.0))
     painter.drawEllipse(middle, radius, radius)
-    # A whole number of dashes, so that none is cut where the ring closes.
+    # Use a whole number of dashes, so that none is cut where the ring closes.
     count = max(round(2.0 * 3.14159 * radius / 8.0), 6)
     length = 2.0 * 3.14159 * radius / count / 1.5
     painter.setPen(pen(_RING_WHITE, 1.5, [length / 2.0, length / 2.0]))
@@ -86,44 +86,44 @@ _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space}
 
 
 class MaskPicture(Protocol):
-    """Panorama, mask and brush; see `MaskState` of the Light screen."""
+    """The panorama, its mask and the brush; see `MaskState` of the Light screen."""
 
     @property
     def picture(self) -> NDArray[np.uint8]:
-        """(H, 2 H, 3) sRGB."""
+        """The panorama, (H, 2 H, 3) uint8 sRGB."""
 
     @property
     def alpha(self) -> NDArray[np.float32]:
-        """(H, 2 H) the mask, 0 to 1."""
+        """The mask, (H, 2 H) float32 from 0 to 1."""
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Azimuth and elevation in the middle of the first view, deg."""
+        """Azimuth and elevation in the middle of the initial view, in degrees."""
 
     @property
     def adds_lamp(self) -> bool:
-        """Whether the brush adds."""
+        """Whether the brush adds to the mask."""
 
     @property
     def radius_deg(self) -> float:
-        """Of the brush."""
+        """Radius of the brush in degrees."""
 
 
 class MaskCanvas(Plot):
     """The panorama with the mask over it, and the brush.
 
-    The mouse paints, the wheel zooms about the pointer, the right button moves the picture. Arrows
-    move the brush by 1°, with Shift by 10°; Enter or Space paints a dab; + and − zoom.
+    The mouse paints, the wheel zooms around the pointer, and the right button pans. Arrows move the
+    brush by 1°, or with Shift by 10°; Enter or Space paints a dab; + and − zoom.
     """
 
     preferred_size = (720, 360)
     least = (320, 160)
 
     pressed = Signal(float, float)
-    """Start of a stroke: azimuth and elevation, deg."""
+    """Emitted at the start of a stroke with azimuth and elevation in degrees."""
 
     drawn = Signal(float, float)
-    """Next point of a stroke: azimuth and elevation, deg."""
+    """Emitted for the next point of a stroke with azimuth and elevation in degrees."""
 
     lifted = Signal()
 
@@ -135,14 +135,14 @@ class MaskCanvas(Plot):
         self._ring.hide()
         self.panel.setBackgroundBrush(theme().c.well)
         self.panel.paint_changes_only()
-        # Opaque, so that a stroke does not repaint the sheet behind it.
+        # An opaque widget, so that a stroke does not repaint the sheet behind it.
         for widget in (self, self.panel.viewport()):
             widget.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
         self._last: tuple[object, object] = (None, None)
         self._view = Viewport(720.0)
         self._brush: Point | None = None
-        self._reach = (0.0, 0.0)  # of the brush, across and up, logical pixels
+        self._reach = (0.0, 0.0)  # radii of the brush across and up, in logical pixels
         self._stroking = False
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
@@ -167,14 +167,14 @@ class MaskCanvas(Plot):
         self.say(words)
         self._show_brush()
 
-    # -- looking -------------------------------------------------------------------------------
+    # -- view ----------------------------------------------------------------------------------
 
     def place_of(self, azimuth_deg: float, elevation_deg: float) -> Point:
-        """Return the place of a direction, logical pixels."""
+        """Return the position of a direction in logical pixels."""
         return self._view.x_of(azimuth_deg), self._view.y_of(elevation_deg)
 
     def spot_at(self, point: Point) -> Point:
-        """Return the direction at a point, deg."""
+        """Return the azimuth and elevation at a point, in degrees."""
         elevation = min(max(self._view.elevation_at(point[1]), -90.0), 90.0)
         return self._view.azimuth_at(point[0]), elevation
 
@@ -191,7 +191,7 @@ class MaskCanvas(Plot):
         return _ZOOMS[min(max(here, 0), len(_ZOOMS) - 1)]
 
     def _sized(self) -> Viewport:
-        """Show the same view at the present size of the widget."""
+        """Return the same view at the widget's current size."""
         view = replace(
             self._view,
             width=float(max(self.width(), 1)),
@@ -205,12 +205,12 @@ class MaskCanvas(Plot):
         self._show_brush()
 
     def _show_brush(self) -> None:
-        """Place the ring at the brush, as wide as the panorama stretches it there."""
+        """Place the ring at the brush, stretched like the panorama at that elevation."""
         self._ring.setVisible(self._brush is not None and self._state is not None)
         if self._brush is None or self._state is None:
             return
         up = self._state.radius_deg * self._view.scale
-        # The panorama stretches everything high or low.
+        # The panorama stretches everything near the poles.
         across = min(up / max(math.cos(math.radians(self._brush[1])), 0.05), self.width())
         self._reach = (across, up)
         self._ring.set_size(2.0 * max(across, up, px(5)) + 8.0)
@@ -219,11 +219,11 @@ class MaskCanvas(Plot):
         self._ring.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the view."""
+        """Keep the view when the size changes."""
         super().resizeEvent(event)
         self._look(self._sized())
 
-    # -- hands ---------------------------------------------------------------------------------
+    # -- mouse and keyboard --------------------------------------------------------------------
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a stroke, or start panning."""
@@ -255,7 +255,7 @@ class MaskCanvas(Plot):
             self._moving = None
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom about the pointer."""
+        """Zoom around the pointer."""
         notches = event.angleDelta().y() / _NOTCH
         if notches:
             here, zoom = event.position(), self._zoomed(1 if notches > 0 else -1)
@@ -309,7 +309,7 @@ class MaskCanvas(Plot):
 
 
 def _tinted(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the picture as it looks at the lamp."""
+    """Return the colours of the picture inside the mask."""
     amber = theme().c.amberfill
     tone = np.array([amber.red(), amber.green(), amber.blue()], np.float32)
     return np.asarray(picture + (tone - picture) * np.float32(_TINT) + 0.5).astype(np.uint8)
@@ -330,7 +330,7 @@ def _draw(
     around = np.ones((3, 3), np.uint8)
     outer = cv2.dilate(inside, around) - inside
     inner = inside - cv2.erode(inside, around, borderValue=1)
-    # Ten times faster than indexing by a mask.
+    # This is ten times faster than indexing with a mask.
     result = cv2.copyTo(tinted, inside, picture.copy())
     result = cv2.copyTo(np.zeros_like(result), outer, result)
     return np.asarray(cv2.copyTo(np.full_like(result, _WHITE), inner, result))

@@ -1,4 +1,4 @@
-"""Match around the circle of turns: curves of pyqtgraph, x and y from the middle of the dial."""
+"""The match around the circle of turns, in curves of pyqtgraph from the middle of the dial."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 from app.words.phrases.turns import arc_words, turn_words
 
-_INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
+_INSET: Final = 18.0  # distance from the widget's edge to the rim, with room for the numbers
 _CORE: Final = 26.0  # radius of the value 0, with the head inside
 _HEAD: Final = 17.0  # half the length of the head
-_GRAB: Final = 12.0  # reach of a peak for the pointer
-_STILL: Final = 6.0  # a pointer nearer to the middle has no direction
+_GRAB: Final = 12.0  # distance at which the pointer hits a peak
+_STILL: Final = 6.0  # a pointer closer to the middle has no direction
 _CURVE_FILL: Final = 0.12
 _ARC_FILL: Final = 0.28
 _O: Final = (0.0, 0.0)
@@ -55,16 +55,16 @@ class _Data:
 
 
 class PolarPlot(TurnPlot):
-    """Match (or quality) at every turn: 0° is up, clockwise goes to the right.
+    """The match (or quality) at every turn, with 0° at the top and clockwise to the right.
 
-    Arrows move the needle by 1°, with Shift by 10°, Home to the best turn, Page Down and Page Up
-    to the next peak clockwise and counter-clockwise.
+    Arrows move the needle by 1°, or with Shift by 10°. Home moves it to the best turn, and Page
+    Down and Page Up to the next peak clockwise and counter-clockwise.
     """
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     peak_chosen = Signal(int)
-    """The second peak of this index was chosen, by a click or by Page Up and Page Down."""
+    """Emitted with the index of a secondary peak that was chosen with a click or a page key."""
 
     def __init__(self, name: str = tr("Match by turn"), size: int = 224) -> None:
         super().__init__(name)
@@ -79,7 +79,7 @@ class PolarPlot(TurnPlot):
         self.describe()
 
     def _make_items(self) -> None:
-        """Make the items from back to front."""
+        """Create the items from back to front."""
         t, add = theme(), self.panel.add
         self.panel.paint_changes_only()
         thin, line = QPen(t.c.ctl, t.line_width), QPen(t.c.text, t.line_width + 0.75)
@@ -106,7 +106,7 @@ class PolarPlot(TurnPlot):
         return QSize(self._side, self._side)
 
     def take_side(self, side: int) -> None:
-        """Set the side of the preferred square, logical pixels."""
+        """Set the side of the preferred square in logical pixels."""
         if side != self._side:
             self._side = side
             self.updateGeometry()
@@ -124,13 +124,15 @@ class PolarPlot(TurnPlot):
         """Show a style.
 
         Args:
-            curve: Match at evenly spaced turns from 0 on, clockwise, of 100; empty shows the bare
+            curve: Match from 0 to 100 at evenly spaced turns, clockwise from 0; empty for a bare
                 dial.
-            arc: tuple of float or None. Tolerance arc (from, to), clockwise, deg; may wrap. None:
-                out of reach.
-            peaks: Turns of the second peaks, deg, without the best.
-            needle: Turn of the needle, deg; the best by default.
-            marks: Names and turns, deg, of dots on the curve.
+            limit: Match at the limit of reach.
+            arc: Tolerance arc (from, to) in degrees, clockwise and possibly wrapping, or None if
+                the style is out of reach.
+            best: Best turn in degrees, or None if there is none.
+            peaks: Turns of the other peaks in degrees, without the best.
+            needle: Turn of the needle in degrees, by default the best.
+            marks: Names of dots on the curve, with their turns in degrees.
         """
         data = _Data(
             tuple(float(value) if math.isfinite(value) else 0.0 for value in curve),
@@ -147,12 +149,12 @@ class PolarPlot(TurnPlot):
         self.set_needle(0.0 if turn is None else turn)
 
     def tell(self, numbers: str, limit: str, marked: Sequence[str] = ()) -> None:
-        """Set the words for needle, limit and marks."""
+        """Set the text for needle, limit and marks."""
         self._numbers, self._limit_words, self._marked = numbers, limit, tuple(marked)
         self.describe()
 
     def describe(self) -> None:
-        """Describe needle, match, best turn, arc, limit and peaks for a screen reader."""
+        """Describe needle, match, best turn, arc, limit and peaks for screen readers."""
         data = self._data
         if not data.curve:
             self.say(tr("No turn yet"))
@@ -171,18 +173,18 @@ class PolarPlot(TurnPlot):
 
     @property
     def dial(self) -> Dial:
-        """Circles of the plot at its present size, logical pixels."""
+        """Circles of the plot at its current size, in logical pixels."""
         centre = (self.width() / 2.0, self.height() / 2.0)
         rim = max(min(self.width(), self.height()) / 2.0 - px(_INSET), 1.0)
         return Dial(centre, min(float(px(_CORE)), rim * 0.4), rim)
 
     def peak_places(self) -> list[Point]:
-        """Middles of the second peaks' rings, logical pixels."""
+        """Centres of the secondary peaks' rings, in logical pixels."""
         dial, data = self.dial, self._data
         return [dial.place(turn, value_at(data.curve, turn)) for turn in data.peaks if data.curve]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay out the dial."""
+        """Update the layout of the dial."""
         super().resizeEvent(event)
         dial, wide, high = self._round, float(self.width()), float(self.height())
         self.panel.look_at(QRectF(-wide / 2.0, -high / 2.0, wide, high))
@@ -208,7 +210,7 @@ class PolarPlot(TurnPlot):
 
     @property
     def _round(self) -> Dial:
-        """The dial around the origin of the items."""
+        """The dial with its centre at the origin of the items."""
         return replace(self.dial, centre=_O)
 
     def _show_data(self) -> None:
@@ -222,7 +224,7 @@ class PolarPlot(TurnPlot):
         self._lay_signs(dial)
 
     def _lay_signs(self, dial: Dial) -> None:
-        """Place peaks and marks on the curve, and a mark's name outside or inside."""
+        """Place peaks and marks on the curve, and the name of a mark outside or inside it."""
         x, y = self.dial.centre
         places = [(place[0] - x, place[1] - y) for place in self.peak_places()]
         signs: list[tuple[Point, Draw, float]] = []
@@ -237,7 +239,7 @@ class PolarPlot(TurnPlot):
         self._marks.show_marks(signs)
 
     def _show_needle(self) -> None:
-        """Turn head and needle; hide a number under the dot."""
+        """Turn the head and the needle, and hide a number under the dot."""
         has_curve = bool(self._data.curve)
         self._turned.setRotation(self.needle)
         self._needle_line.setVisible(has_curve)
@@ -250,7 +252,7 @@ class PolarPlot(TurnPlot):
             number.setVisible(aside or not has_curve)
 
     def set_needle(self, turn_deg: float) -> None:
-        """Move the needle without a signal."""
+        """Move the needle without emitting a signal."""
         self.needle = wrap(turn_deg)
         self.describe()
         self._show_needle()
@@ -283,12 +285,12 @@ class PolarPlot(TurnPlot):
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
 
     def turn_under(self, point: Point) -> float | None:
-        """Return the turn toward a pointer; None near the middle."""
+        """Return the turn toward a pointer, or None near the middle."""
         far = math.dist(point, self.dial.centre) > _STILL
         return turn_at(self.dial.centre, point) if far else None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Go to the next peak, or move the needle."""
+        """Move the needle to the next peak, or by a step."""
         ways = {Qt.Key.Key_PageDown: 1.0, Qt.Key.Key_PageUp: -1.0}
         way = ways.get(Qt.Key(event.key()))
         if way is None:
@@ -297,7 +299,7 @@ class PolarPlot(TurnPlot):
         stops = [(turn, index) for index, turn in enumerate(self._data.peaks)]
         if self._best is not None:
             stops.append((self._best, -1))
-        # Half a degree further: the needle itself is not the next peak.
+        # Search from half a degree further on, so that the current peak is not the next one.
         ahead = [((way * (turn - self.needle) - 0.5) % 360.0, turn, i) for turn, i in stops]
         if ahead:
             _, turn, index = min(ahead)
@@ -315,7 +317,7 @@ class PolarPlot(TurnPlot):
 def _name_place(
     dial: Dial, radius: float, turn: float, name: str, peaks: Sequence[Point]
 ) -> Point | None:
-    """Return a free place for the name of a mark, outside or inside its dot; None if none is."""
+    """Return a free position for the name of a mark, outside or inside its dot, or None."""
     wide = text_width(theme().font(12), name)
     half = wide / 2.0 * abs(math.sin(math.radians(turn)))
     away = half + px(12)

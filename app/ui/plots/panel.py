@@ -1,4 +1,4 @@
-"""The ViewBox of a plot, with items at places of its data."""
+"""The ViewBox of a plot, with items positioned in data units."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _Item = TypeVar("_Item", bound=QGraphicsItem)
 
 
 class Panel(pg.GraphicsView):  # type: ignore[misc]
-    """The part of a plot that pyqtgraph draws: x to the right and y downward, in units of the data.
+    """The part of a plot drawn by pyqtgraph, in data units with x to the right and y downward.
 
-    The plot keeps mouse and keyboard. `over` paints what lies over all items, logical pixels.
+    The plot itself handles mouse and keyboard. `over` paints over all the items, in logical pixels.
     """
 
     def __init__(self, plot: QWidget, over: Callable[[QPainter], None]) -> None:
@@ -31,32 +31,32 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.setCacheMode(self.CacheModeFlag.CacheNone)
         self.setViewportUpdateMode(self.ViewportUpdateMode.FullViewportUpdate)
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        # A tree of few items is no faster, and keeps deleted items of pyqtgraph that changed their
-        # size unannounced.
+        # With few items, an index tree is no faster, and it keeps deleted pyqtgraph items that
+        # changed their size without notice.
         self.scene().setItemIndexMethod(QGraphicsScene.ItemIndexMethod.NoIndex)
         self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
         self.box.disableAutoRange()
-        # The view itself clips.
+        # the view clips its content itself
         self.box.setFlag(self.box.GraphicsItemFlag.ItemClipsChildrenToShape, False)
         self.setCentralItem(self.box)
 
     def add(self, item: _Item) -> _Item:
-        """Add an item on top of the others, and return it."""
+        """Add an item on top of the others and return it."""
         self.box.addItem(item, ignoreBounds=True)
         return item
 
     def paint_changes_only(self) -> None:
-        """Repaint only the surroundings of changed items."""
+        """Repaint only the areas of changed items."""
         self.setViewportUpdateMode(self.ViewportUpdateMode.MinimalViewportUpdate)
 
     def look(self, view: Viewport) -> None:
-        """Show a part of a panorama, whose units are degrees."""
+        """Show a part of a panorama, in units of degrees."""
         across, up = view.width / 2.0 / view.scale, view.height / 2.0 / view.scale
         x, y = view.azimuth_deg, -view.elevation_deg
         self.look_at(QRectF(x - across, y - up, 2.0 * across, 2.0 * up))
 
     def look_at(self, area: QRectF) -> None:
-        """Show an area of the data."""
+        """Show an area in data units."""
         across, down = (area.left(), area.right()), (area.top(), area.bottom())
         self.box.setRange(xRange=across, yRange=down, padding=0.0)
 

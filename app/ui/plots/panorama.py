@@ -1,4 +1,4 @@
-"""The panorama of a place: zoom, pan, marks, and the marker where the photographer stands."""
+"""The panorama of a place with zoom, pan, overlays and the marker for the photographer."""
 
 from __future__ import annotations
 
@@ -42,26 +42,26 @@ _SCALE: Final = 28
 _ZOOM_STEP: Final = 1.25
 _NOTCH: Final = 120.0
 _GLIDE_MS: Final = 240
-_NEAR: Final = 6.0  # reach of the marker's line for the pointer
+_NEAR: Final = 6.0  # distance at which the pointer hits the marker's line
 _STANDING: Final = tr("Photographer stands here")
 
 
 class PanoramaView(Plot):
-    """A panorama that can be zoomed and moved, with a marker for where the photographer stands.
+    """A panorama that can be zoomed and panned, with a marker for the photographer's position.
 
-    All azimuths that go in and come out are the panorama's own; the scale underneath counts from
-    the photographer. Arrows look around by 1°, with Shift by 10°, plus and minus zoom, 0 shows
-    everything, Home looks at the photographer, M takes the marker.
+    All azimuths in the interface are the panorama's own, but the scale below counts from the
+    photographer. Arrows pan by 1°, or with Shift by 10°. Plus and minus zoom, 0 shows everything,
+    Home centres the photographer, and M focuses the marker.
     """
 
     marker_moved = Signal(float)
-    """The marker moved by hand to this azimuth, deg in (-180, 180]; many times while dragging."""
+    """Emitted with the marker's azimuth in (-180, 180] degrees, repeatedly while it is dragged."""
 
     marker_released = Signal(float)
-    """The marker was released at this azimuth, deg; it stays there until `set_front`."""
+    """Emitted with the marker's azimuth in degrees on release; it stays there until `set_front`."""
 
     zoom_changed = Signal(float)
-    """The new zoom, 1 to 8."""
+    """Emitted with the new zoom, from 1 to 8."""
 
     def __init__(self, name: str = tr("Panorama of this place")) -> None:
         super().__init__(name)
@@ -69,7 +69,7 @@ class PanoramaView(Plot):
         self._clipped: NDArray[Any] | None = None
         self._drawing: PanoramaDrawing | None = None
         self.view = Viewport(864.0)
-        self._front = self.marker_deg = 0.0  # azimuths, deg in (-180, 180]
+        self._front = self.marker_deg = 0.0  # azimuths in (-180, 180] degrees
         self._lamps: tuple[SceneLamp, ...] = ()
         self._visible = {"clipped": True, "lamps": True, "grid": False, "marker": True}
         self._drag: QPointF | None = None
@@ -91,13 +91,14 @@ class PanoramaView(Plot):
         self.grip.home.connect(lambda: self._move_marker(self._front))
         self._describe()
 
-    # What is shown
+    # Contents
 
     def set_picture(self, picture: Bytes | None) -> None:
-        """Show another picture; keep the view.
+        """Show another picture while keeping the view.
 
-        `picture`: (h, w, 3) uint8, or None. Panorama of 2:1, sRGB, up to 4096 x 2048; None shows an
-        empty well.
+        Args:
+            picture: Panorama, (h, w, 3) uint8 sRGB at 2:1, up to 4096 x 2048, or None for an empty
+                well.
         """
         if picture is self._picture:
             return
@@ -109,7 +110,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def make_ready(self) -> None:
-        """Make the panel ahead of the first picture: that takes as long as all the rest."""
+        """Create the panel in advance, because that takes as long as showing the picture."""
         if self._drawing is None:
             # Importing pyqtgraph takes a quarter of a second.
             from app.ui.plots.panorama_items import PanoramaDrawing
@@ -122,8 +123,9 @@ class PanoramaView(Plot):
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Set the clipped areas, which are hatched.
 
-        `clipped`: (H, W) bool or float, or None. True, or the clipped share of each texel, 0 to 1;
-        any size.
+        Args:
+            clipped: (H, W) bool or float of any size, or None. True, or the clipped fraction of
+                each texel from 0 to 1.
         """
         if clipped is not self._clipped:
             self._clipped = clipped
@@ -132,7 +134,7 @@ class PanoramaView(Plot):
             self._changed()
 
     def set_lamps(self, lamps: Sequence[SceneLamp]) -> None:
-        """Label lamps."""
+        """Set the labelled lamps."""
         self._lamps = tuple(lamps)
         self._changed()
 
@@ -142,7 +144,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
-        """Set the photographer's azimuth and centre it, at once or gliding."""
+        """Set the photographer's azimuth and centre it, optionally with an animation."""
         self._front = self.marker_deg = wrap(azimuth_deg)
         self.grip.set_moving("")
         self._glide.stop()
@@ -156,28 +158,28 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_marker_words(self, words: str) -> None:
-        """Set the words of the marker."""
+        """Set the text of the marker."""
         self.grip.set_words(words)
         self._changed()
 
     def set_zoom(self, zoom: float) -> None:
-        """Zoom around the middle; held within 1 to 8."""
+        """Zoom around the middle, clamped to the range from 1 to 8."""
         view = self.view
         self._look(view.zoomed(zoom, view.width / 2.0, view.height / 2.0))
 
     def zoom_by(self, steps: float) -> None:
-        """Zoom by steps of a quarter, positive is nearer."""
+        """Zoom in steps of 25%, positive to zoom in."""
         self.set_zoom(self.view.zoom * _ZOOM_STEP**steps)
 
     def fit(self) -> None:
         """Show the whole panorama with the photographer in the middle."""
         self._look(Viewport(self.view.width).moved_to(self._front, 0.0))
 
-    # What can be asked
+    # Geometry
 
     @property
     def picture_rect(self) -> QRect:
-        """Rectangle of the picture in the widget, logical pixels; 2:1."""
+        """Area of the picture in the widget, in logical pixels at 2:1."""
         room = max(self.height() - px(_SCALE), 2)
         width = max(min(self.width(), 2 * room) // 2 * 2, 2)
         return QRect((self.width() - width) // 2, 0, width, width // 2)
@@ -187,18 +189,18 @@ class PanoramaView(Plot):
         return QSize(864, self.heightForWidth(864))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least useful size."""
+        """Return the smallest useful size."""
         return QSize(360, self.heightForWidth(360))
 
     def heightForWidth(self, width: int) -> int:
-        """Return the height of a picture of 2:1 with its scale."""
+        """Return the height of a 2:1 picture with its scale."""
         return width // 2 + px(_SCALE)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius that the focus ring goes around."""
+        """Return the rectangle and the corner radius of the focus ring."""
         return self.picture_rect, px(6)
 
-    # Moving
+    # Movement
 
     def _look(self, view: Viewport) -> None:
         before, self.view = self.view, view
@@ -251,12 +253,12 @@ class PanoramaView(Plot):
         self.marker_moved.emit(self.marker_deg)
 
     def _release(self) -> None:
-        """Emit the marker's azimuth if it moved and the mouse does not hold it."""
+        """Emit the marker's azimuth if it has moved and is not being dragged."""
         if self.marker_deg != self._front and not self.grip.held and not self._leading:
             self.marker_released.emit(self.marker_deg)
 
     def take_marker(self) -> None:
-        """Give the marker the keyboard; scroll to it first if it is out of sight."""
+        """Focus the marker, scrolling to it if it is out of view."""
         if not self.view.xs_of(self.marker_deg):
             self._look(self.view.moved_to(self.marker_deg, self.view.elevation_deg))
         self._place_grip()
@@ -265,11 +267,11 @@ class PanoramaView(Plot):
     # Events
 
     def panel_rect(self) -> QRect:
-        """Rectangle of the picture."""
+        """Return the area of the picture."""
         return self.picture_rect
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the scale, and the well before there is a picture."""
+        """Paint the scale, and an empty well if there is no picture."""
         if self._picture is None:
             painter.save()
             painter.translate(self.picture_rect.topLeft())
@@ -279,7 +281,7 @@ class PanoramaView(Plot):
         draw_scale(painter, ratio, self.picture_rect, self.view, self._marks())
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
-        """Round the corners."""
+        """Round the corners of the picture."""
         draw_corners(painter, QRect(QPoint(), self.picture_rect.size()), theme().c.bg)
 
     def _marks(self) -> Marks:
@@ -312,7 +314,7 @@ class PanoramaView(Plot):
         self.say(". ".join(words) + ".")
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the view, at the new width."""
+        """Keep the view at the new width."""
         super().resizeEvent(event)
         view = self.view
         new = Viewport(float(self.picture_rect.width()), view.zoom)
@@ -352,7 +354,7 @@ class PanoramaView(Plot):
             self._look(self.view.panned(way.x(), way.y()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Release picture or marker."""
+        """Release the picture or the marker."""
         if event.button() == Qt.MouseButton.LeftButton and self._drag is not None:
             self._drag, self._leading = None, False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
@@ -373,7 +375,7 @@ class PanoramaView(Plot):
         self._look(self.view.zoomed(self.view.zoom * factor, x, y))
 
     def event(self, event: QEvent) -> bool:
-        """Zoom by two fingers on a touch pad as well."""
+        """Zoom with two fingers on a touch pad as well."""
         if isinstance(event, QNativeGestureEvent) and (
             event.gestureType() == Qt.NativeGestureType.ZoomNativeGesture
         ):

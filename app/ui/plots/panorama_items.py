@@ -22,8 +22,8 @@ from app.ui.widgets.paint import pen
 
 _DARK: Final = QColor(0, 0, 0, 80)
 _LIGHT: Final = QColor(255, 255, 255, 130)
-_AROUND_DEG: Final = 45  # between upright lines
-_UP_DEG: Final = 30  # between level ones
+_AROUND_DEG: Final = 45  # spacing of vertical lines in degrees
+_UP_DEG: Final = 30  # spacing of horizontal lines in degrees
 _LAMP: Final = 13  # radius
 
 
@@ -45,11 +45,11 @@ class PanoramaDrawing:
         self._panel.setVisible(picture is not None)
 
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
-        """Hatch something else."""
+        """Set the hatched areas."""
         self._hatching.set_clipped(clipped)
 
     def show_marks(self, view: Viewport, marks: Marks) -> None:
-        """Show a part, and place the marks in it."""
+        """Show a part of the panorama with its marks."""
         self._panel.look(view)
         self._hatching.setVisible(marks.clipped)
         self._show_grid(view, marks)
@@ -62,9 +62,9 @@ class PanoramaDrawing:
             self._show_lamp(view, lamp)
 
     def _show_grid(self, view: Viewport, marks: Marks) -> None:
-        """Centre the grid on its line nearest to the middle of the view."""
+        """Centre the grid on the line nearest to the middle of the view."""
         if self._grid is None and marks.grid:
-            # All dark edges are under all lines.
+            # All dark edges are below all lines.
             self._grid = self._panel.add(Group(*_grid(_DARK, 2.0), *_grid(_LIGHT, 0.0)))
         if self._grid is not None:
             self._grid.setVisible(marks.grid)
@@ -72,7 +72,7 @@ class PanoramaDrawing:
             self._grid.setX(marks.front_deg + _AROUND_DEG * round(ahead / _AROUND_DEG))
 
     def _show_lamp(self, view: Viewport, lamp: SceneLamp) -> None:
-        """Place a lamp's letter at its direction; near the seam at both edges."""
+        """Place a lamp's letter at its direction, or at both edges near the seam."""
         if lamp not in self._lamps:
             size, draw = 2.0 * px(_LAMP) + 2.0, partial(_draw_lamp, lamp.letter)
             self._lamps[lamp] = (Mark(draw, size), Mark(draw, size))
@@ -90,7 +90,7 @@ class PanoramaDrawing:
 
 
 def _grid(colour: QColor, wider: float) -> list[PlotLine]:
-    """Make lines on both sides of an azimuth and at every height, the horizon stronger."""
+    """Return the grid lines around an azimuth and at every elevation, with a stronger horizon."""
     lines = []
     for azimuth in range(-5 * _AROUND_DEG, 5 * _AROUND_DEG + 1, _AROUND_DEG):
         lines.append(PlotLine(pen(colour, 1.0 + wider)))

@@ -1,4 +1,4 @@
-"""The map of where the lamp works: matches by azimuth and altitude, on pyqtgraph."""
+"""The map of matches by azimuth and altitude of the lamp, drawn with pyqtgraph."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from app.ui.plots.parts.panorama_scale import draw_corners
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import box, faint, pen
 
-_LABELS: Final = 24  # height of the line of words below
-_ABOVE: Final = 6  # room for the dot where the lamp is raised as far as it goes
+_LABELS: Final = 24  # height of the line of text below
+_ABOVE: Final = 6  # room for the dot of a lamp at its highest altitude
 _RADIUS: Final = 6
 _HATCH: Final = 8
-_SIGN: Final = 40  # room of lamp and best place
+_SIGN: Final = 40  # size of the lamp and of the best position
 _NAMES: Final = (
     (0.0, tr("behind"), tr("behind")),
     (0.25, tr("sitter’s right (camera left)"), tr("sitter’s right")),
@@ -39,10 +39,10 @@ class Sky(Protocol):
     """A map of matches.
 
     Attributes:
-        tones: (h, w) uint8 or None. Azimuth −180° to 180° to the right, altitude from the top down;
-            None draws nothing.
-        closed: (h, w) bool or None. Where the lamp may not be held.
-        line: (n, 4) float32. Pieces of a line: azimuth and altitude of both ends, deg.
+        tones: (h, w) uint8 or None. Azimuths run from −180° to 180° to the right, and altitudes
+            from the top down; None draws nothing.
+        closed: (h, w) bool or None. Directions in which the lamp may not be held.
+        line: (n, 4) float32. Segments of a line, with azimuth and altitude of both ends in degrees.
     """
 
     @property
@@ -51,28 +51,28 @@ class Sky(Protocol):
 
     @property
     def closed(self) -> NDArray[np.bool_] | None:
-        """Forbidden positions of the lamp."""
+        """Forbidden directions of the lamp."""
 
     @property
     def line(self) -> NDArray[np.float32]:
-        """Pieces of a line."""
+        """Segments of the line at the limit."""
 
     @property
     def half_height_deg(self) -> float:
-        """Altitude of the upper edge."""
+        """Altitude of the upper edge in degrees."""
 
 
 class SkyMap(LampPlot):
-    """A map of 360° by the searched band of altitudes.
+    """A map of 360° of azimuth by the searched range of altitudes.
 
-    Azimuth grows to the right, which is toward the sitter's left as the camera sees it.
+    Azimuth increases to the right, which is toward the sitter's left as the camera sees it.
     """
 
     preferred_size = (616, 136 + _LABELS + _ABOVE)
     least = (280, 72 + _LABELS + _ABOVE)
 
     ground = "bg"
-    """The colour around it, which rounds its corners."""
+    """Colour of the surroundings, used to round its corners."""
 
     def __init__(self) -> None:
         super().__init__(tr("Where the lamp works at this turn"))
@@ -109,7 +109,7 @@ class SkyMap(LampPlot):
         self._look()
 
     def lamp_moved(self) -> None:
-        """Move lamp and best place; repaint only their surroundings."""
+        """Move the lamp and the best position, repainting only their surroundings."""
         state, best = self._state, None
         if state is not None and state.shape is not None:
             best = state.best
@@ -125,12 +125,12 @@ class SkyMap(LampPlot):
 
     @property
     def area(self) -> QRectF:
-        """Rectangle of the map, logical pixels."""
+        """Area of the map in logical pixels."""
         high = self.height() - px(_LABELS + _ABOVE)
         return QRectF(0.0, px(_ABOVE), self.width(), max(high, 1.0))
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Return the place of a direction, logical pixels."""
+        """Return the position of a direction in logical pixels."""
         area, half = self.area, self._half_deg
         return (
             area.left() + (wrap(azimuth_deg) + 180.0) / 360.0 * area.width(),
@@ -138,14 +138,14 @@ class SkyMap(LampPlot):
         )
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return the direction at a point, deg."""
+        """Return the azimuth and altitude at a point, in degrees."""
         area, half = self.area, self._half_deg
         across = min(max((point[0] - area.left()) / area.width(), 0.0), 1.0)
         down = min(max((point[1] - area.top()) / area.height(), 0.0), 1.0)
         return across * 360.0 - 180.0, half - 2.0 * half * down
 
     def takes(self, point: Point) -> bool:
-        """Return whether a point is on the map: the lamp jumps to the pointer."""
+        """Return whether a point is on the map, so that the lamp jumps to the pointer."""
         ready = self._state is not None and self._state.shape is not None
         return ready and self.area.contains(QPointF(*point))
 
@@ -156,7 +156,7 @@ class SkyMap(LampPlot):
             self.moved.emit(*self.spot_at((event.position().x(), event.position().y())))
 
     def panel_rect(self) -> QRect:
-        """The whole widget: the lamp may reach over the map's edge."""
+        """Return the whole widget, because the lamp may extend beyond the map's edge."""
         return self.rect()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -165,21 +165,21 @@ class SkyMap(LampPlot):
         self._look()
 
     def _look(self) -> None:
-        """Show the whole map in its area, with room around it for words and half a lamp."""
+        """Show the whole map in its area, with room around it for text and half a lamp."""
         area, half = self.area, self._half_deg
         unit = 2.0 * half / area.height()
         whole = QRectF(-180.0, -half - area.top() * unit, 360.0, self.height() * unit)
         self.panel.look_at(whole)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the words, and the well before there is a map."""
+        """Paint the text, and an empty well if there is no map."""
         if not self._ready:
             box(painter, self.area, px(_RADIUS), theme().c.well)
         names = self.cached_picture("names", None, self.size(), ratio, self._draw_names)
         painter.drawPixmap(0, 0, names)
 
     def _draw_closed(self, painter: QPainter, _part: QRect) -> None:
-        """Hatch forbidden positions of the lamp."""
+        """Hatch the forbidden directions of the lamp."""
         if self._closed.isEmpty():
             return
         area, cells = self.area, self._cells
@@ -197,11 +197,11 @@ class SkyMap(LampPlot):
 
     def _draw_names(self, painter: QPainter) -> None:
         t, font = theme(), theme().font(12)
-        # Letters are sharp only on an opaque ground.
+        # Letters are sharp only on an opaque background.
         low = self.rect().adjusted(0, math.ceil(self.area.bottom()), 0, 0)
         painter.fillRect(low, getattr(t.c, self.ground))
         painter.setFont(font)
-        # A quarter of the width holds the word at an end and half of the one beside it.
+        # A quarter of the width must hold the label at an end and half of the next one.
         end, side = (painter.fontMetrics().horizontalAdvance(name) for _, name, _ in _NAMES[:2])
         roomy = 4 * end + 2 * side + px(32) < self.width()
         y = self.height() - px(_LABELS) / 2.0 + px(3)
@@ -215,10 +215,10 @@ class SkyMap(LampPlot):
 
 
 def _outline(closed: NDArray[np.bool_]) -> QPainterPath:
-    """Outline cells, in columns and rows."""
+    """Return the outline of cells, in columns and rows."""
     path = QPainterPath()
     edges = np.diff(np.pad(closed.astype(np.int8), ((0, 0), (1, 1))))
-    # Row by row from where it begins to where it ends.
+    # one rectangle for each run of cells in a row
     runs = zip(*np.nonzero(edges == 1), np.nonzero(edges == -1)[1], strict=True)
     for row, begin, end in runs:
         path.addRect(QRectF(begin, row, end - begin + 0.01, 1.01))

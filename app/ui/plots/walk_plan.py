@@ -1,4 +1,4 @@
-"""The walk from above, painted: its words look for room between arrows, in pixels."""
+"""The walk from above, painted by hand because its labels avoid the arrows in pixels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.words.plan import PlanWords
 
 _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)
-_BEHIND_DEG: Final = 25.0  # half the background's wedge
+_BEHIND_DEG: Final = 25.0  # half the angle of the background's wedge
 _LEAST_DEG: Final = 4.0  # a shorter way has no arrow
 _HEAD: Final = 22
 _TOP: Final = 24  # for the title
@@ -32,11 +32,12 @@ _TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
     "goal": (9, 1.0, "amberfill", "onamber", ""),
     "lamp": (10, 0.6, "amberfill", "onamber", "bulb"),
 }
-"""Radius, where from the middle to the ring, fill, ink and icon of the marks that are discs."""
+"""Radius, position as a fraction of the ring's radius, fill, ink and icon of marks drawn as discs.
+"""
 
 
 class PlanView(Plot):
-    """Sitter, start, now, goal, the way between, the light and the background."""
+    """The sitter, the start, now, the goal, the way between, the light and the background."""
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -47,7 +48,7 @@ class PlanView(Plot):
         self._boxes: list[QRectF] = []
 
     def set_plan(self, plan: PlanDrawing, words: PlanWords) -> None:
-        """Show another one."""
+        """Show another plan."""
         if (plan, words) != (self._plan, self._words):
             self._plan, self._words = plan, words
             self.say(words.description)
@@ -60,9 +61,9 @@ class PlanView(Plot):
 
     @property
     def ring(self) -> float:
-        """Radius of the walk, with room for words around it."""
+        """Radius of the walk, with room for labels around it."""
         wide, high = self.width() / 2.0, (self.height() - px(_TOP)) / 2.0
-        # In little room the words go before the drawing gets small.
+        # If space is short, the margin for labels shrinks before the drawing does.
         wide -= self._px(40) if wide >= px(116) else px(22)
         high -= self._px(28) if high >= px(116) else px(18)
         return max(min(wide, high), float(px(30)))
@@ -79,7 +80,7 @@ class PlanView(Plot):
         return at_turn(self.centre, radius, turn_deg - self._plan.up_deg)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint from back to front; the most important mark is on top and gets its word first."""
+        """Paint from back to front; the most important mark is on top and gets its label first."""
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         draw_text(
@@ -111,7 +112,7 @@ class PlanView(Plot):
     ) -> None:
         painter.setPen(pen(ink, self._px(width)))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        # Qt counts sixteenths of a degree from the right, counter-clockwise.
+        # Qt measures sixteenths of a degree from the right, counter-clockwise.
         angle = 90.0 - (start - self._plan.up_deg)
         area = _around(self.centre, self.ring)
         painter.drawArc(area, round(16.0 * angle), round(-16.0 * extent))
@@ -146,7 +147,7 @@ class PlanView(Plot):
         self._boxes.append(_around(place, radius))
 
     def _draw_nose(self, painter: QPainter, mark: PlanMark) -> None:
-        """Draw the direction of the nose, and of the lens if it differs."""
+        """Draw the direction of the nose, and that of the lens if it differs."""
         lens = self._plan.lens_deg
         if self._plan.yaw_deg:
             self._draw_arrow(painter, lens, (0.86, 0.34), (3.0, 3.0))
@@ -161,7 +162,7 @@ class PlanView(Plot):
         reach: tuple[float, float],
         dashes: tuple[float, ...] = (),
     ) -> QRectF:
-        """Draw an arrow from one share of the ring to another; return the area it covers."""
+        """Draw an arrow between two fractions of the radius, and return the area that it covers."""
         tail, tip = (self._at(turn_deg, self.ring * share) for share in reach)
         back = reach[1] + math.copysign(0.1, reach[0] - reach[1])
         wings = [self._at(turn_deg + side, self.ring * back) for side in (-9.0, 9.0)]
@@ -174,7 +175,7 @@ class PlanView(Plot):
         return polygon([tail, tip, *wings]).boundingRect().adjusted(-6, 0, 6, 0)
 
     def _draw_background(self, painter: QPainter) -> None:
-        """Draw what the camera will see behind the sitter, as a wedge."""
+        """Draw the background that the camera will see behind the sitter, as a wedge."""
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(faint(theme().c.text, 0.14))
         for mark in self._plan.marks:
@@ -184,7 +185,7 @@ class PlanView(Plot):
                 painter.drawPolygon(polygon(sector(self.centre, self.ring, arc)))
 
     def _draw_words(self, painter: QPainter, mark: PlanMark, label: str) -> None:
-        """Draw a mark's word beside it, in the first free place."""
+        """Draw a mark's label beside it, in the first free position."""
         t, bold = theme(), mark.kind in ("now", "goal")
         font = self._font(600 if bold else 400)
         wide = self._px(17) + text_width(self._font(600), self._words.title)
@@ -198,21 +199,21 @@ class PlanView(Plot):
                 return
 
     def _places(self, mark: PlanMark, wide: float) -> Iterator[QRectF]:
-        """Yield places for a word: outside and inside the ring, or beside an arrow."""
+        """Yield positions for a label: outside and inside the ring, or beside an arrow."""
         inner = mark.kind in ("nose", "light", "lamp", "background")
         beside = self.ring * (0.45 if mark.kind == "nose" else 0.64 if inner else 1.0)
-        # Far enough from an arrow for half the word.
+        # far enough from an arrow for half the label
         first = 0.0
         if inner and mark.kind != "background":
             first = math.degrees((wide / 2.0 + self._px(8)) / beside)
         others = [m.turn_deg for m in self._plan.marks if {m.kind, mark.kind} == {"now", "goal"}]
         if mark.kind == "nose":
             others = [self._plan.lens_deg]
-        # Only on the side away from the other arrow, whose word it would seem to be.
+        # Only on the side away from the other arrow, to avoid confusion between the labels.
         away = math.copysign(1.0, difference(mark.turn_deg, others[0])) if others else 1.0
         steps: tuple[int, ...] = (0, 10, 20, 32, 45)
         if mark.kind == "nose":
-            steps = (0, 10)  # farther off its word would be that of something else
+            steps = (0, 10)  # farther away, the label would seem to belong to another mark
             for more in steps:  # beyond the arrow
                 x, y = self._at(mark.turn_deg + away * more, 0.78 * self.ring)
                 yield QRectF(x - wide / 2.0, y - self._px(8), wide, self._px(16))
@@ -221,7 +222,8 @@ class PlanView(Plot):
                 for side in (away,) if others else (away, -away):
                     turn = mark.turn_deg + side * (first + more)
                     x, y = self._at(turn, beside + out)
-                    # Outside it ends at the ring on the left and begins there on the right.
+                    # Outside the ring, a label on the left ends at it and one on the right begins
+                    # there.
                     share = (x - self.centre[0]) / (beside + out)
                     x += share * math.copysign(wide / 2.0 - self._px(6), out) if out else 0.0
                     yield QRectF(x - wide / 2.0, y - self._px(8), wide, self._px(16))

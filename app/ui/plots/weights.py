@@ -52,7 +52,7 @@ def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
 
 
 class WeightScale(Plot):
-    """A bar from blue over grey to orange, with words and tiles at its ends."""
+    """A bar from blue through grey to orange, with labels and tiles at its ends."""
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -64,17 +64,17 @@ class WeightScale(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
-        """Return the designed size at the scale of the theme."""
+        """Return the designed size at the theme's scale."""
         return QSize(680, px(20))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least useful width."""
+        """Return the smallest useful size."""
         metrics = QFontMetricsF(theme().font(12))
         words = sum(metrics.horizontalAdvance(each) for each in self._words)
         return QSize(round(words) + px(2 * 20 + 4 * _GAP + 48), px(20))
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint tiles, words and the bar."""
+        """Paint the tiles, the labels and the bar."""
         t = theme()
         side, gap = float(px(20)), float(px(_GAP))
         y, middle = (self.height() - side) / 2.0, self.height() / 2.0
@@ -94,7 +94,7 @@ class WeightScale(Plot):
 
 
 class WeightLegend(Plot):
-    """Two tiles with words: what orange and blue on a panorama mean."""
+    """Two labelled tiles that explain orange and blue on a panorama."""
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -107,13 +107,13 @@ class WeightLegend(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
-        """Return the size of its words."""
+        """Return the size of the labels."""
         metrics = QFontMetricsF(theme().font(12))
         words = sum(metrics.horizontalAdvance(each) for _, each in self._words)
         return QSize(round(words) + px(2 * (16 + 6) + 16) + 2, px(16))
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint tiles and words."""
+        """Paint the tiles and the labels."""
         t = theme()
         side, x = float(px(16)), 0.0
         top = round((self.height() - side) / 2.0)
@@ -126,13 +126,13 @@ class WeightLegend(Plot):
 
 _RADIUS: Final = 6
 _SHADE: Final = 0.72  # brightness of the grey panorama under the weights
-_STRONGEST: Final = 0.80  # opacity of the largest weight, so that the place shows through
+_STRONGEST: Final = 0.80  # opacity of the largest weight, so that the place remains visible
 _GAMMA: Final = 0.8
 _DOTS: Final = (2.0, 2.0)
 
 
 def dimmed(picture: Bytes) -> Bytes:
-    """Make a panorama (h, w, 3) grey and darker: (h, w), sRGB bytes."""
+    """Return a panorama (h, w, 3) in darkened grey: (h, w) sRGB bytes."""
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     table = np.round(np.arange(256) * _SHADE).astype(np.uint8)
     return np.asarray(cv2.LUT(grey, table), np.uint8)
@@ -141,15 +141,14 @@ def dimmed(picture: Bytes) -> Bytes:
 def tinted(
     target: NDArray[np.floating[Any]], plus: tuple[int, ...], minus: tuple[int, ...]
 ) -> Bytes:
-    """Colour a pre-integrated target: more opaque where light counts more.
+    """Colour a pre-integrated target, with more opacity where light has more effect.
 
     Args:
-        target: (H, W) float. F of eq. 3 for turn 0, any scale; positive where light helps.
+        target: (H, W) float. F of eq. 3 for turn 0 at any scale, positive where light helps.
         plus, minus: sRGB of positive and negative weights.
 
     Returns:
-        (H, W, 4) uint8. Blue, green, red, opacity; colours multiplied by opacity, as Qt blends them
-        fastest.
+        (H, W, 4) uint8. Blue, green, red and opacity, premultiplied, which Qt blends fastest.
     """
     values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
     largest = float(np.abs(values).max(initial=0.0))
@@ -163,8 +162,9 @@ def tinted(
 class WeightPanorama(TurnPlot):
     """The panorama of a place with the weights of a style, which turn with the sitter.
 
-    Its middle is where the photographer stands at turn 0. A solid line marks where the sitter
-    faces, a dotted one what is behind them. Dragging moves the sitter; arrows 1°, Shift 10°.
+    Its middle is the photographer's position at turn 0. A solid line marks the direction that the
+    sitter faces, and a dotted one the background behind them. Dragging turns the sitter, and arrows
+    turn by 1°, or with Shift by 10°.
     """
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -194,7 +194,7 @@ class WeightPanorama(TurnPlot):
         self.describe()
 
     def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
-        """Show another place, sRGB (h, w, 3) uint8, with an azimuth of it in the middle."""
+        """Show another place, (h, w, 3) uint8 sRGB, centred on an azimuth."""
         if picture is self._picture and front_deg == self._front:
             return
         self._picture, self._front = picture, front_deg
@@ -204,27 +204,27 @@ class WeightPanorama(TurnPlot):
         self.update()
 
     def set_target(self, target: NDArray[np.floating[Any]] | None) -> None:
-        """Show other weights: the pre-integrated F (eq. 3) of turn 0, (H, W) at any scale."""
+        """Show other weights: the pre-integrated F (eq. 3) for turn 0, (H, W) at any scale."""
         c = theme().c
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
         self._weights.set_pixels(None if target is None else tinted(target, plus, minus))
         self.update()
 
     def set_needle(self, turn_deg: float) -> None:
-        """Turn the sitter and their weights, without a signal."""
+        """Turn the sitter and the weights without emitting a signal."""
         super().set_needle(turn_deg)
         self._weights.setX(self.needle)
         self._sitter.setX(self.needle)
         self._behind.setX(wrap(self.needle + 180.0))
 
     def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
-        """Turn the sitter without a signal: the weights of azimuth a are then shown at a + turn."""
+        """Turn the sitter without emitting a signal; weights at azimuth a move to a + turn."""
         if best_deg is not None:
             self._best = wrap(best_deg)
         self.set_needle(turn_deg)
 
     def describe(self) -> None:
-        """Describe the direction of the sitter for a screen reader."""
+        """Describe the direction of the sitter for screen readers."""
         self.say(
             tr(
                 "The sitter faces {turn}, the background is {behind}. Orange: "
@@ -241,7 +241,7 @@ class WeightPanorama(TurnPlot):
 
     @property
     def view(self) -> Viewport:
-        """The whole panorama, its middle at turn 0."""
+        """The whole panorama, centred on turn 0."""
         return Viewport(float(self.width()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -250,12 +250,12 @@ class WeightPanorama(TurnPlot):
         self.panel.look(self.view)
 
     def draw(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the well before there is a place."""
+        """Paint an empty well if there is no place."""
         if self._picture is None:
             box(painter, self.rect(), px(_RADIUS), theme().c.well)
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the tags of the lines, the second below the first where they would meet."""
+        """Paint the labels of the lines, the second below the first if they would overlap."""
         box = QRectF()
         for words, turn in zip(self._words, (self.needle, self.needle + 180.0), strict=True):
             if words:
@@ -264,7 +264,7 @@ class WeightPanorama(TurnPlot):
         draw_corners(painter, self.rect(), theme().c.panel)
 
     def _tag_area(self, x: float, words: str, box: QRectF) -> QRectF:
-        """Place a tag beside its line: to the right where there is room, else to the left."""
+        """Return the area of a label to the right of its line, or to the left without room."""
         gap = px(6)
         area = label_area((x + gap, gap), words)
         if area.right() > self.width() - gap:
@@ -281,5 +281,5 @@ class WeightPanorama(TurnPlot):
             super().mousePressEvent(event)
 
     def turn_under(self, point: Point) -> float:
-        """Return the azimuth at a pointer, deg."""
+        """Return the azimuth at a pointer position in degrees."""
         return self.view.azimuth_at(point[0])

@@ -69,7 +69,7 @@ class ScreenSpec:
         return presenter
 
     def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
-        """Create the view, a `QWidget`, which is rebuilt after a change of theme, scale or layout."""
+        """Create the view, a `QWidget`, which is rebuilt after a change of theme or layout."""
         return self._part("screen_view", "Screen")(presenter, compact)
 
     def read_in(self) -> None:

@@ -1,1 +1,1 @@
-"""What plots are made of: items, marks, layers and their geometry."""
+"""The building blocks of plots: items, marks, layers and geometry."""

@@ -1,4 +1,4 @@
-"""What all plots share: the keyboard, cached pictures, labels, words for a screen reader."""
+"""The base of all plots: keyboard, cached pictures, labels and descriptions."""
 
 from __future__ import annotations
 
@@ -41,25 +41,25 @@ _ARROWS: Final = {
 
 
 def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
-    """Return degrees to the right and up for an arrow key, 1 or with Shift 10; else None."""
+    """Return the step in degrees to the right and up for an arrow key (10 with Shift), or None."""
     way = _ARROWS.get(Qt.Key(event.key()))
     size = 10.0 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
     return None if way is None else (way[0] * size, way[1] * size)
 
 
 def device_ratio(painter: QPainter) -> float:
-    """Return device pixels per logical pixel of a painter."""
+    """Return a painter's device pixels per logical pixel."""
     return max(painter.deviceTransform().m11(), 0.25)
 
 
 def snap(value: float, ratio: float, width: float = 1.0) -> float:
-    """Return the middle of a line whose edges are on device pixels."""
+    """Return the middle of a line such that its edges align with device pixels."""
     odd = round(width * ratio) % 2
     return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
 
 
 def polygon(points: Sequence[Point]) -> QPolygonF:
-    """Return points as a polygon of Qt."""
+    """Return the points as a Qt polygon."""
     return QPolygonF([QPointF(x, y) for x, y in points])
 
 
@@ -75,9 +75,9 @@ def closed_path(points: Sequence[Point]) -> QPainterPath:
 def draw_text(
     painter: QPainter, middle: Point, text: str, font: QFont, colour: QColor, align: float = 0.5
 ) -> float:
-    """Draw one line of text on whole device pixels; return its width.
+    """Draw one line of text aligned with device pixels, and return its width.
 
-    `middle` is the middle of the capital letters, and across what `align` says.
+    `middle` is at half the height of capital letters, and `align` sets its horizontal position.
     """
     text = visible(text)
     painter.setFont(font)
@@ -100,7 +100,7 @@ def draw_label(
     ink: QColor | None = None,
     weight: int = 400,
 ) -> QRectF:
-    """Draw a label on a picture, in other colours with a dark edge; return its rectangle."""
+    """Draw a label with a dark edge on a picture, and return its rectangle."""
     area = label_area(place, text, weight=weight)
     if fill is not None:
         edge = px(4) + 1
@@ -111,12 +111,12 @@ def draw_label(
 def label_area(
     place: Point, text: str, align: tuple[float, float] = (0.0, 0.0), weight: int = 400
 ) -> QRectF:
-    """Return the rectangle of a label as `draw_label` draws it, logical pixels.
+    """Return the rectangle of a label as drawn by `draw_label`, in logical pixels.
 
-    `align` (0, 0) puts its upper left corner at `place`, (1, 1) its lower right one.
+    With `align` (0, 0) its upper left corner is at `place`, with (1, 1) its lower right one.
     """
     width, height = tag_size(text, weight)
-    # On whole pixels, to keep the edges sharp.
+    # Align with whole pixels to keep the edges sharp.
     return QRectF(
         round(place[0] - width * align[0]), round(place[1] - height * align[1]), width, height
     )
@@ -130,22 +130,22 @@ def disc(
     edge: QColor | Qt.GlobalColor | None = None,
     width: float = 1.0,
 ) -> None:
-    """Draw a disc, or a ring without fill; the edge is centred on the radius."""
+    """Draw a disc, or a ring without a fill; the edge is centred on the radius."""
     painter.setBrush(Qt.BrushStyle.NoBrush if fill is None else fill)
     painter.setPen(Qt.PenStyle.NoPen if edge is None else QPen(edge, width))
     painter.drawEllipse(QPointF(*place), radius, radius)
 
 
 class Plot(Paints, QWidget):
-    """A widget that takes the focus and describes itself to a screen reader.
+    """A widget that takes the focus and describes itself to screen readers.
 
-    What has a place in its data is an item of its panel; `draw` paints the ground under it.
+    Everything positioned in data units is an item of its panel; `draw` paints the background.
     """
 
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     role = QAccessible.Role.Graphic
-    """Its role for a screen reader."""
+    """Accessible role of the plot."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -158,9 +158,9 @@ class Plot(Paints, QWidget):
 
     @property
     def panel(self) -> Panel:
-        """The part that pyqtgraph draws; made at first use."""
+        """The part drawn by pyqtgraph, created on first use."""
         if self._panel is None:
-            # Imported late: pyqtgraph takes a quarter of a second.
+            # Import pyqtgraph late, because that takes a quarter of a second.
             from app.ui.plots.panel import Panel
 
             self._panel = Panel(self, lambda p: self.draw_over(p, device_ratio(p)))
@@ -170,20 +170,20 @@ class Plot(Paints, QWidget):
         return self._panel
 
     def panel_rect(self) -> QRect:
-        """Rectangle of the panel."""
+        """Return the area of the panel."""
         return self.rect()
 
     def draw_over(self, painter: QPainter, ratio: float) -> None:
         """Paint over the panel, in its coordinates."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the panel in its place."""
+        """Keep the panel in its area."""
         super().resizeEvent(event)
         if self._panel is not None:
             self._panel.setGeometry(self.panel_rect())
 
     def say(self, words: str) -> None:
-        """Set the description for a screen reader."""
+        """Set the description for screen readers."""
         if words != self.accessibleDescription():
             self.setAccessibleDescription(words)
 
@@ -192,7 +192,7 @@ class Plot(Paints, QWidget):
     ) -> QPixmap:
         """Return a picture that is redrawn only when its key changes.
 
-        It is drawn in logical pixels on transparent ground.
+        It has a transparent background and is drawn in logical pixels.
         """
         t = theme()
         whole = (key, t.name, t.scale, size.width(), size.height(), ratio)
@@ -212,10 +212,10 @@ class Plot(Paints, QWidget):
         return pixmap
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the ground under the panel; the painter is antialiased and in logical pixels."""
+        """Paint the background under the panel with an antialiased painter in logical pixels."""
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius of the focus ring."""
+        """Return the rectangle and the corner radius of the focus ring."""
         return self.rect(), px(6)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -223,7 +223,7 @@ class Plot(Paints, QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        # A painter that survives an error crashes the program.
+        # A painter that is left active after an error crashes the program.
         try:
             self.draw(painter, device_ratio(painter))
         finally:
@@ -231,34 +231,34 @@ class Plot(Paints, QWidget):
 
 
 class TurnPlot(Plot):
-    """A plot with a needle, which mouse and keyboard move to a turn.
+    """A plot with a needle that can be moved to a turn with mouse and keyboard.
 
-    Arrows move by 1°, with Shift by 10°, Home goes to the best turn.
+    Arrows move it by 1°, or with Shift by 10°, and Home moves it to the best turn.
     """
 
     role = QAccessible.Role.Dial
 
     turned = Signal(float)
-    """The needle moved by hand to this turn, deg in (-180, 180]; many times while dragging."""
+    """Emitted with the needle's turn in (-180, 180] degrees, repeatedly during a drag."""
 
     released = Signal(float)
-    """The needle was released at this turn, deg."""
+    """Emitted with the needle's turn in degrees when it is released."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self.needle = 0.0  # deg in (-180, 180]
+        self.needle = 0.0  # turn in (-180, 180] degrees
         self._best: float | None = None
         self._dragging = False
         self._stepped = False
 
     def set_needle(self, turn_deg: float) -> None:
-        """Move the needle without a signal."""
+        """Move the needle without emitting a signal."""
         self.needle = wrap(turn_deg)
         self.describe()
         self.update()
 
     def describe(self) -> None:
-        """Describe the values for a screen reader."""
+        """Describe the values for screen readers."""
 
     def turn_to(self, turn_deg: float) -> None:
         """Move the needle and emit `turned`."""
@@ -268,7 +268,7 @@ class TurnPlot(Plot):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the needle with the keyboard."""
         if step := arrow_step(event):
-            # From a whole number, so that the display moves by whole degrees.
+            # Start from a whole number, so that the display changes by whole degrees.
             self.turn_to(round(self.needle) + sum(step))
         elif event.key() == Qt.Key.Key_Home and self._best is not None:
             self.turn_to(self._best)
@@ -279,14 +279,14 @@ class TurnPlot(Plot):
         event.accept()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Release the needle when no key repeats any more."""
+        """Release the needle when no key is repeating any more."""
         if self._stepped and not event.isAutoRepeat():
             self._stepped = False
             self.released.emit(self.needle)
         super().keyReleaseEvent(event)
 
     def turn_under(self, point: Point) -> float | None:
-        """Return the turn at a pointer, deg; None if there is none."""
+        """Return the turn at a pointer position in degrees, or None if there is none."""
         raise NotImplementedError
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:

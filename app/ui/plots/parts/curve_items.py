@@ -1,6 +1,6 @@
-"""Lines, curves and marks at places of the data, equally wide on any screen and at any zoom.
+"""Lines, curves and marks in data units, equally wide on any screen and at any zoom.
 
-A pen of pyqtgraph’s is counted in pixels of the screen: on a fine one its lines grow thin.
+pyqtgraph measures its pens in device pixels, which makes lines thin on high-resolution screens.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from app.ui.plots.parts.base import device_ratio, snap
 from app.ui.plots.parts.geometry import Point
 
 Draw: TypeAlias = Callable[[QPainter, Point], object]
-"""Paints a mark around its middle, logical pixels."""
+"""Paints a mark around its middle, in logical pixels."""
 
 
 def _to_pixels(painter: QPainter) -> QTransform:
-    """Switch a painter to logical pixels; return the transform from the item's units."""
+    """Switch a painter to logical pixels, and return the transform from the item's units."""
     transform = QTransform(painter.transform())
     painter.resetTransform()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -31,14 +31,14 @@ def _to_pixels(painter: QPainter) -> QTransform:
 
 
 class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
-    """A line across the plot, upright or level, with one or more pens, the widest first."""
+    """A vertical or horizontal line across the plot with one or more pens, widest first."""
 
     def __init__(self, *pens: QPen, upright: bool = True) -> None:
         super().__init__(angle=90 if upright else 0, pen=pens[0])
         self._pens = pens
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint it on whole pixels of the screen."""
+        """Paint the line on whole device pixels."""
         area = self.boundingRect()
         transform = _to_pixels(painter)
         start, stop = (transform.map(QPointF(x, 0.0)) for x in (area.left(), area.right()))
@@ -55,7 +55,7 @@ class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
 
 
 class Curve(pg.PlotCurveItem):  # type: ignore[misc]
-    """A curve with any number of pens, the widest first; with a fill it is closed."""
+    """A curve with any number of pens, widest first; a curve with a fill is closed."""
 
     def __init__(self, *pens: QPen, fill: QColor | None = None) -> None:
         super().__init__(pen=_padding(pens))
@@ -67,7 +67,7 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
         self.setData(places[:, 0], places[:, 1])
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint fill and pens."""
+        """Paint the fill and the pens."""
         path = _to_pixels(painter).map(self.getPath())
         if self._fill is not None:
             path.closeSubpath()
@@ -77,7 +77,7 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
 
 
 class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
-    """Straight pieces of a line with one or more pens, the widest first."""
+    """Straight segments of a line with one or more pens, widest first."""
 
     def __init__(self, *pens: QPen) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
 
     def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
-        """Set the pieces, x and y of both ends, (n, 4), clipped to an area."""
+        """Set the segments, as (n, 4) with x and y of both ends, clipped to an area."""
         self._ends, self._area = np.asarray(ends, float), area
         places = self._ends.reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1], connect="pairs")
@@ -98,7 +98,7 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         return self._area
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
-        """Paint the exposed ones: all of them would take longer than the rest of a plot."""
+        """Paint only the exposed segments, because all of them would take too long."""
         transform = _to_pixels(painter)
         wide = self._pens[0].widthF()
         area = transform.mapRect(option.exposedRect).adjusted(-wide, -wide, wide, wide)
@@ -114,14 +114,14 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
 
 
 def _padding(pens: Sequence[QPen]) -> QPen:
-    """Return a pen that tells pyqtgraph how wide a curve’s own pens are."""
+    """Return a pen that gives pyqtgraph the total width of a curve's own pens."""
     pen = QPen(pens[0]) if pens else QPen(Qt.PenStyle.NoPen)
     pen.setCosmetic(True)
     return pen
 
 
 class Mark(pg.TargetItem):  # type: ignore[misc]
-    """A sign at a place of the data, within `size` logical pixels."""
+    """A sign at a position in the data, within `size` logical pixels."""
 
     def __init__(self, draw: Draw, size: float) -> None:
         self.scale = size
@@ -134,7 +134,7 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
         self.update()
 
     def set_size(self, size: float) -> None:
-        """Set the size of the sign, logical pixels."""
+        """Set the size of the sign in logical pixels."""
         if size != self.scale:
             self.prepareGeometryChange()
             self.scale = size
@@ -147,7 +147,7 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
 
 
 class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
-    """A function that paints between items, in logical pixels; only the exposed part is needed."""
+    """A function that paints between items in logical pixels; only the exposed part is needed."""
 
     def __init__(self, draw: Callable[[QPainter, QRect], object]) -> None:
         super().__init__()
@@ -155,15 +155,15 @@ class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
         self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
-        """Paint it."""
+        """Call the function."""
         part = _to_pixels(painter).mapRect(option.exposedRect).toAlignedRect()
         self._draw(painter, part)
 
 
 class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
-    """Items that change rarely, painted once into one picture of the whole view.
+    """Items that change rarely, painted once into a picture of the whole view.
 
-    The scene does not paint them: call `changed` after a change of one of them.
+    The scene does not paint them, so call `changed` after a change to one of them.
     """
 
     def __init__(self, *items: Any) -> None:
@@ -211,21 +211,21 @@ class Group(pg.ItemGroup):  # type: ignore[misc]
 
     def __init__(self, *items: Any) -> None:
         super().__init__()
-        # Keep references: Qt deletes an item without one.
+        # Keep references, because Qt deletes an item without any.
         self._items = items
         for item in items:
             self.addItem(item)
 
 
 class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
-    """A changing number of marks."""
+    """A varying number of marks."""
 
     def __init__(self) -> None:
         super().__init__()
         self.marks: list[Mark] = []
 
     def show_marks(self, signs: Sequence[tuple[Point, Draw, float]]) -> None:
-        """Set the marks: place, painter and size of each."""
+        """Set the position, the painter and the size of each mark."""
         while len(self.marks) < len(signs):
             self.marks.append(Mark(signs[0][1], 0.0))
             self.addItem(self.marks[-1])

@@ -1,8 +1,8 @@
-"""Shapes of the plots: circles counted in turns, smooth outlines, arrows, labels that make way.
+"""Shapes of the plots: circles of turns, smooth outlines, arrows, and labels that keep clear.
 
-Points are (x, y) in logical pixels, x to the right and y downward. Turns and azimuths are
-degrees, positive clockwise seen from above; on a circle 0 is up and 90 is to the right. There
-is no Qt here, so that every sign can be tested by itself.
+Points are (x, y) in logical pixels, with x to the right and y downward. Turns and azimuths are in
+degrees, positive clockwise seen from above; on a circle, 0 is at the top and 90 at the right. This
+module does not use Qt, so that every sign can be tested on its own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from app.core.base.angles import arc_width, at_turn, wrap
 from app.core.base.paths import resources
 
 Point: TypeAlias = tuple[float, float]
-"""(x, y), logical pixels, y downward."""
+"""(x, y) in logical pixels, with y downward."""
 
 _STEP_DEG: Final = 2.0
 _SHARES: Final = np.arange(4.0)[:, None] / 4.0
@@ -34,13 +34,13 @@ _CIRCLE: Final = np.array([at_turn((0.0, 0.0), 1.0, 90.0 + 2.0 * k) for k in ran
 
 @cache
 def _half_head() -> list[Point]:
-    """Return half of the mean head's outline from above, (to the side, forward) in half lengths."""
+    """Return half of the mean head's outline from above, (side, forward) in half head lengths."""
     outline = json.loads((resources() / "heads" / "outline.json").read_text(encoding="utf-8"))
     return [(float(side), float(front)) for side, front in outline]
 
 
 def turn_at(centre: Point, point: Point) -> float:
-    """Return the turn toward a point, deg in (-180, 180]; the inverse of `at_turn`.
+    """Return the turn toward a point in (-180, 180] degrees; the inverse of `at_turn`.
 
     Examples:
         >>> turn_at((0.0, 0.0), (-3.0, 0.0))
@@ -51,12 +51,12 @@ def turn_at(centre: Point, point: Point) -> float:
 
 
 def circle(radius: float) -> NDArray[np.float64]:
-    """Return a circle around the origin, from the right on clockwise, (181, 2)."""
+    """Return a circle around the origin, clockwise from the right, (181, 2)."""
     return radius * _CIRCLE
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
-    """Outline the piece of a disc that a clockwise arc (from, to) cuts out; it may wrap.
+    """Return the outline of the sector for a clockwise arc (from, to), which may wrap.
 
     The centre comes first, unless the arc is the whole circle.
     """
@@ -67,7 +67,7 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
 
 def value_at(curve: Sequence[float], turn_deg: float) -> float:
-    """Return the value at a turn of a curve at evenly spaced turns from 0 on, linearly."""
+    """Interpolate a curve, sampled at evenly spaced turns from 0, at a turn."""
     count = len(curve)
     place = (turn_deg / 360.0 * count) % count
     low = int(place)
@@ -77,34 +77,35 @@ def value_at(curve: Sequence[float], turn_deg: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Dial:
-    """A round plot: values from 0 at its core, around the head, to 100 at its rim."""
+    """A round plot of values from 0 at its core, around the head, to 100 at its rim."""
 
     centre: Point
     core: float
     rim: float
 
     def radius(self, value: float) -> float:
-        """Return the radius of a value, clamped to 0 to 100."""
+        """Return the radius for a value, clamped to the range from 0 to 100."""
         return self.core + (self.rim - self.core) * min(max(value, 0.0), 100.0) / 100.0
 
     def place(self, turn_deg: float, value: float) -> Point:
-        """Return the place of a value at a turn, deg."""
+        """Return the position of a value at a turn in degrees."""
         return at_turn(self.centre, self.radius(value), turn_deg)
 
     def outline(self, curve: Sequence[float]) -> list[Point]:
-        """Return the places of values at evenly spaced turns from 0 on, clockwise."""
+        """Return the positions of values at evenly spaced turns from 0, clockwise."""
         step = 360.0 / max(len(curve), 1)
         return [self.place(index * step, value) for index, value in enumerate(curve)]
 
 
 def smooth(points: Sequence[Point]) -> NDArray[np.float64]:
-    """Lead a closed smooth curve of Bezier pieces through points.
+    """Fit a smooth closed Bezier curve through points.
 
-    The tangent at a point is that of the parabola through it and its neighbours, and handles are a
-    third of the chord, so that a corner between a long and a short piece makes no loop.
+    The tangent at a point is that of the parabola through it and its neighbours. Handles are a
+    third of the chord, so that a corner between a long and a short segment makes no loop.
 
     Returns:
-        (n, 3, 2). For each point the two control points of the piece to the next one, and that one.
+        (n, 3, 2). For each point, the two control points of the segment to the next one, and that
+        one.
     """
     here = np.asarray(points, np.float64)
     stop = np.roll(here, -1, axis=0)
@@ -123,7 +124,7 @@ def smooth(points: Sequence[Point]) -> NDArray[np.float64]:
 
 
 def finely(points: Sequence[Point]) -> NDArray[np.float64]:
-    """Return the smooth closed curve through points, four points for each of them, (n, 2)."""
+    """Return the smooth closed curve through points, sampled at four times as many, (n, 2)."""
     if not points:
         return np.zeros((0, 2))
     pieces = np.concatenate([np.asarray(points, float)[:, None], smooth(points)], axis=1)
@@ -132,9 +133,10 @@ def finely(points: Sequence[Point]) -> NDArray[np.float64]:
 
 
 def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
-    """Outline the mean head seen from above, its nose first and along a turn.
+    """Return the outline of the mean head from above, starting at its nose.
 
-    `size` is half its length. Exactly symmetric about the turn; lead `smooth` through it.
+    The outline is exactly symmetric about `turn_deg`, and `size` is half its length. Use `smooth`
+    to make it round.
     """
     half = _half_head()
     other = [(-side, front) for side, front in reversed(half[1:-1])]
@@ -147,7 +149,7 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
 
 
 def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
-    """Return the index of the nearest target within reach of a point; None if there is none."""
+    """Return the index of the nearest target within reach of a point, or None."""
     near = [(math.dist(place, point), index) for index, place in enumerate(places)]
     best = min(near, default=(math.inf, -1))
     return best[1] if best[0] <= reach else None
@@ -156,9 +158,9 @@ def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
 def spread(
     targets: Sequence[float], widths: Sequence[float], gap: float, low: float, high: float
 ) -> list[float]:
-    """Move labels on a line apart, as little as possible and all the same way out.
+    """Move overlapping labels on a line apart by the same distance, within its limits.
 
-    `targets` are the middles that they would like to have, in any order.
+    `targets` are their preferred centres in any order.
     """
     order = sorted(range(len(targets)), key=lambda index: targets[index])
     middles = [targets[index] for index in order]
@@ -185,7 +187,7 @@ def spread(
 
 @dataclass(frozen=True, slots=True)
 class ArrowShape:
-    """A thick curved arrow: a band between two radii, from one turn to another, and its head."""
+    """A thick curved arrow: a band between two radii from one turn to another, with a head."""
 
     centre: Point
     inner: float
@@ -196,10 +198,10 @@ class ArrowShape:
 
 
 def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
-    """Fit a thick curved arrow into a box; made for 320 x 104, others are filled in proportion."""
+    """Fit a thick curved arrow, designed for 320 x 104, into a box with the same proportions."""
     unit = min(width / 320.0, height / 104.0)
     side = 1.0 if clockwise else -1.0
-    # The arrowhead is wider than the tail: centre the whole, not the circle.
+    # The arrowhead is wider than the tail, so centre the whole arrow instead of the circle.
     centre = (width / 2.0 - side * 4.5 * unit, height / 2.0 + 125.0 * unit)
     outer, inner = 170.0 * unit, 142.0 * unit
     base = at_turn(centre, 163.0 * unit, side * _NECK_DEG)
@@ -209,6 +211,6 @@ def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
     across = ((tip[1] - base[1]) * half, (base[0] - tip[0]) * half)
     outside = (base[0] + side * across[0], base[1] + side * across[1])
     inside = (base[0] - side * across[0], base[1] - side * across[1])
-    # The band reaches a little under the head, so that no seam shows.
+    # The band extends slightly under the head, so that no seam is visible.
     stop = side * (_NECK_DEG + 2.0)
     return ArrowShape(centre, inner, outer, side * -56.3, stop, (outside, tip, inside))

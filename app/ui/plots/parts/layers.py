@@ -1,4 +1,4 @@
-"""Images of a whole panorama, and hatching on them, in degrees: azimuth, elevation down."""
+"""Images of a whole panorama, and hatching over them, in degrees of azimuth and elevation."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app.core.base.arrays import Bytes
 
-_SMALLEST: Final = 512  # least columns of a smaller copy
-_GAP: Final = 1 / 340  # of the width, half of the widest gap: 3 texels of 1,024
-_CLIPPED: Final = 0.02  # share of a texel from which it counts as clipped
-_PERIOD: Final = 8.0  # of the hatching, logical pixels along a row
+_SMALLEST: Final = 512  # minimum columns of a smaller copy
+_GAP: Final = 1 / 340  # fraction of the width, half of the widest gap: 3 texels of 1,024
+_CLIPPED: Final = 0.02  # fraction of a texel from which it counts as clipped
+_PERIOD: Final = 8.0  # spacing of the hatching in logical pixels along a row
 _INK: Final = QColor(16, 16, 16)
 _PAPER: Final = QColor(245, 245, 245)
 
 
 class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
-    """An image of a whole panorama, drawn from a smaller copy at a smaller scale."""
+    """An image of a whole panorama, drawn from a smaller copy when it is scaled down."""
 
     def __init__(self) -> None:
         super().__init__(axisOrder="row-major")
@@ -43,8 +43,10 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
     def set_pixels(self, pixels: Bytes | None) -> None:
         """Show other pixels.
 
-        `pixels`: (h, w), (h, w, 3) or (h, w, 4) uint8, or None. Grey; sRGB; or blue, green, red,
-        opacity with colours multiplied by opacity. Azimuth −180° to 180°, moved by `setX`.
+        Args:
+            pixels: (h, w), (h, w, 3) or (h, w, 4) uint8, or None. Grey; sRGB; or blue, green, red
+                and opacity with premultiplied colours. Azimuths run from −180° to 180°, shifted by
+                `setX`.
         """
         self._images = {}
         self._copies = [] if pixels is None else [pixels]
@@ -57,7 +59,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         self.setRect(QRectF(-180.0, -90.0, 360.0, 180.0))
 
     def boundingRect(self) -> QRectF:
-        """Return the panorama and half a turn more on both sides, in its pixels."""
+        """Return the panorama plus half a turn on both sides, in its pixels."""
         return self._around if self._copies else QRectF()
 
     def paint(self, painter: QPainter, *_args: object) -> None:
@@ -82,7 +84,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
 
 
 def _image_around(pixels: Bytes) -> QImage:
-    """Return an image of Qt's fastest format, with half a turn more on both sides."""
+    """Return an image in Qt's fastest format, with an extra half turn on both sides."""
     half = pixels.shape[1] // 2
     around = np.concatenate([pixels[:, -half:], pixels, pixels[:, :half]], axis=1)
     formats = QImage.Format
@@ -105,20 +107,21 @@ class Hatching(QGraphicsItem):
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Set the hatched areas.
 
-        `clipped`: (h, w) bool or float, or None. True, or the clipped share of each texel, 0 to 1;
-        any size.
+        Args:
+            clipped: (h, w) bool or float of any size, or None. True, or the clipped fraction of
+                each texel from 0 to 1.
         """
         self._outlines = [] if clipped is None else _outlines(clipped)
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """Return the panorama and half a turn more on both sides."""
+        """Return the panorama plus half a turn on both sides."""
         return QRectF(-360.0, -90.0, 720.0, 180.0)
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
-        """Paint edge and lines; areas thinner than a pixel get lines, too."""
+        """Paint edges and lines, including lines in areas thinner than a pixel."""
         path = QPainterPath()
         for area, outline in self._outlines:
             if area.intersects(option.exposedRect):
@@ -139,15 +142,16 @@ class Hatching(QGraphicsItem):
         painter.fillPath(path, lines)
 
     def _ratio(self, painter: QPainter) -> float:
-        """Return device pixels per logical pixel, on top of the scene's own scale."""
+        """Return device pixels per logical pixel, in addition to the scene's own scale."""
         return painter.deviceTransform().m11() / max(self.sceneTransform().m11(), 1e-9)
 
 
 def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
-    """Outline clipped areas, in degrees, with half a turn more on both sides.
+    """Return outlines of clipped areas in degrees, with an extra half turn on both sides.
 
-    Returns list of (QRectF, QPainterPath). Each piece with its holes, and around it what its edge
-    may cover.
+    Returns:
+        list of (QRectF, QPainterPath). Each piece with its holes, and the area that its edge may
+        cover.
     """
     mask = np.asarray(np.asarray(clipped, np.float32) > _CLIPPED, np.uint8)
     if not mask.any():
@@ -156,7 +160,7 @@ def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
     rows, columns = mask.shape
     half = columns // 2
     around = np.concatenate([mask[:, -half:], mask, mask[:, :half]], axis=1)
-    # Contours lead through the middles of pixels: of fourths of a texel, so that none is empty.
+    # Contours run through pixel centres, so halve the texels to keep every outline non-empty.
     large = cv2.resize(around, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
     contours, tree = cv2.findContours(large, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
     unit, corner = (180.0 / columns, 90.0 / rows), (180.0 + half * 360.0 / columns, 90.0)
@@ -183,7 +187,7 @@ def _joined(mask: Bytes) -> Bytes:
 
 
 def _tile(side: int) -> QPixmap:
-    """One period of slanted white lines on black, device pixels."""
+    """Return one period of slanted white lines on black, in device pixels."""
     tile = QPixmap(side, side)
     tile.fill(_INK)
     painter = QPainter(tile)

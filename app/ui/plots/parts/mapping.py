@@ -1,7 +1,8 @@
-"""Angles to pixels and back, for a panorama that moves and for a strip of one.
+"""The mapping of angles to pixels and back, for a moving panorama and for a strip of one.
 
-Azimuths and turns are degrees, positive clockwise seen from above, which is to the right in the
-picture; elevations are positive upward. Pixels are logical, y downward. No Qt here.
+Azimuths and turns are in degrees, positive clockwise seen from above, which is to the right in the
+picture. Elevations are positive upward. Pixels are logical, with y downward. This module does not
+use Qt.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ from app.core.base.angles import arc_width, difference, wrap
 from app.words.phrases.turns import signed
 
 ZOOMS: Final = (1.0, 8.0)
-"""Least and greatest zoom: 1 shows the whole panorama."""
+"""Minimum and maximum zoom; 1 shows the whole panorama."""
 
 SPAN_DEG: Final = 150.0
-"""Width of the strip of background, deg."""
+"""Width of the background strip in degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +30,7 @@ class Tick:
 
 
 def scale_label(value_deg: float) -> str:
-    """Return the text of a number on a scale, whose left end may be −180°.
+    """Return a number on a scale as text; the left end may be −180°.
 
     Examples:
         >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
@@ -39,17 +40,17 @@ def scale_label(value_deg: float) -> str:
 
 
 def label_step(pixels_per_degree: float, room: float) -> int:
-    """Return the degrees between labels that need this room: 1, 5, 15, 45 or 90."""
+    """Return the spacing in degrees of labels that need this much room: 1, 5, 15, 45 or 90."""
     steps = (1, 5, 15, 45)
     return next((step for step in steps if step * pixels_per_degree >= room), 90)
 
 
 @dataclass(frozen=True, slots=True)
 class Viewport:
-    """The visible part of a panorama, as the ViewBox shows it.
+    """The visible part of a panorama, for the ViewBox.
 
-    A ViewBox of pyqtgraph knows neither wrapping nor poles. Azimuth in (-180, 180] and elevation
-    are those in the middle; `shape` is the height of the window for its width.
+    pyqtgraph's ViewBox supports neither wrapping nor poles. Azimuth, in (-180, 180], and elevation
+    are those at the centre; `shape` is the height of the window divided by its width.
     """
 
     width: float
@@ -60,7 +61,7 @@ class Viewport:
 
     @property
     def height(self) -> float:
-        """Height of the window, logical pixels."""
+        """Height of the window in logical pixels."""
         return self.width * self.shape
 
     @property
@@ -69,38 +70,38 @@ class Viewport:
         return self.width * self.zoom / 360.0
 
     def x_of(self, azimuth_deg: float) -> float:
-        """Return the x of an azimuth nearest to the middle; may be outside the window."""
+        """Return the x of an azimuth nearest to the centre, which may be outside the window."""
         return self.width / 2.0 + difference(azimuth_deg, self.azimuth_deg) * self.scale
 
     def xs_of(self, azimuth_deg: float, margin: float = 0.0) -> list[float]:
-        """Return every x of an azimuth in the window, at most `margin` outside it.
+        """Return every x of an azimuth inside the window, or at most `margin` outside.
 
-        At zoom 1 the azimuth opposite the middle stands at both edges.
+        At zoom 1 the azimuth opposite the centre is at both edges.
         """
         nearest, turn = self.x_of(azimuth_deg), 360.0 * self.scale
         places = (nearest - turn, nearest, nearest + turn)
         return [x for x in places if -margin - 1e-9 <= x <= self.width + margin + 1e-9]
 
     def azimuth_at(self, x: float) -> float:
-        """Return the azimuth at an x, deg in (-180, 180]; the inverse of `x_of`."""
+        """Return the azimuth at an x in (-180, 180] degrees; the inverse of `x_of`."""
         return wrap(self.azimuth_deg + (x - self.width / 2.0) / self.scale)
 
     def y_of(self, elevation_deg: float) -> float:
-        """Return the y of an elevation; may be outside the window."""
+        """Return the y of an elevation, which may be outside the window."""
         return self.height / 2.0 - (elevation_deg - self.elevation_deg) * self.scale
 
     def elevation_at(self, y: float) -> float:
-        """Return the elevation at a y, deg; the inverse of `y_of`."""
+        """Return the elevation at a y in degrees; the inverse of `y_of`."""
         return self.elevation_deg - (y - self.height / 2.0) / self.scale
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
-        """Return the view around a direction, which ends at zenith and nadir."""
+        """Return the view centred on a direction, limited at zenith and nadir."""
         limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
         elevation = min(max(elevation_deg, -limit), limit)
         return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=elevation)
 
     def panned(self, dx: float, dy: float) -> Viewport:
-        """Return the view with the picture moved by logical pixels: x goes to x + dx."""
+        """Return the view with the picture moved by logical pixels, so that x goes to x + dx."""
         azimuth = self.azimuth_deg - dx / self.scale
         return self.moved_to(azimuth, self.elevation_deg + dy / self.scale)
 
@@ -113,7 +114,7 @@ class Viewport:
         return new.moved_to(azimuth - across, elevation - up)
 
     def ticks(self, front_deg: float, step: int, labelled: int) -> list[Tick]:
-        """List the ticks of the scale under the window, which counts from an azimuth."""
+        """Return the ticks of the scale under the window, which counts from an azimuth."""
         middle = difference(self.azimuth_deg, front_deg)
         half = self.width / 2.0 / self.scale + 1e-9
         first = math.ceil((middle - half) / step)
@@ -129,10 +130,10 @@ class Viewport:
 
 @dataclass(frozen=True, slots=True)
 class StripScale:
-    """A strip of background, so many degrees wide and centred on the goal.
+    """A strip of background of a given width in degrees, centred on the goal.
 
-    The background at turn t is the azimuth t + 180, so turns grow to the right; mirrored, to the
-    left.
+    The background at turn t is the azimuth t + 180, so turns increase to the right, or to the left
+    if mirrored.
     """
 
     width: float
@@ -146,28 +147,28 @@ class StripScale:
         return self.width / self.span_deg
 
     def x_of(self, turn_deg: float) -> float:
-        """Return the x of a turn, the shorter way from the goal; may be outside the strip."""
+        """Return the x of a turn, the shorter way from the goal, which may be outside the strip."""
         return self._x(difference(turn_deg, self.goal_deg))
 
     def _x(self, beside_deg: float) -> float:
-        """Return the x of an angle clockwise of the goal."""
+        """Return the x of an angle clockwise from the goal."""
         way = -self.scale if self.mirrored else self.scale
         return self.width / 2.0 + beside_deg * way
 
     def frame(self, turn_deg: float, fov_deg: float) -> tuple[float, float]:
-        """Return the left and right edge of a camera's field of view at a turn."""
+        """Return the left and right edges of a camera's field of view at a turn."""
         x, half = self.x_of(turn_deg), fov_deg * self.scale / 2.0
         return x - half, x + half
 
     def beyond(self, turn_deg: float) -> int:
-        """Return -1 for a turn past the left edge of the strip, 1 past its right, else 0."""
+        """Return -1 for a turn past the left edge of the strip, 1 past the right edge, or 0."""
         x = self.x_of(turn_deg)
         return -1 if x < 0.0 else 1 if x > self.width else 0
 
     def bands(self, arc_deg: tuple[float, float]) -> list[tuple[float, float]]:
-        """Return the edges of the pieces of a clockwise arc (from, to) on the strip.
+        """Return the edges of each piece of a clockwise arc (from, to) on the strip.
 
-        Two where a wide arc comes in from both sides.
+        A wide arc can enter from both sides, which gives two pieces.
         """
         extent = arc_width(arc_deg)
         if extent >= 360.0:
@@ -183,9 +184,9 @@ class StripScale:
         return result
 
     def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
-        """List the ticks, which count from the goal to both sides, without signs.
+        """Return the ticks, which count without signs from the goal to both sides.
 
-        Labels make way for markers nearer than their room.
+        Labels that would be too close to a marker are left out.
         """
         last = math.ceil(self.span_deg / 2.0 / step) - 1
         beside = [difference(other, self.goal_deg) for other in avoid_deg]

@@ -1,4 +1,4 @@
-"""The scale under a panorama, painted: pyqtgraph cuts labels at its ends. And the marker’s grip."""
+"""The scale under a panorama, painted because pyqtgraph cuts labels, and the marker's grip."""
 
 from __future__ import annotations
 
@@ -35,25 +35,26 @@ _GAP: Final = 8
 
 
 class MarkerGrip(PaintedWidget):
-    """An amber pill with a person, words, and the sign that it can be dragged.
+    """An amber pill with a person, text and a sign that it can be dragged.
 
-    Arrows step by 1°, with Shift by 10°; Enter keeps the new place, Esc takes the old one.
+    Arrows move it by 1°, or with Shift by 10°. Enter keeps the new position, and Esc restores the
+    old one.
     """
 
     dragged = Signal(QPoint)
-    """The pointer dragged the grip; in the parent's coordinates."""
+    """Emitted while the grip is dragged, with a position in the parent's coordinates."""
 
     dropped = Signal()
-    """The grip was released, or Enter was pressed."""
+    """Emitted when the grip is released, or on Enter."""
 
     stepped = Signal(float)
-    """An arrow was pressed: degrees, positive clockwise."""
+    """Emitted on an arrow key with the step in degrees, positive clockwise."""
 
     home = Signal()
-    """Home or Esc was pressed: move back."""
+    """Emitted on Home or Esc, to move the marker back."""
 
     left = Signal()
-    """The grip lost the focus."""
+    """Emitted when the grip loses the focus."""
 
     def __init__(self, words: str, parent: QWidget) -> None:
         super().__init__(parent)
@@ -67,14 +68,14 @@ class MarkerGrip(PaintedWidget):
         self.set_words(words)
 
     def set_words(self, words: str) -> None:
-        """Set the words at rest: "Photographer stands here", "You face this way now"."""
+        """Set the text at rest: "Photographer stands here" or "You face this way now"."""
         self._words = words
         self.setAccessibleName(words)
         self.resize(self.sizeHint())
         self.update()
 
     def set_moving(self, words: str) -> None:
-        """Set the words of a move; empty at rest."""
+        """Set the text during a move, or empty at rest."""
         if words != self._moving:
             self._moving = words
             self.setAccessibleDescription(words)
@@ -82,17 +83,17 @@ class MarkerGrip(PaintedWidget):
 
     @property
     def text(self) -> str:
-        """The words on the grip."""
+        """The text on the grip."""
         return self._moving or self._words
 
     def sizeHint(self) -> QSize:
-        """Return the size for the words, constant during a move."""
+        """Return the size for the text, which stays constant during a move."""
         text = QFontMetricsF(theme().font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
         return QSize(px(parts) + round(text), px(_HEIGHT))
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius of the focus ring."""
+        """Return the rectangle and the corner radius of the focus ring."""
         return self.rect(), self.height() // 2
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -109,23 +110,23 @@ class MarkerGrip(PaintedWidget):
         draw_icon(painter, "grip", dots, side, t.c.onamber)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grab it."""
+        """Grab the grip."""
         if event.button() == Qt.MouseButton.LeftButton:
             self.held = True
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag it."""
+        """Drag the grip."""
         if self.held:
             self.dragged.emit(self.mapToParent(event.position().toPoint()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Release it."""
+        """Release the grip."""
         if self.held and event.button() == Qt.MouseButton.LeftButton:
             self.held = False
             self.dropped.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Step, confirm or cancel."""
+        """Move the marker by a step, confirm or cancel."""
         key = Qt.Key(event.key())
         if (step := arrow_step(event)) and step[0]:
             self.stepped.emit(step[0])
@@ -137,7 +138,7 @@ class MarkerGrip(PaintedWidget):
             super().keyPressEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Emit that the focus is lost."""
+        """Report the loss of focus."""
         super().focusOutEvent(event)
         self.left.emit()
 
@@ -148,7 +149,7 @@ _LABEL_ROOM: Final = 72
 
 @dataclass(frozen=True, slots=True)
 class SceneLamp:
-    """A lamp found in the panorama, with the direction of its middle as captured."""
+    """A lamp in the panorama, with the direction of its middle in the original."""
 
     letter: str
     azimuth_deg: float
@@ -157,7 +158,7 @@ class SceneLamp:
 
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """Overlays of a panorama; its scale counts from the front."""
+    """Overlays of a panorama, whose scale counts from the front."""
 
     front_deg: float
     marker_deg: float | None
@@ -169,7 +170,7 @@ class Marks:
 def draw_corners(
     painter: QPainter, area: QRect | QRectF, ground: QColor, radius: int | None = None
 ) -> None:
-    """Round the corners of a picture in the colour of the ground: cheaper than clipping."""
+    """Round the corners of a picture by painting the background, which is faster than clipping."""
     outer, radius = QRectF(area), radius or px(_RADIUS)
     path = QPainterPath()
     path.addRect(outer)
@@ -178,7 +179,7 @@ def draw_corners(
 
 
 def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
-    """Paint the scale of azimuths under the picture, with the marker's place in amber."""
+    """Paint the scale of azimuths under the picture, with the marker's position in amber."""
     t = theme()
     left, top = area.left(), float(area.bottom() + 1)
     amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)
