@@ -1,4 +1,4 @@
-"""Save the finished parts of a bake on disk, so that an interrupted bake can be resumed."""
+"""Saved parts of a bake on disk, so that an interrupted bake can be resumed."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class BakeCache:
         return lambda name, shape, compute: self.keep(f"{prefix}-{name}", shape, compute)
 
     def clear(self) -> None:
-        """Delete all parts, then the folder and its parent if they are empty."""
+        """Delete all parts, and then the folder and its parent if they are empty."""
         for file in self.folder.glob("*.npz"):
             file.unlink(missing_ok=True)
         for path in (self.folder, self.folder.parent):

@@ -376,7 +376,7 @@ def _visibility(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float6
 
 
 def _thinned(points: Float64) -> Float64:
-    """Keep one point in each cell of a grid: enough for measuring distances."""
+    """Keep one point per grid cell, which is enough for measuring distances."""
     _, first = np.unique(np.floor(points / _THIN_M).astype(np.int64), axis=0, return_index=True)
     return points[np.sort(first)]
 

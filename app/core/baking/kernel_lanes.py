@@ -206,7 +206,7 @@ def select_variant(variant: str = "auto") -> Any:
     try:
         mitsuba = importlib.import_module("mitsuba")
         mitsuba.set_variant(_NAMES[variant_name])
-        # Its log would mix with the command's output, in colour; real problems raise.
+        # Its log would clutter the command's output in colour; real problems raise errors.
         mitsuba.set_log_level(mitsuba.LogLevel.Error)
         if variant_name != "scalar":
             float_type = mitsuba.Float

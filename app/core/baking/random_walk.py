@@ -364,10 +364,10 @@ class Meeting:
 
 
 class Finder(Protocol):
-    """The purpose of a trace: records the events of the paths."""
+    """Records the events of the paths of a trace."""
 
     def on_hit(self, at: Meeting) -> None:
-        """Record a surface: the path leaves the skin, glances off, or neither."""
+        """Record a surface interaction: the path leaves the skin, glances off, or neither."""
         ...
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:

@@ -109,7 +109,7 @@ def _absorption_for(reflectance: float, scattering: float, index: float) -> floa
 
 
 def _from_reflectance(name: str, reflectance: Rgb, scattering: Rgb, source: str) -> Skin:
-    # Jensen's boundary index, so that reflectance and scattering match his measurements.
+    # Jensen's index of the boundary, so that reflectance and scattering match his measurements.
     r, g, b = (_absorption_for(x, s, 1.3) for x, s in zip(reflectance, scattering, strict=True))
     return Skin(name, scattering, (r, g, b), source=source)
 

@@ -34,7 +34,8 @@ BATCH_PIXELS = 96
 """Pixels of a batch."""
 _PROFILE_PIXELS = 1000
 _PROFILE_PATHS = 512
-# A path through the skin takes about as long as this many shadow rays; only for the time left.
+# A path through the skin takes about as long as this many shadow rays; used only to estimate the
+# time left.
 _RAYS_IN_PATH = 50
 
 

@@ -1,13 +1,13 @@
-"""Detect undeclared clipping in a panorama: many texels at one maximum.
+"""Detection of undeclared clipping in a panorama: many texels at one maximum.
 
 After clipping, all brighter light has the same value. Measured light hardly ever does: of 42
 panoramas, none has more texels within 0.2% of its maximum than just below. Half floats, Radiance's
-shared exponent and resampling spread the value by up to a percent, so wider bands are tried too,
-which need more texels. Lossy compression overshoots: then the common value is slightly below the
-maximum (`benchmarks/light/marred_panoramas.py`).
+shared exponent and resampling spread the value by up to a percent, so wider bands, which require
+more texels, are tried as well. Lossy compression overshoots, so the common value is then slightly
+below the maximum (`benchmarks/light/marred_panoramas.py`).
 
-An evenly bright panel, as renderers make them, is a plateau too, but with abrupt edges all around.
-Around clipped light there is always some light that is nearly as bright.
+An evenly bright panel, as renderers produce them, is also a plateau, but with abrupt edges all
+around. Clipped light is always surrounded by some light that is nearly as bright.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))  # fo
 _BELOW: Final = 0.9  # of the band's lower end
 _LOSSY: Final = 0.02  # width on both sides of the common value
 _LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # fewest texels in the band; largest fraction of them above it
-_LEAST_PANEL: Final = 10  # texels: a small clipped lamp may have edges as abrupt
+_LEAST_PANEL: Final = 10  # texels; a small clipped lamp may have equally abrupt edges
 _NEAR: Final = 0.25  # of the plateau
 _ALL: Final = -1  # stands for the largest of the three channels
 _ROWS: Final = 256
@@ -58,7 +58,7 @@ def plateau(radiance: FloatImage) -> Bools | None:
 
 
 def _row_bands(radiance: FloatImage) -> list[slice]:
-    """Return bands of rows: a large panorama leaves no memory for a whole extra plane."""
+    """Return bands of rows, since a large panorama leaves no memory for another whole plane."""
     return [slice(row, row + _ROWS) for row in range(0, len(radiance), _ROWS)]
 
 

@@ -49,9 +49,9 @@ MAX_WIDTH: Final = 16384
 """Widest panorama read, in texels: 1.6 GB as float. More texels add nothing about the light."""
 
 MIN_WIDTH: Final = 16
-"""Narrowest panorama read, in texels: 22.5 degrees each."""
+"""Narrowest panorama read, in texels of 22.5 degrees each."""
 _LEAST_SEEN: Final = 0.1  # of the sphere
-_HALF: Final = 0.5  # of a texel: less was not seen
+_HALF: Final = 0.5  # of a texel; below this it counts as unseen
 _READ_ROWS: Final = 512
 _EXR: Final = b"\x76\x2f\x31\x01"
 _TIFF: Final = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
@@ -115,7 +115,7 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
             tr("Scale it down to 4096 x 2048 pixels."),
         ) from None
     except UnicodeError:
-        # The header has damaged names of channels.
+        # The header contains damaged channel names.
         raise _damaged(file) from None
     finally:
         source.close()
@@ -208,7 +208,7 @@ def _as_panorama(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
 
 
 def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
-    """Join the gaps of the file with those that its maker filled."""
+    """Combine the gaps of the file with those filled by its creator."""
     if filled is None:
         return unseen
     marks = filled > _HALF
@@ -237,7 +237,7 @@ def _transparent(
         return None
     alpha = _read_channels(source, layer.part, (layer.alpha,), file, 1)[..., 0]
     if not alpha.max() > 0.0:
-        return None  # An alpha channel that was never filled in.
+        return None  # The alpha channel was never filled in.
     unseen = ~(alpha >= _HALF)
     partial = ~unseen & (alpha < 1.0)
     if not source.spec().get_int_attribute("oiio:UnassociatedAlpha", 0) and partial.any():
@@ -247,7 +247,7 @@ def _transparent(
 
 
 def _check_seen(unseen: Bools | None, file: Path) -> None:
-    """Refuse a panorama with too little visible to fill the gaps from."""
+    """Reject a panorama that shows too little to fill the gaps from."""
     if unseen is None:
         return
     visible_share = 1.0 - float(row_areas(*unseen.shape) @ unseen.sum(axis=1))
@@ -322,7 +322,7 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
 
 
 def _lies_on_its_side(spec: ImageSpec) -> bool:
-    """Return whether the rows of the file are columns of the picture (EXIF orientations 5 to 8)."""
+    """Return whether the file's rows are columns of the picture (EXIF orientations 5 to 8)."""
     return 5 <= spec.get_int_attribute("Orientation", 1) <= 8
 
 

@@ -1,8 +1,9 @@
-"""Find and fill the gaps of a panorama.
+"""Detection and filling of gaps in a panorama.
 
 Stitching programs place a partial panorama, such as one without a floor, on a black canvas. A dark
-area in a photo is rarely black throughout, and its surroundings are dark too; canvas is black to
-its edge and ends abruptly. A scene of lamps in a black void is mostly black, and stays unchanged.
+area in a photo is rarely black throughout, and its surroundings are dark too, whereas canvas is
+black up to its edge and ends abruptly. A scene of lamps in a black void is mostly black, and stays
+unchanged.
 """
 
 from __future__ import annotations
@@ -27,14 +28,15 @@ Rounding and lossy compression can turn black into such values.
 GOES_ON: Final = 8.0
 """Brightness, relative to its surroundings, of a light that continues into a gap.
 
-For example a window that the gap cuts off.
+An example is a window cut off by the gap.
 """
 
 _WIDEST: Final = 4096
 _COLUMNS: Final = 512
 _LEAST: Final = 0.01  # fraction of the sphere, for one area
 _MOST: Final = 0.75  # fraction of the sphere, for all areas
-_ABRUPT: Final = (0.005, 0.05)  # light just outside the edge: relative to the median; in codes
+# light just outside the edge: relative to the median, and in code values
+_ABRUPT: Final = (0.005, 0.05)
 _AT_EDGE: Final = 0.7  # fraction of the edge with that brightness
 
 

@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class Repaired(Remark):
-    """Texels without valid light; `level` replaced the infinite ones."""
+    """Texels without valid light; infinite ones were replaced with `level`."""
 
     name: str
     nan: int
@@ -29,7 +29,7 @@ class LayerChosen(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FromOnePhoto(Remark):
-    """A file that states that it was made from one photo; its clipped light is an estimate."""
+    """The file states that it was created from one photo; its clipped light is an estimate."""
 
     name: str
 

@@ -22,7 +22,7 @@ INFINITE: Final = 3e5
 
 _MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
 BAND_ROWS: Final = 64
-"""Rows that are changed at once, to save memory."""
+"""Number of rows changed at once, to save memory."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
-"""Find the direction in which a face looks, in a place with known light.
+"""Estimation of the direction in which a face looks, in a place with known light.
 
 The head is lit by the place at 128 turns, in the pose of the face. A real face differs from it in
-colour and shape: less in the difference of its two halves than in their sum, and smoothly across
+colour and shape, less in the difference of its two halves than in their sum, and smoothly across
 pixels. The residual is therefore weighted as a Gaussian process (Rasmussen and Williams, Gaussian
 Processes for Machine Learning, 2006, eq. 2.30).
 """
@@ -26,7 +26,7 @@ from app.core.solver.search import luminance_of
 Standing: TypeAlias = Literal["inside", "outside", "unsure"]
 
 WIDE_DEG: Final = 40.0
-"""Widest arc for which a face's angle to the goal is reported.
+"""Widest arc, in degrees, for which a face's angle to the goal is reported.
 
 Across a wider arc the light hardly changes.
 """
@@ -39,7 +39,7 @@ _LEAST_SEEN: Final = 0.5
 # pixels).
 _DIFFERENCE: Final = (0.12, ((0.1, 4.0),))
 _SUM: Final = (0.15, ((0.2, 4.0), (0.3, 20.0)))
-_MOST_UNLIKE: Final = 5.0  # mean square of the residual: for 97% of people it is under 4.2
+_MOST_UNLIKE: Final = 5.0  # mean square of the residual; it is below 4.2 for 97% of people
 _TRUST: Final = 20.0  # factor from mean cost to log likelihood: pixels are not independent
 _NEAR_DEG: Final = 15.0
 _LEAST_NEAR: Final = 0.5  # fraction of the likelihood near the estimate that makes it reliable
@@ -102,14 +102,14 @@ def find_facing(
     # A face that is hardly turned counts as facing the lens, as in `read_light`.
     aside = pose.yaw_deg if abs(pose.yaw_deg) >= FRONTAL_DEG else 0.0
     azimuths = np.arange(_TURNS) * 360 / _TURNS - aside
-    # The worse the best fit, the less a difference in cost means.
+    # The worse the best fit, the less significant a difference in cost.
     likelihood = np.exp(_TRUST * (least - cost) / max(least, 1.0))
     azimuth = (best + between) * 360 / _TURNS - aside
     return FacingEstimate(wrap(azimuth), _wrapped(azimuths), likelihood / likelihood.sum())
 
 
 def standing(facing: FacingEstimate, arc_deg: tuple[float, float]) -> Standing:
-    """Return whether a face looks into an arc (clockwise), or that this is unclear."""
+    """Return whether a face looks into an arc, which runs clockwise, or whether this is unclear."""
     half = arc_width(arc_deg) / 2
     middle = arc_deg[0] + half
     if abs(wrap(facing.azimuth_deg - middle)) <= half + _MARGIN_DEG:

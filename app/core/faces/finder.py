@@ -1,7 +1,7 @@
-"""Find faces in a picture, and 468 landmarks on each.
+"""Detection of faces in a picture, with 468 landmarks on each.
 
-Two MediaPipe networks (Apache-2.0) in OpenCV: one finds faces in the picture and its parts, the
-other finds landmarks on a face and on its mirror image. Confidence is high if both agree.
+Two MediaPipe networks (Apache-2.0) run in OpenCV. One detects faces in the picture and its parts,
+the other finds landmarks on a face and on its mirror image. Confidence is high if both agree.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ _STEP: Final = 2.4  # largest ratio between sizes of parts
 _STRIDE: Final = 0.6  # in sides of a part: any face too small for larger parts fits into an overlap
 _APART: Final = 0.05  # of the face's side: beyond it, the two passes disagree
 _LEAST: Final = 0.37
-_LEAST_CONFIDENCE: Final = 0.5  # below it, the whole picture is searched again
+_LEAST_CONFIDENCE: Final = 0.5  # below this, the whole picture is searched again
 _LOOKS: Final = 5
-# relative to the detail of the sharpest face: below it, a face is out of focus
+# relative to the detail of the sharpest face; below this, a face is out of focus
 _SHARP: Final = 0.35
 _STAYS: Final = 0.06  # of the face's side
 _DARK: Final = 80.0  # mean of a well-exposed square
@@ -151,7 +151,7 @@ def _detail(picture: Bytes, face: Face) -> float:
 
 
 class _Networks:
-    """Both networks, for use by one thread at a time: a network keeps its input."""
+    """Both networks, for one thread at a time, since a network stores its input."""
 
     def __init__(self, first: Any, second: Any) -> None:
         self._first, self._second, self._lock = first, second, threading.Lock()

@@ -1,8 +1,8 @@
-"""Read the direction of the key light and the style from a face in a photo.
+"""Key light and style, read from a face in a photo.
 
 The face is compared with the generic head under single lamps from all directions, with and without
 a frontal fill, and with the targets of the styles. The criteria are the correlation over the skin,
-and how much each place differs from its mirror image, which has the same skin. Only the stated
+and the difference of each point from its mirror image, which has the same skin. Only the stated
 error is fitted to real people.
 """
 
@@ -48,7 +48,7 @@ _LEAST_SHARE: Final = 0.3
 _HALF_SHARE: Final = 0.5
 _LEAST_SHADING: Final = 0.1  # of the mean, that the key explains
 _FLAT_CONTRAST: Final = 0.4  # of the mean, which make-up and shine reach in flat light
-_FAINT: Final = 0.35  # of the mean: with more contrast, something hides a part of the face
+_FAINT: Final = 0.35  # of the mean; with more contrast, something covers a part of the face
 _LIT_COST: Final = 0.2  # of likeness, per stop of difference in the lit fraction of the skin
 _LAMP: Final = 0.01  # of likeness, which each further lamp of a style must add
 
@@ -178,7 +178,7 @@ def light_on_head(grey: Float32, visible: Bools, pose: HeadPose) -> FaceLight:
 
 
 def _is_behind(pose: HeadPose, alone: _Key, rim: _Key, shading: _Shading) -> bool:
-    """Return whether the key is behind: alone, or as a rim with a fill on the rest of the face."""
+    """Return whether the key is behind the sitter, alone or as a rim with fill on the face."""
     low, high = _BEHIND_RISE_DEG
     azimuth, elevation = _level(pose, alone.way)
     if abs(azimuth) > _BEHIND_DEG and low < elevation < high:

@@ -1,4 +1,4 @@
-"""Compare the light on a face in a photo with the light that a style promises in a place."""
+"""Comparison of the light on a photographed face with the light that a style promises."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Promise:
 
     @cached_property
     def light(self) -> FaceLight:
-        """Light on the generic head at the goal."""
+        """The light on the generic head at the goal."""
         head = head_map()
         grey = np.zeros(head.side**2, np.float32)
         grey[head.transport.pixels] = self.luminance_at(self.goal_deg)

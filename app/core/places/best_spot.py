@@ -10,14 +10,14 @@ from app.core.solver.style_signature import GRADES, YES
 
 
 def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
-    """Rank places by their answers for one style.
+    """Rank places by their results for one style.
 
-    The better grade comes first, as in the choice of a turn, then the better match. If these are
+    The better grade comes first, as in the choice of a turn, then the better match. If both are
     equal to a tenth of a point, the wider arc comes first, which needs less precision, then the
     stronger light. `benchmarks/best-spot.md` states how often the ranking is right.
 
     Returns:
-        Indices of `answers`, the best first; equal ones in their order.
+        Indices of `answers`, the best first; ties keep their order.
     """
 
     def merit(position: int) -> tuple[int, float, float, float]:

@@ -1,4 +1,4 @@
-"""Sort dropped files: a place, a panorama, a video, or photos."""
+"""Sorting of dropped files: a place, a panorama, a video, or photos."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class Intake:
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
-    """Sort files by name, a single one by content.
+    """Sort files by name, and a single file by content.
 
     Args:
         way: How to measure photos, as in the setting `measure_with`.
 
     Raises:
-        CoreError: If there is nothing usable, or more than one thing.
+        CoreError: If there is nothing usable, or more than one thing to open.
     """
     for path in paths:
         if path.is_dir() and (path / PLACE).is_file():

@@ -1,7 +1,7 @@
 """The journal of a capture, which survives a power cut.
 
-``session.json`` is written atomically before every step of a capture. Whatever resumes the capture
-reads it: with the camera, from the downloaded frames, or on another day.
+``session.json`` is written atomically before every step of a capture. It allows the capture to be
+resumed with the camera, from the downloaded frames, or on another day.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ JOURNAL: Final = "session.json"
 """Name of the journal in the session's folder."""
 
 VERSION: Final = 1
-"""Version of the journal's format; a file with a higher one is left alone."""
+"""Version of the journal's format; a file with a higher version is not touched."""
 
 EXPOSURE_LIMITS: Final = {
     "shutter_s": (1e-7, 1e5),
@@ -67,7 +67,7 @@ class Newer(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class SessionFrame:
-    """A picture on the camera."""
+    """A photo on the camera."""
 
     name: str
     url: str
@@ -81,11 +81,11 @@ class SessionFrame:
 
 @dataclass(frozen=True, slots=True)
 class ShotStart:
-    """State of the camera before a picture is requested.
+    """State of the camera before a photo is requested.
 
     Attributes:
-        previous: Address of its newest file, or "" if it had none.
-        camera_time: Time by its own clock, or "" if it does not state it.
+        previous: URL of its newest file, or "" if there is none.
+        camera_time: Time of its own clock, or "" if not stated.
     """
 
     previous: str
@@ -97,10 +97,10 @@ class SessionJournal:
     """Progress of a capture.
 
     Attributes:
-        exposed: All exposures have been made.
-        shot_start: Start of a picture whose address is not in the journal yet.
-        singles: Pictures of a bracket that is shot one by one.
-        surplus: Pictures of interrupted brackets, deleted on the camera once another bracket is
+        exposed: Whether all exposures have been made.
+        shot_start: Start of a photo whose URL is not in the journal yet.
+        singles: Photos of a bracket that is shot one by one.
+        surplus: Photos of interrupted brackets, deleted on the camera once another bracket is
             complete.
     """
 

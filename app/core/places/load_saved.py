@@ -15,7 +15,7 @@ from app.core.solver.place_light import prepare
 
 
 class NotFinished(PlaceError):
-    """A place without light that can be completed."""
+    """Raised for a place without light that can be completed."""
 
     def __init__(self, error: CoreError, unfinished: UnfinishedPlace) -> None:
         super().__init__(error.message, error.hint)
@@ -29,8 +29,8 @@ def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
         unsaved: The place with its latest changes, if they are not on disk yet.
 
     Raises:
-        NotFinished: If it has no light, but files to make it from.
-        PlaceError: If it or its light cannot be read.
+        NotFinished: If the place has no light but has files from which it can be computed.
+        PlaceError: If the place or its light cannot be read.
     """
     place = unsaved or read_place(folder)
     try:
@@ -46,7 +46,7 @@ def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
 
 
 def last_opened(last: str, places: Path) -> Path | None:
-    """Return the last open place, otherwise the newest with light."""
+    """Return the place that was open last, or else the newest place with light."""
     if last and (Path(last) / PLACE).is_file():
         return Path(last)
     whole = (one for one in list_places(places) if one.has_light and one.state == "whole")

@@ -67,7 +67,7 @@ def open_paths(
 def make_place(intake: Intake, options: OpenOptions, token: Token, report: Report) -> OpenPlace:
     """Measure the light of files and save it as a new place.
 
-    A place that cannot be saved is open all the same, with the reason as its `trouble`.
+    A place that cannot be saved is opened anyway, with the reason as its `trouble`.
 
     Raises:
         CoreError: If the files cannot be read or measured.
@@ -77,7 +77,7 @@ def make_place(intake: Intake, options: OpenOptions, token: Token, report: Repor
     measured = measure_intake(intake, settings, token, report)
     token.check()
     report(0.9, Progress(Task.SAVING_PLACE))
-    # It is unknown when the light of files was measured, so their place has no age.
+    # The time when the light was measured is unknown, so the place has no age.
     place = Place(
         intake.name,
         options.now,

@@ -59,7 +59,7 @@ class Location:
 
 @dataclass(frozen=True, slots=True)
 class AnswerBasis:
-    """Settings of the results of a place."""
+    """Settings with which the results of a place were computed."""
 
     head: str = "generic"
     objective: Objective = "picture"
@@ -105,7 +105,7 @@ class CaptureFacts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaceSource:
-    """A place's file as it was read, to preserve entries of newer versions."""
+    """A place's file as it was read, kept to preserve entries of newer versions."""
 
     file_facts: Facts
     known_facts: Facts
@@ -114,9 +114,9 @@ class PlaceSource:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """A place: the light of one spot and time, with its answers.
+    """The light of one spot at one time, with its results.
 
-    Texts are cleaned and angles are wrapped, so that a saved place reads back unchanged.
+    Texts are cleaned and angles wrapped, so that a saved place is unchanged when read back.
 
     Raises:
         ValueError: If a number is not finite, or a time has no offset from UTC.
@@ -213,7 +213,7 @@ def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
 
 
 def clean_notes(notes: str) -> str:
-    """Remove control characters except line ends and tabs."""
+    """Remove control characters except line breaks and tabs."""
     ends = notes.replace("\r\n", "\n").replace("\r", "\n")
     return "".join(c for c in ends if c in "\n\t" or ord(c) not in STEERING)
 

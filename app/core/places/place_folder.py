@@ -1,18 +1,19 @@
-"""The folder of a place: create, read, write and rename it.
+"""The folder of a place: creating, reading, writing and renaming it.
 
-    ROOT/<folder>/place.json         record of the place; only ever replaced as a whole
+    ROOT/<folder>/place.json         record of the place; always replaced as a whole
     ROOT/<folder>/environment-*.exr  the light; a new capture gets a new file
-    ROOT/<folder>/thumbnail.png      for lists
+    ROOT/<folder>/thumbnail.png      thumbnail for lists
     ROOT/<folder>/originals/         copies of the user's files
     ROOT/<folder>/background.points  the panorama's feature points for the Turn step; a cache
     ROOT/<folder>/capture*/          sessions of captures with the camera's own files
     ROOT/.trash/                     deleted places
 
-``place.json`` is written last: other files are complete before it names them, so a crash at any
-moment leaves either the old or the new state. It is replaced atomically, under a lock on disks that
-have locks. A version that another process wrote in the meantime is kept as ``place.json.conflict``.
+``place.json`` is written last, after all files that it names are complete, so a crash at any moment
+leaves either the old or the new state. It is replaced atomically, under a lock on disks that
+support locks. A version that another process wrote in the meantime is kept as
+``place.json.conflict``.
 
-If a place does not exist or the disk fails, functions raise `PlaceError` and nothing has changed.
+If a place does not exist or the disk fails, functions raise `PlaceError` and change nothing.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ THUMBNAIL: Final = "thumbnail.png"
 """Name of the thumbnail."""
 
 MOST_BYTES: Final = 16 << 20
-"""Largest ``place.json`` that is read."""
+"""Largest ``place.json`` that is read, in bytes."""
 
 _MOST_THUMBNAIL: Final = 8 << 20
 MERGED: Final = "environment.exr"
@@ -166,7 +167,7 @@ def _judge(file: JsonFile, bad: Sequence[LostPart], lightless: bool) -> tuple[St
 
 
 def _is_trace(name: str) -> bool:
-    """Return whether an entry shows that its folder was meant as a place."""
+    """Return whether an entry shows that its folder was meant to be a place."""
     light = re.fullmatch(ENVIRONMENT_NAME, name) is not None
     return light or name == JOURNAL or name.startswith((f"{PLACE}.bak", ".place-"))
 
@@ -247,9 +248,9 @@ def _listing(folder: Path) -> Sequence[str]:
 
 
 def drop_merged(folder: Path) -> None:
-    """Remove merged light from capture folders, since the place has it.
+    """Remove merged light from capture folders, since the place contains it.
 
-    Only if the camera's own files are there, from which it can be merged again.
+    It is removed only if the camera's own files are there, so that it can be merged again.
     """
     for session in capture_folders(folder):
         with contextlib.suppress(OSError):
@@ -260,7 +261,7 @@ def drop_merged(folder: Path) -> None:
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
     """Create the folder of a new place.
 
-    It appears complete, with its ``place.json``, or not at all.
+    It appears either complete, with its ``place.json``, or not at all.
 
     Returns:
         The new folder, a child of `root`, with a name that is valid on all systems.
@@ -289,7 +290,7 @@ def _move(staging: Path, target: Path) -> bool:
     try:
         staging.rename(target)
     except OSError:
-        # Somebody created it in the meantime; anything else is an error.
+        # Another process created it in the meantime; anything else is an error.
         if os.path.lexists(target):
             return False
         raise
@@ -326,7 +327,7 @@ def write_place(folder: Path, place: Place) -> Path | None:
     sweep(folder)
     base = "" if place.source is None else place.source.version
     try:
-        # A new place is written where nobody looks yet.
+        # No other process knows the folder of a new place yet.
         with _alone_in(folder) if base else contextlib.nullcontext():
             return write_json(folder / PLACE, facts, MOST_BYTES, base)
     except CoreError as error:

@@ -1,11 +1,11 @@
-"""List, delete and restore the places of a folder.
+"""Listing, deleting and restoring the places of a folder.
 
-A deleted place is moved as a whole to ``ROOT/.trash``: in the same folder as the others, so that
-the move is a single rename on any disk, and none of the user's own folders is mistaken for the
-trash. Only `empty_trash` removes anything from it, since it contains originals.
+A deleted place is moved as a whole to ``ROOT/.trash``. That is in the same folder as the places, so
+that the move is a single rename on any disk, and no folder of the user is mistaken for the trash.
+Only `empty_trash` removes anything from it, since it contains originals.
 
-If a place does not exist or the disk fails, functions raise `PlaceError` and nothing has changed;
-lists never fail.
+If a place does not exist or the disk fails, functions raise `PlaceError` and change nothing; lists
+never fail.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
 
 
 def _entries(root: Path) -> list[tuple[datetime, Path]]:
-    """Return the entries that `delete_place` made in the trash; others are left alone."""
+    """Return the entries that `delete_place` created in the trash; others are ignored."""
     entries = []
     with contextlib.suppress(OSError):
         for path in (root / TRASH).iterdir():
@@ -143,13 +143,13 @@ def trash_size(root: Path) -> tuple[int, int]:
 
 
 def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
-    """Empty the trash; return the number of places.
+    """Empty the trash, and return the number of places deleted.
 
-    A place is deleted or kept as a whole. After an interruption, the remains are no longer listed,
-    and deleted with the next call.
+    A place is deleted or kept as a whole. After an interruption, the leftovers are no longer
+    listed, and are deleted by the next call.
 
     Raises:
-        PlaceError: If some of them cannot be deleted, after deleting all others.
+        PlaceError: If some places cannot be deleted, after all others have been.
     """
     trash, count = root / TRASH, 0
     entries = [path for _, path in sorted(_entries(root))]
@@ -174,7 +174,7 @@ def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
 
 
 def _delete_rest(trash: Path) -> OSError | None:
-    """Delete the unlisted remains; return the error if some cannot be deleted."""
+    """Delete the unlisted leftovers, and return the error if some cannot be deleted."""
     trouble: list[OSError] = []
 
     def failed(_call: object, _path: object, error: Any) -> None:

@@ -31,7 +31,7 @@ from app.core.storage.settings import Settings
 from app.core.styles.style_pack_file import load_named_pack
 
 NamePlace: TypeAlias = Callable[[datetime, str, Collection[str]], str]
-"""Names a place from its time, its light (`Findings.light`), and the names that are taken."""
+"""Function that names a place from its time, its light (`Findings.light`), and the names in use."""
 
 # Mean luminance of the whole sphere. Artificially lit rooms have about 20 to 300 cd/m2, overcast
 # days 1,000 and more; in between, a bright window and a dull evening look alike.
@@ -107,7 +107,7 @@ def place_of_capture(
     place = replace(
         before,
         name=name,
-        # The start of the capture: one time for the header, the list and the frames.
+        # Use the start of the capture for the header, the list and the frames alike.
         measured_at=before.made_at,
         location=location_of(probe),
         capture=capture_facts(probe, camera, plan),
@@ -156,7 +156,7 @@ def _camera_of(probe: Measurement) -> str:
 
 
 def _metered_ev(probe: Measurement, plan: str) -> float:
-    """Return the exposure, in stops, of the frame from which the others count."""
+    """Return the exposure in stops of the frame from which the others are counted."""
     stops = probe.bracket.stops or (0.0,)
     # Both plans shoot the metered frame, then 2 EV more, then darker ones.
     if plan in ("paper", "full") and len(stops) > 1:
@@ -209,7 +209,7 @@ def measure_intake(
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
         return MeasuredLight(light, Location(), _doubted(facts, light.environment))
-    # A dropped folder comes as its files.
+    # A dropped folder arrives as its files.
     options = MeasureOptions(alone=True, sort_out=True, mirrored=settings.mirrored, own=intake.own)
     measured = measure(intake.way, intake.files, options, token, report)
     facts = capture_facts(measured, "", _plan_of(measured))

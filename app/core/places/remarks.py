@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class LostPart:
-    """An entry of a place that could not be read; for a list, how many of the total."""
+    """An entry of a place that could not be read; for a list, the lost entries and the total."""
 
     name: str
     count: int = 0
@@ -19,21 +19,21 @@ class LostPart:
 
 @dataclass(frozen=True, slots=True)
 class LightChanged(Remark):
-    """The file of the light is not the one that the results were computed for."""
+    """The light's file is not the one from which the results were computed."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class LightFoundAgain(Remark):
-    """The light was found, although the place's file no longer names it."""
+    """The light was located, although the place's file no longer names it."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class JudgedAnew(Remark):
-    """The results are of an earlier rule; they are computed again, and the earlier ones kept."""
+    """The results follow an earlier rule; they are recomputed, and the earlier ones kept."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,14 +103,14 @@ def finish_files(
 
 
 def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> bool:
-    """Remove a place whose only capture is empty; return whether it did.
+    """Remove a place whose only capture is empty, and return whether it was removed.
 
-    The place stays if it contains a picture, something was exposed, or settings of the camera must
-    still be restored.
+    The place stays if it contains a photo, if anything was exposed, or if settings of the camera
+    must still be restored.
 
     Args:
         session: Folder of the capture.
-        given_up: Whether the user stopped it: then a partial bracket on the camera is abandoned.
+        given_up: Whether the user stopped it, so that a partial bracket on the camera is abandoned.
     """
     if session.parent != folder:
         return False

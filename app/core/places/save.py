@@ -1,4 +1,4 @@
-"""Save a place: in its folder, in a new one, or in its own again."""
+"""Saving a place: in its folder, in a new one, or in its own folder again."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def save_new_place(
             OpenPlace(folder, replace(place, spot=new.spot, source=new.source), light)
         )
     except BaseException:
-        # It contains only copies, and without its light it could not be opened.
+        # The folder contains only copies, and the place could not be opened without its light.
         shutil.rmtree(folder, ignore_errors=True)
         raise
 

@@ -1,4 +1,4 @@
-"""Solve a place for all styles, built in and painted."""
+"""Solving a place for all styles, built in and painted."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def solve_place(
     front_deg: float,
     lens: LensWish = STRAIGHT,
 ) -> tuple[StyleResult, ...]:
-    """Solve a place for all styles with the settings.
+    """Solve a place for all styles with the current settings.
 
     A head without views is seen straight from the front.
 
     Args:
         own: The painted styles.
-        lens: Permitted positions of the lens; azimuths of the panorama.
+        lens: Permitted positions of the lens, with azimuths in the panorama.
     """
     wish = lens.moved(front_deg) if head.views else STRAIGHT
     return solve_styles(

@@ -1,15 +1,15 @@
 """A second light at all placements, prepared for one head and for the search.
 
-A lamp from numbers is near the head. T describes how the skin behind each pixel responds to light
-from every direction. Light from a near lamp reaches each point of the head from a different
-direction, and weaker with distance: for a pixel that shows point x, a piece dA of the lamp at q
-with luminance L gives
+A preset lamp is near the head. T describes how the skin behind each pixel responds to light from
+every direction. Light from a near lamp reaches each point of the head from a different direction,
+and becomes weaker with distance. For a pixel that shows point x, a piece dA of the lamp at q with
+luminance L gives
 
     T(x, direction to q) / sr * L * cos(at the lamp) dA / |q - x|^2.
 
 An object between x and q is also between x and everything behind q, so T's own shadows apply and
-nothing has to be baked. The model ignores light that spreads under the skin, and from cheek to
-nose, between points that the lamp lights differently.
+nothing has to be baked. The model ignores light that spreads under the skin or reflects from cheek
+to nose between points that the lamp lights differently.
 """
 
 from __future__ import annotations
@@ -44,21 +44,22 @@ from app.core.text import tr
 Float16: TypeAlias = NDArray[np.float16]
 Columns: TypeAlias = Float16 | Float32
 
-_PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: slightly more than a texel of T
-_PIECES: Final = (2, 8)  # along each side
+# degrees of the lamp as seen from the skin, slightly more than a texel of T
+_PIECE_DEG: Final = 7.0
+_PIECES: Final = (2, 8)  # least and most pieces along each side
 _SKIN_M: Final = 0.1  # from the middle of the head, for the apparent size of a lamp
 _DOT_DEG: Final = 0.1  # of the lamp, for the area that it hides
-_DOTS: Final = (128, 512)  # along each side
+_DOTS: Final = (128, 512)  # least and most dots along each side
 _GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 _PIXELS: Final = 256
 _ROWS: Final = 1 << 19
-_BLACK: Final = 2.0**-14  # the smallest normal half: fainter responses count as none
+_BLACK: Final = 2.0**-14  # the smallest normal half float; fainter responses count as zero
 _HALF_TO_SINGLE: Final = np.float32(2.0**112)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearField:
-    """A head prepared for lamps near it."""
+    """A head prepared for nearby lamps."""
 
     transport: Transport = field(repr=False)
     # (P, 3), position of each pixel's skin, metres from the middle of the head
@@ -69,7 +70,7 @@ class NearField:
 
 
 def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
-    """Prepare a head; takes half a second and about 80 MB."""
+    """Prepare a head, which takes half a second and about 80 MB."""
     height, width = transport.environment_shape
     count = len(transport.pixels)
     per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)
@@ -79,7 +80,7 @@ def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
         part = slice(start, start + _PIXELS)
         for channel in range(3):
             basis = transport.pixel_basis[channel, part] @ texels
-            # The low rank may be slightly below black.
+            # The low-rank approximation may be slightly negative.
             basis[basis < _BLACK] = 0.0
             columns[part, :, channel] = basis
     return NearField(transport, shape.positions, columns.reshape(-1, 4))
@@ -150,7 +151,7 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
 
 
 def _weighed(columns: Float16, weights: Float32) -> Float32:
-    """Return sums over the channels, (P * H * W, 1), in parts: all together would take 120 MB."""
+    """Return sums over the channels, (P * H * W, 1), computed in parts to save 120 MB."""
     result = np.empty((len(columns), 1), np.float32)
     for start in range(0, len(columns), _ROWS):
         part = slice(start, start + _ROWS)
@@ -243,10 +244,10 @@ def _twins(transport: Transport) -> Int64:
 
 
 def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Float32:
-    """Return the share of each texel, (H, W), that the lamp hides, held in front at an altitude.
+    """Return the fraction of each texel, (H, W), hidden by a lamp in front at an altitude.
 
-    The lamp is cut into dots, and each dot's solid angle goes to its texel: the sum is right
-    however small the lamp is, and exact to a dot at a texel's edge.
+    The lamp is divided into dots, and each dot's solid angle is assigned to its texel, so that the
+    sum is right however small the lamp is, and accurate to a dot at a texel's edge.
     """
     height, width = shape
     toward, side, over = _axes(0.0, altitude_deg)
@@ -288,7 +289,7 @@ _BATCH: Final = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddedLight:
-    """One lamp at all placements, for one head. Its arrays are read-only."""
+    """A lamp at all placements, for one head. Its arrays are read-only."""
 
     name: str
     title: str  # of a captured lamp, or "" for one from numbers, whose name is its kind
@@ -334,7 +335,7 @@ def from_numbers(
     near: NearField | None = None,
     face: FaceBasis,
 ) -> AddedLight:
-    """Prepare a lamp from numbers, with the near field of its distance.
+    """Prepare a preset lamp, with the near field of its distance.
 
     Raises:
         CoreError: If the head uses environments of another size.

@@ -1,8 +1,8 @@
-"""A lamp, with the lens beside the nose.
+"""A lamp combined with a lens position beside the nose.
 
-The best placement of a lamp depends on the face alone: turn and placement of eq. 7 count from the
-nose, and so does the grade. Among all lens positions, the one with the best match of the combined
-picture of place and lamp is chosen.
+The best placement of a lamp depends on the face alone: turn and placement of eq. 7 are counted from
+the nose, and so does the grade. Among all lens positions, the one with the best match of the
+combined picture of place and lamp is chosen.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 A lamp is a flat light source that faces the head, equally bright all over and from every side
 (Lambertian), described by its size and its illuminance at one metre.
 
-A lamp at full power may drown the place's own light, and a style with two lamps needs both. So the
-search may dim a lamp in the usual steps, whole stops.
+A lamp at full power may overpower the place's own light, and a style with two lamps needs both. The
+search may therefore dim a lamp in the usual steps of whole stops.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ KINDS: Final = {
         Kind("tablet", (0.25, 0.17), False, 21.0, 0.4, _WHITE),
         # A pocket panel at full power.
         Kind("panel", (0.17, 0.10), False, 400.0, 0.5, _WHITE),
-        # A shaded bulb of 800 lm, warm white.
+        # A shaded warm-white bulb of 800 lm.
         Kind("bulb", (0.20, 0.15), True, 70.0, 0.6, _WARM),
         # Guide number 40 at 1/16 power; counted as steady light through 1/160 s.
         Kind("flash", (0.06, 0.04), False, _FLASH_LUX, 1.0, _WHITE),

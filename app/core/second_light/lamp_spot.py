@@ -1,4 +1,4 @@
-"""A turn with a placement of the lamp: the best of all, refined between the places of the grid."""
+"""The best combination of turn and lamp placement, refined between the points of the grid."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A lamp and a place as the search of a second light uses them.
+"""A lamp and a place in the form used by the search of a second light.
 
-Styles and lamp are transformed once, so that any place is then searched in milliseconds.
+Styles and lamp are transformed once, so that any place can then be searched in milliseconds.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def left_everywhere(
     kind = np.float64 if is_whole.any() else np.float32
     result = np.empty((len(indices), TURNS if turn is None else 1, COUNT), kind)
     for part in (np.flatnonzero(is_whole), np.flatnonzero(~is_whole)):
-        # A few at a time, to save memory.
+        # Process a few at a time to save memory.
         for start in range(0, len(part), _BATCH):
             some = part[start : start + _BATCH]
             result[some] = _loss(tables, place, indices[some], turn)

@@ -70,7 +70,7 @@ def directions() -> Float64:
 
 
 def placement(number: int) -> tuple[float, float]:
-    """Return azimuth in (-180, 180] and altitude of a placement, in degrees.
+    """Return the azimuth in (-180, 180] and the altitude of a placement, in degrees.
 
     Examples:
         >>> placement(4 * 64 + 63)

@@ -48,7 +48,7 @@ _WEAK: Final = 0.1  # of the face's mean: a weaker lamp cannot shape it
 
 @dataclass(frozen=True, slots=True)
 class LampPlacement:
-    """The answer of a place and a lamp for a style."""
+    """The result of a place and a lamp for a style."""
 
     name: str
     title: str
@@ -169,8 +169,8 @@ def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
     spot, style = best.spot, tables.pack.styles[best.row]
     quality, picture = _measure(tables, place, best)
     if ask.objective == "paper":
-        # The searched value, to the last bit: the hidden part of the sun is rounded in the same
-        # way.
+        # Use the searched value to the last bit, since the hidden part of the sun is rounded the
+        # same way.
         quality = float(best.values[spot.number])
     match, strength = float(picture.match[best.row]), float(picture.strength[best.row])
     verdict = judge(tables.pack, best.row, picture, limits)
@@ -182,7 +182,7 @@ def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
     fine = best.moves
     refined = wrap(turn + fine[0] * _STEP_DEG - ask.front_deg)
     if ask.greedy:
-        # The turn was found, and refined, before there was a lamp.
+        # The turn was chosen and refined before the lamp was added.
         refined = before.turn_refined_deg
     values = best.values * (1.0 if ask.objective == "picture" else place.scale)
     return LampPlacement(

@@ -1,9 +1,9 @@
 """The face on a head: the region that is judged, and its named areas.
 
 Positions use the face's own units, so that they mean the same on every head: across in half eye
-distances from the middle line, positive toward the sitter's left; down in fractions of the distance
-from the eyes to the lower edge of the chin. Both come from the mesh: the point between the eyes,
-the tip of the nose, the chin.
+distances from the centre line, positive toward the sitter's left; down as fractions of the distance
+from the eyes to the lower edge of the chin. Both are derived from three points on the mesh: between
+the eyes, the tip of the nose, and the chin.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from app.core.solver.head_shape import HeadShape
 from app.core.solver.transport import Transport
 from app.core.text import tr
 
-# half the distance of the eyes over that from eyes to chin; mean of heads
+# half the eye distance divided by the distance from eyes to chin; mean of several heads
 _HALF_EYES: Final = 0.266
-_NECK_M: Final = 0.045  # skin this far behind the tip of the nose is neck
+_NECK_M: Final = 0.045  # metres; skin this far behind the tip of the nose is neck
 _MIDDLE_M: Final = 0.002
 
 
@@ -65,7 +65,7 @@ _EDGES: Final = {
     "lower edge": (0.3, 0.85, 50.0, 88.0),
     "outline": (-0.6, 0.85, 75.0, 95.0),
 }
-_EDGE_ACROSS: Final = 2.35  # the ears are beyond it
+_EDGE_ACROSS: Final = 2.35  # the ears are beyond this
 # Skin above the brows that faces up, by its elevation.
 _CROWN: Final = {"hairline": (30.0, 50.0), "crown": (50.0, 88.0)}
 _CROWN_DOWN: Final = -0.5
@@ -77,7 +77,7 @@ AREAS: Final = (
 """Names of all areas, in the order of packs; left is the sitter's."""
 
 AROUND: Final = slice(-2, None)
-"""The last areas are not parts of the head, but of the place around it."""
+"""The last areas, which belong to the place around the head and not to the head."""
 
 _AROUND_DEG: Final = (15.0, 40.0)
 

@@ -32,7 +32,7 @@ _LARGEST_M: Final = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadShape:
-    """Positions of a head's skin, in metres from the middle of the head.
+    """Positions of a head's skin, in metres from the centre of the head.
 
     Attributes:
         pixels: (P,) int32. The transport's pixels.
@@ -41,7 +41,7 @@ class HeadShape:
         above: (N, 2) float32. Closed outline seen from above: x toward the sitter's left, z toward
             the front.
         side: (K, 2) float32. Closed outline seen from the sitter's left: z toward the front, y up.
-        eye_point: (3,) float32. Midway between the eyes.
+        eye_point: (3,) float32. Point midway between the eyes.
     """
 
     head: str

@@ -1,4 +1,4 @@
-"""Directions from which a place is lit, and the light that keeps a style out of reach."""
+"""Directions from which a place is lit, and the faults of light that put a style out of reach."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from app.core.styles.style import Style, StyleLamp
 
 _LOBE_POWER: Final = 20.0
 _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
-_MISSING: Final = 0.25  # of the brightest lobe: a lamp two stops below does not shape a face
+_MISSING: Final = 0.25  # of the brightest lobe; a lamp two stops weaker does not shape a face
 _EVEN: Final = 3.0  # brightest lobe over mean radiance of a place without a main light
 _OPPOSITE_DEG: Final = 150.0
-_TALL_DEG: Final = 20.0  # a style's lamp works this much higher or lower
+_TALL_DEG: Final = 20.0  # degrees; a style's lamp also works this much higher or lower
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def _lobe(
         np.cos(row), np.cos(away)
     )
     lobe = np.maximum(cosine, 0.0) ** _LOBE_POWER * _bands(height)[:, None]
-    # The lobe is even in azimuth, so correlation and convolution are the same.
+    # The lobe is symmetric in azimuth, so correlation and convolution are the same.
     return np.fft.rfft(lobe, axis=1), lobe.sum()
 
 
@@ -104,10 +104,10 @@ def light_shortfall(
     light: LightMap,
     turn_deg: float,
 ) -> LightShortfall | None:
-    """Return the fault of the light that keeps a style out of reach; None if it is in reach.
+    """Return the fault of the light that puts a style out of reach, or None if it is in reach.
 
     Args:
-        style: None for painted weights, which have no lamps.
+        style: The style, or None for painted weights, which have no lamps.
         turn_deg: The chosen turn, in degrees.
     """
     if limits.are_met(match, strength):

@@ -1,10 +1,10 @@
-"""Find the turn to offer on a curve over 64 turns, its tolerance arc and its rivals.
+"""The turn to offer on a curve over 64 turns, with its tolerance arc and rivals.
 
-`find_peak` contains the rule for the turn offered between the ends of its tolerance arc.
+`find_peak` contains the rule for choosing the turn between the ends of its tolerance arc.
 
 Between the 64 turns a curve is continued by trigonometric (band-limited) interpolation, always
-developed around the turn in question, so that a mirrored curve gives the mirrored answer. Offsets
-are in steps of the grid, positive clockwise; angles leave this module in degrees.
+expanded around the turn in question, so that a mirrored curve gives the mirrored result. Offsets
+are in steps of the grid, positive clockwise; angles returned by this module are in degrees.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ ARC_SHARE: Final = 0.03
 """Loss of the objective at the ends of the tolerance arc, as a fraction of its maximum (paper)."""
 
 MARGIN: Final = 1 / 3
-"""Least distance of the turn offered from the arc's ends, as a fraction of its width.
+"""Minimum distance of the offered turn from the arc's ends, as a fraction of its width.
 
-It applies to ends at which no grade ends.
+It does not apply to ends at which a grade ends.
 """
 
 _FINE = 16  # points per grid step for curves between the turns
@@ -38,7 +38,7 @@ _REACH = TURNS // 2
 _STEP_DEG = 360.0 / TURNS
 _MAX_PEAKS = 6
 _FASTEST = 18.0  # waves per turn: details of a curve narrower than about ten degrees
-_BACKWARD = -np.arange(TURNS) % TURNS  # the same turn, then the others counter-clockwise
+_BACKWARD = -np.arange(TURNS) % TURNS  # the turn itself, then the others counter-clockwise
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class _Series:
 
     @property
     def smooth(self) -> _Series:
-        """It without the fastest waves, which come from the texels."""
+        """The polynomial without its fastest waves, which come from the texels."""
         return _Series(self.a * _smoothing(), self.b * _smoothing())
 
     def at(self, offset: float) -> float:
@@ -148,7 +148,7 @@ def _fine_basis() -> tuple[Float64, Float64]:
 
 
 def shift(curve: Float64, turn_deg: float) -> Float64:
-    """Shift a curve so that its value at `turn_deg` is at turn 0.
+    """Shift a curve so that its value at `turn_deg` moves to turn 0.
 
     Args:
         curve: (64,) float64. Values at the grid turns.
@@ -340,7 +340,7 @@ def _top(values: Float64, index: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Reach:
-    """Reach of the tolerance arc on both sides, in steps, and whether a grade ends it there."""
+    """The tolerance arc's extent on both sides in steps, and whether a grade ends it there."""
 
     left: float
     right: float

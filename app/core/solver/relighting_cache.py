@@ -1,4 +1,4 @@
-"""The light of a place on a head at all turns, prepared for answers while painting.
+"""The light of a place on a head at all turns, prepared for fast results while painting.
 
 The pictures at the 64 turns do not depend on the paint. With them, a stroke costs one product of
 its coefficients with 64 columns, without the full transport.
@@ -95,7 +95,8 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
             )
         )
     values = np.asarray(light, np.float64)
-    # Divide by the largest value first: sums of huge or tiny values may overflow or underflow.
+    # Divide by the largest value first, since sums of huge or tiny values may overflow or
+    # underflow.
     peak = float(values.max())
     if not np.isfinite(values).all() or peak <= 0:
         raise EnvironmentFileError(
@@ -139,7 +140,7 @@ def light_table(
     brightness = faces.mean(axis=0)
     faces -= brightness
     light_map = LightMap(luminance_of(values))
-    # Computed here, and not at the first stroke.
+    # Computed now, so that the first stroke is not delayed.
     _ = light_map.is_even
     return LightTable(
         transport=transport,
@@ -188,7 +189,7 @@ def painted_curves(
     transport = table.transport
     light = counted_light(table, weights.active) if counted is None else counted
     norm = _norm(weights)
-    # The remainder of weights that are equal everywhere is rounding, and means nothing.
+    # The remainder of uniform weights is only rounding error.
     face_weights = weights.weights[transport.face]
     quality = face_weights @ table.moments[:, :TURNS] if norm > 0 else np.zeros(TURNS)
     both = np.stack([weights.coefficients, weights.ones_in_basis / max(weights.count, 1)])

@@ -2,8 +2,8 @@
 
 Turning the environment shifts it along azimuth, so a target's value at every turn is a circular
 correlation: one product per azimuth frequency and elevation row (eq. 5 for all turns at once).
-Everything is split into the parts that are even and odd under mirroring left and right. That halves
-the work, and makes a mirrored panorama give the mirrored curves to rounding.
+Everything is split into parts that are even and odd under left-right mirroring. This halves the
+work, and makes a mirrored panorama give mirrored curves up to rounding.
 
 Conventions: texel column j is at theta_j = 2 pi (j + 1/2) / W (rad); turn index k means the head
 sees column j + k at column j; curves have `TURNS` values, index k at 5.625 k degrees.
@@ -23,7 +23,7 @@ from app.core.environment.environment import solid_angles
 from app.core.solver.transport import Transport
 
 MIXTURES: Final = 10
-"""Most rows that the second part adds; more would not make the search more exact."""
+"""Maximum number of rows added by the second part; more would not make the search more accurate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -365,7 +365,7 @@ def _quality(tables: SearchTables, spectra: Float64) -> Float64:
 
 
 def _unfold(even: Float64, odd: Float64) -> Float64:
-    """Combine even and odd parts at turns 0 to 180 deg, (33, N, n), to all turns, (N, n, 64)."""
+    """Combine even and odd parts at 0 to 180 degrees, (33, N, n), into all turns, (N, n, 64)."""
     full = np.empty((TURNS, *even.shape[1:]))
     np.add(even, odd, out=full[:_HALF])
     np.subtract(even[TURNS // 2 - 1 : 0 : -1], odd[TURNS // 2 - 1 : 0 : -1], out=full[_HALF:])

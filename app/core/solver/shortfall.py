@@ -1,4 +1,4 @@
-"""Reasons why a picture misses a style, as data; `app.words.out_of_reach` makes the sentences."""
+"""Reasons why a picture misses a style, as data; `app.words` turns them into sentences."""
 
 from __future__ import annotations
 

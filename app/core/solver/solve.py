@@ -1,4 +1,4 @@
-"""Solve a place: for each style the turn, its quality, and what is missing.
+"""Solving a place: for each style the turn, its quality, and the shortfall.
 
 The exposure of the environment is divided out first, so it affects no decision. Only the quality
 C, which is linear in it, is returned in the caller's unit.
@@ -225,7 +225,7 @@ def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float6
 
 
 def proposal(results: Sequence[StyleResult]) -> str | None:
-    """Return the style to propose first: in reach, common, with the best grade and match."""
+    """Return the style to suggest first: in reach, common, with the best grade and match."""
 
     def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
         common = result.name not in RARE
@@ -235,7 +235,7 @@ def proposal(results: Sequence[StyleResult]) -> str | None:
 
 
 def name_equals(results: list[StyleResult]) -> list[StyleResult]:
-    """Fill in `same_picture` of styles that come out at the same turn."""
+    """Fill in `same_picture` of styles with the same turn."""
     turns = [(each.name, each.turn_refined_deg) for each in results if each.attainable]
     equals = []
     for one in results:

@@ -1,4 +1,4 @@
-"""The answer of a place for one style."""
+"""The result of a place for one style."""
 
 from __future__ import annotations
 

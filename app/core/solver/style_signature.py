@@ -1,9 +1,9 @@
-"""Signatures of styles: relations between areas of the face, and how far a picture has them.
+"""Signatures of styles: relations between areas of the face that a picture must satisfy.
 
 A relation is the difference between two areas in stops. The mean of an area is linear in the light,
-so relations at all turns cost almost nothing. A picture with every relation of a style shows it:
-yes. One that misses some by less than a specified band reads as the style, but shallower or softer:
-nearly. Any other does not: no.
+so relations at all turns cost almost nothing. A picture that satisfies every relation of a style
+shows it, which is graded yes. One that misses some by less than a specified band reads as the style
+but shallower or softer, which is nearly. Any other is graded no.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ class Signature:
     def scaled(self, own: Float64, other: Float64) -> Signature:
         """Return the signature for other lamps of the style.
 
-        Deep relations may be shallower in proportion, like the style's own target, but keep most of
-        their depth; other limits are relaxed only as far as that target needs.
+        Deep relations may become shallower in proportion to the style's own target, but keep most
+        of their depth; other limits are relaxed only as far as that target requires.
 
         Args:
             own, other: (R,) float64. Relations in the target with the style's own lamps, and with
@@ -122,7 +122,7 @@ def stops_of(areas: Float64) -> Float64:
         areas: (..., A, n) float64. Any exposure.
     """
     floor = _BLACK * areas[..., _LIT_AREAS, :].max(axis=-2, keepdims=True)
-    # If the face gets no light at all, its surroundings keep the ratios finite.
+    # If the face gets no light at all, the light around it keeps the ratios finite.
     least = np.maximum(_NOTHING * areas.max(axis=-2, keepdims=True), 1e-30)
     bright: Float64 = np.maximum(areas, np.maximum(floor, least))
     np.log2(bright, out=bright)

@@ -1,8 +1,8 @@
 """The light transport T of a head, in low-rank form.
 
 T maps an environment to a picture of the head (eq. 1 of the paper, B = T L). Its 2,048 columns are
-so similar that a few hundred basis pictures represent them all; stored like that, it is small
-enough to ship, loads in milliseconds and multiplies faster than the full matrix.
+so similar that a few hundred basis pictures represent them all. In this form it is small enough to
+ship, loads in milliseconds and multiplies faster than the full matrix.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ _PLAIN: Final = {
     **dict.fromkeys(("picture", "rank", "paths_per_pixel", "seed", "format_version"), int),
     **dict.fromkeys(("fov_deg", "distance_m", "noise", "truncation"), float),
 }
-"""Types of the header's plain values, checked whatever the JSON contains."""
+"""Types of the header's plain values, checked regardless of the JSON content."""
 
 
 def _half_floats(transport: Transport) -> dict[str, NDArray[Any]]:

@@ -1,20 +1,20 @@
-"""The rule for the turn of a style, and for whether the style is within reach.
+"""The rule for choosing the turn of a style, and for deciding whether it is in reach.
 
-The picture objective puts grade before match: it takes the best match among the turns whose
+The picture objective ranks grade above match. It takes the best match among the turns whose
 pictures have the style's signature; if there are none, among those that nearly have it
-(`app.core.solver.style_signature`); and otherwise among all. A style is within reach if its grade
-at the turn offered is yes or nearly.
+(`app.core.solver.style_signature`); and otherwise among all. A style is in reach if its grade at
+the offered turn is yes or nearly.
 
-The turn offered is not the maximum itself but nearer to the middle of its tolerance arc, so that
+The offered turn is not the maximum itself but nearer to the middle of its tolerance arc, so that
 small errors of the sitter do not lose the style; see `app.core.solver.peaks.find_peak`.
 
 The paper's objective offers exactly the turn of the largest C (eq. 5).
 
 Painted styles have no signature. For them, the rule takes the best match among the turns whose
-strength reaches its limit, or the largest C if there are none; they are within reach if match and
-strength at the turn offered reach their limits.
+strength reaches its limit, or the largest C if there are none; they are in reach if match and
+strength at the offered turn reach their limits.
 
-Answers, the clip audit, painting and the second light all use this rule.
+Results, the clip audit, painting and the second light all use this rule.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class StyleMeasures:
     contrast: Float64
 
     def __getitem__(self, lights: int | slice) -> StyleMeasures:
-        """Take one or some along the first axis."""
+        """Select one or several along the first axis."""
         return StyleMeasures(*(getattr(self, each.name)[lights] for each in fields(self)))
 
 
@@ -129,7 +129,7 @@ class Choice:
     is_open: Bools
 
     def __getitem__(self, lights: int | slice) -> Choice:
-        """Take one or some along the first axis."""
+        """Select one or several along the first axis."""
         return Choice(
             self.measured[lights],
             self.limits,

@@ -17,7 +17,7 @@ from app.core.base.errors import StyleError
 from app.core.solver.transport import Transport
 from app.core.text import tr
 
-_ROWS: Final = 512  # rows at once: a copy of the whole basis takes twice as long
+_ROWS: Final = 512  # rows at once; a copy of the whole basis takes twice as long
 
 
 def target_weights(luminance: Floats, face: Bools) -> Float64:

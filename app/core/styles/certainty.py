@@ -1,7 +1,7 @@
-"""How much the turn of a style depends on the head.
+"""Dependence of a style's turn on the head.
 
 Turnlight computes with a generic head. For most styles, any other head gives the same turn within
-the tolerance arc; the others are listed. The numbers come from `turnlight evaluate --bake`.
+the tolerance arc; the exceptions are listed. The numbers come from `turnlight evaluate --bake`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Studio lamps as environments: their size, and the lighting ratio.
+"""Studio lamps as environments, with their size and the lighting ratio.
 
-The photographer chooses lamp size and lighting ratio; the positions of the lamps belong to the
-style. Sizes are angles as the sitter sees them: a beauty dish at one metre is as hard as a large
-umbrella far away.
+The photographer chooses the lamp size and the lighting ratio; the positions of the lamps belong to
+the style. Sizes are angles as seen by the sitter, so a beauty dish at one metre is as hard as a
+large umbrella far away.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Studio:
             )
 
     def fit_for(self, style: Style) -> Studio:
-        """Return the studio for a style: its own lamps where others would change the style."""
+        """Return the studio for a style, with the style's own lamps if others would change it."""
         if style.signature.areas:
             return AS_PUBLISHED
         size = style.key_diameter_deg

@@ -1,7 +1,7 @@
 """Style packs: the pre-integrated styles of a head, for solving without its transport.
 
-A pack holds the pre-integrated targets F of eq. 3, the search basis for match, and the target
-pictures to show. It is made by `bake` beside the transport and loads in a few milliseconds.
+A pack contains the pre-integrated targets F of eq. 3, the search basis for match, and the target
+pictures for display. It is created by `bake` beside the transport and loads in a few milliseconds.
 """
 
 from __future__ import annotations
@@ -111,9 +111,9 @@ class StylePack:
 
     @cached_property
     def rivals(self) -> tuple[tuple[list[int], list[int]], ...]:
-        """Rivals that may explain each style's picture; then those without its mirror image.
+        """Rivals that may explain each style's picture, and the same without its mirror image.
 
-        What hardly lights the face goes with any light on it.
+        Styles that hardly light the face are compatible with any light on it.
         """
         every = list(enumerate(self.styles))
         groups = []
@@ -125,7 +125,7 @@ class StylePack:
 
     @cached_property
     def rivalry(self) -> Bools:
-        """(S, S): whether the style of a column may explain the picture of a row's."""
+        """(S, S) bool. Whether the style of a column may explain the picture of a row."""
         table = np.zeros((len(self.styles), len(self.styles)), bool)
         for row, (alike, _) in enumerate(self.rivals):
             table[row, alike] = True
@@ -133,7 +133,7 @@ class StylePack:
 
     @property
     def preintegrated(self) -> Float32:
-        """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
+        """F of eq. 3 for grey light, (S, H, W) float32, in panorama coordinates at turn 0."""
         return self.target_rows[:, : self.header.environment[0]]
 
     def project(self, light: Floats) -> Float64:
@@ -149,11 +149,11 @@ class StylePack:
         return seen_light(light, self.mixing, self.mixtures)
 
     def region_on(self, transport: Transport) -> Float64:
-        """(P,) float64: how much each pixel of the head counts for match and strength."""
+        """Return the weight of each pixel of the head for match and strength, (P,) float64."""
         return self.region.ravel()[transport.pixels].astype(np.float64)
 
     def weights_on(self, transport: Transport) -> Float64:
-        """(S, P) weights of all styles over what they are judged by, from the target pictures."""
+        """Return all styles' weights over the pixels that judge them, (S, P), from the targets."""
         flat = self.targets.reshape(len(self.styles), -1, 3)[:, transport.pixels]
         luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
         region = self.region_on(transport)

@@ -174,7 +174,7 @@ def build_pack(
     parts = _make_parts(transport, colours, face, styles, targets)
     area_rows = colours.integrate(face.areas)
     mean = colours.integrate(share)
-    # There is no skin there to colour the light, so all light counts as grey.
+    # These areas have no skin that would colour the light, so all light counts as grey.
     area_rows[AROUND, : transport.environment_shape[0]] = maps_around(transport.environment_shape)
     if transport.header.symmetric:
         area_rows = _mirror_exact(area_rows, [AREAS.index(mirror_area(name)) for name in AREAS])
@@ -278,8 +278,8 @@ class StudioPacks:
         """Return the pack with targets under other lamps.
 
         Signatures are adapted: the target is the style's own picture under these lamps, with limits
-        in the same proportion as with the style's own lamps. A style whose target would no longer
-        show it, or would be mistaken for another one, keeps its own lamps.
+        in the same proportion as with the style's own lamps. A style keeps its own lamps if its
+        target would no longer show it, or would be mistaken for another style.
 
         Args:
             others: Choices for single styles, by name.

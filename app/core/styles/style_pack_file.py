@@ -209,7 +209,7 @@ _SHAPES: Final[Mapping[str, tuple[str, str]]] = {
 
 
 def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, path: Path) -> None:
-    """Refuse arrays that contradict the header, or are not finite."""
+    """Reject arrays that contradict the header, or are not finite."""
     height, width = header.environment
     sizes = {
         "S": styles,

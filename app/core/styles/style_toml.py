@@ -22,7 +22,7 @@ _TOO_LONG: Final = tr("a number has too many digits")
 _TOO_DEEP: Final = tr("it is nested too deeply")
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 TEXT_LENGTHS: Final = {"title": 32, "place": 40, "note": 400}
-"""Longest texts of a shipped style, characters."""
+"""Maximum lengths of the texts of a built-in style, in characters."""
 _RANGES: Final = {
     "azimuth_deg": (-180.0, 180.0),
     "elevation_deg": (-90.0, 90.0),
@@ -88,7 +88,7 @@ def _check_values(table: Mapping[str, object]) -> None:
 
 
 def quoted(value: object) -> str:
-    """Format a value of a file for a sentence; long values are cut."""
+    """Format a value from a file for a sentence; long values are truncated."""
     words = repr(value)
     return words if len(words) <= _LONGEST_SHOWN else f"{words[:_LONGEST_SHOWN]}…"
 

@@ -1,9 +1,9 @@
 """Styles: classic studio set-ups as lamps around the sitter, one TOML file per style or pair.
 
 A file's name without its suffix is the style's name, as used on the command line. Built-in styles
-ship with the program: of a pair only the left one, from which the right one is derived. A folder of
-the user may add to them. `app.core.styles.style_file` reads the files strictly: an unknown key or a
-lamp inside the sitter is an error, never guessed around.
+ship with the program; of a pair only the left one is stored, and the right one is derived from it.
+The user's folder may add more. `app.core.styles.style_file` reads the files strictly: an unknown
+key or a lamp inside the sitter is an error.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ NAMES: Final = (
 RARE: Final = frozenset(
     _with_mirrors("below", "top", "left-below-side", "hair-light", "silhouette")
 )
-"""Built-in styles that portrait photographers rarely want: never suggested first."""
+"""Built-in styles that portrait photographers rarely want, so they are never suggested first."""
 
 _MAX_USER_STYLES: Final = 200
 _OTHER_SIDE: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}

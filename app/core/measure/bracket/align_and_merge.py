@@ -1,10 +1,11 @@
-"""Read, align and merge the frames of a bracket.
+"""Reading, aligning and merging the frames of a bracket.
 
     opened -> aligned -> response -> motion -> merged -> (stitched) -> levelled
 
 Frames of two fisheye circles are not aligned; they are stitched between merging and levelling.
 
-Every step is a module beside this one, or of `measure.fisheye`; this one only defines their order.
+Every step is a module beside this one, or in `measure.fisheye`; this module only defines their
+order.
 """
 
 from __future__ import annotations
@@ -93,11 +94,11 @@ def merge_frames(
     halves: Sequence[bool] = (),
     look: Callable[[FrameStack], None] | None = None,
 ) -> Measurement:
-    """Merge frames, and close their files in any case.
+    """Merge frames, and close their files in all cases.
 
     Args:
         halves: Whether each frame is decoded at half size.
-        look: Called with the aligned frames before they are merged; for ordinary pictures.
+        look: Function called with the aligned frames before they are merged, for ordinary pictures.
 
     Returns:
         A measurement with unfinished light.
@@ -327,7 +328,7 @@ def _aligned_by_hand(
 
 
 def _levelled(merged: MergedLight, level: Levelling) -> MergedLight:
-    """Rotate merged light so that up is up."""
+    """Rotate merged light so that the horizon is level."""
     if level.rotation is None:
         return merged
     light, clipping = (

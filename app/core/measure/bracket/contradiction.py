@@ -1,12 +1,12 @@
-"""Test whether two frames of a bracket show the same scene, pixel by pixel.
+"""Pixel-by-pixel test of whether two frames of a bracket show the same scene.
 
-With the camera's response, a code of one frame limits the codes that a brighter frame can have
-there. Frames are compared as coded, which turns clipped and black codes into inequalities: pixels
+With the camera's response, a code in one frame limits the codes that a brighter frame can have
+there. Frames are compared as encoded, which turns clipped and black codes into inequalities: pixels
 clipped in the darker frame must be clipped in the brighter one, and pixels black in the brighter
-one must be black in the darker one. Predicting one frame of a bracket from another is how Grosch
-(Fast and Robust High Dynamic Range Image Generation with Camera and Object Movement, VMV 2006) and
-Gallo et al. (Artifact-free High Dynamic Range Imaging, ICCP 2009) find motion; the tolerances here
-are for area means of JPEG pictures.
+one must be black in the darker one. Grosch (Fast and Robust High Dynamic Range Image Generation
+with Camera and Object Movement, VMV 2006) and Gallo et al. (Artifact-free High Dynamic Range
+Imaging, ICCP 2009) also detect motion by predicting one frame of a bracket from another; the
+tolerances here are for area means of JPEG pictures.
 """
 
 from __future__ import annotations

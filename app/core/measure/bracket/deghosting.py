@@ -1,9 +1,9 @@
-"""Detect motion between the frames of a bracket, and choose the frames to trust there.
+"""Detection of motion between the frames of a bracket, and the frames to trust there.
 
-People walk and clouds drift while a bracket is taken. Averaging such frames leaves ghosts with
+People walk and clouds drift while a bracket is shot. Averaging such frames leaves ghosts with
 coloured edges, so every frame gets a mask of its usable area. Frames contradict each other
-(`measure.bracket.contradiction`) in connected regions. In each region, the frames that most others
-contradict are left out; without a majority, one frame is the reference for the whole region, so
+(`measure.bracket.contradiction`) in connected regions. In each region, the frames contradicted by
+most others are left out; without a majority, one frame is the reference for the whole region, so
 that no person is cut in half. All other frames stay in use wherever they agree, which preserves the
 dynamic range of the bracket.
 """
@@ -240,7 +240,7 @@ def _places(
     for _ in range(_GROWTH):
         region |= _box(region, cv2.MORPH_DILATE, 3) & closer
     region = _box(region, cv2.MORPH_CLOSE, _closing(region.shape[1]))
-    # Two pixels for remains at an edge, one for the slope of the enlarged masks.
+    # Two pixels for residue at an edge, and one for the slope of the enlarged masks.
     region = _box(region, cv2.MORPH_DILATE, 7)
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(region, connectivity=8)
     places = []
@@ -262,7 +262,7 @@ def _handle(
     masks: Sequence[Bytes],
     area: Float64,
 ) -> GhostRegion:
-    """Decide on one region, write it into the masks, and describe it in the masks' own frame."""
+    """Decide on one region, update the masks, and describe the region in the masks' own frame."""
     crops = [frame[place.rows, place.columns] for frame in frames]
     height, width = masks[0].shape
     usable = _settle(crops, place.inside, predictions, _closing(width))
@@ -302,7 +302,7 @@ def _settle(
         order.insert(0, unclipped)
     elif explanation >= _MAJORITY:
         usable = [1 - _closed(outlier, closing, inside) for outlier in outliers]
-        # If a vote is tied, the frame that was left out most is trusted least.
+        # If a vote is tied, the frame left out most often is trusted least.
         order.sort(key=lambda k: int(np.count_nonzero(outliers[k])))
     for place, frame in enumerate(order[1:], start=1):
         clash = np.zeros(inside.shape, bool)

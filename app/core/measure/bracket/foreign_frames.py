@@ -1,12 +1,12 @@
-"""Find frames in a folder that do not belong to the bracket.
+"""Detection of frames in a folder that do not belong to the bracket.
 
 A camera's own HDR picture, a preview, a picture of another scene or a black one may be in the same
 folder, and state the exposure of one of the frames. Merged with them, it distorts the curve and the
 light. It is recognised because the other frames agree with each other, by one curve and their
 stated exposures, and it contradicts them over a large part of the picture, at any exposure.
 
-A frame that only states a wrong exposure is measured (`curve.response`). Motion, and light that
-changed slightly, contradict only in places (`app.core.measure.bracket.deghosting`).
+A frame that only states a wrong exposure is measured (`curve.response`). Motion and slight changes
+of light contradict only in places (`app.core.measure.bracket.deghosting`).
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _MOST_LEVELS: Final = (0.1, 0.9)
 _FEWEST: Final = 60  # samples of a level
 _LEAST_SHARE: Final = 0.02  # of the pixels, that a pair must share
 _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place
-_ONE_IN: Final = 3  # at most one in this number of frames is foreign
+_ONE_IN: Final = 3  # at most one in this many frames is foreign
 
 
 @dataclass(frozen=True, slots=True)

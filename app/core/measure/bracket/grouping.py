@@ -1,6 +1,6 @@
-"""Read a bracket's headers: its frames, their order and exposures.
+"""Reading of a bracket's headers: its frames, their order and exposures.
 
-Pixels are not read here. A `ProbeError` that names the file reports why a merge is impossible; a
+Pixels are not read here. A `ProbeError` that names the file explains why a merge is impossible; a
 remark of the bracket reports a doubt.
 """
 
@@ -39,7 +39,7 @@ from app.core.measure.read.metadata import (
 from app.core.text import tr, tr_plural
 
 MAX_FRAMES: Final = 40
-"""Most files of a bracket; cameras bracket up to 19 frames."""
+"""Maximum number of files in a bracket; cameras bracket up to 19 frames."""
 
 EQUAL_STOPS: Final = 0.05
 """Exposures that differ by less than this, in stops, count as equal."""
@@ -191,7 +191,7 @@ def _is_folder(path: Path) -> bool:
     try:
         return path.is_dir()
     except OSError:
-        return False  # Reading it as a file reports why it cannot be reached.
+        return False  # Reading the path as a file reports why it cannot be reached.
 
 
 def _check_times(times: Sequence[float] | None, count: int) -> list[float | None]:
@@ -229,7 +229,7 @@ def _check_number(count: int) -> None:
 
 
 def _check_pixels(headers: list[Header]) -> None:
-    """Refuse to spend hours on a few frames of a size that no camera has."""
+    """Refuse to spend hours on frames of a size that no camera has."""
     pixels = sum(header.frame.shape[0] * header.frame.shape[1] for header in headers)
     if pixels > _MOST_PIXELS:
         raise ProbeError(
@@ -310,7 +310,7 @@ def not_all_around(frame: Frame) -> ProbeError:
 
 
 def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | None) -> Bracket:
-    """Make a bracket of one photo, or raise the reason why it is unsuitable."""
+    """Create a bracket of one photo, or raise the reason why it is unsuitable."""
     frame, name = header.frame, header.frame.path.name
     if frame.kind not in ("uint8", "uint16"):
         _check_count([header], [frame.path])

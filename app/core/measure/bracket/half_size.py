@@ -1,4 +1,4 @@
-"""Merge at half size: bright frames are decoded at half size, dark ones in full.
+"""Merging at half size: bright frames are decoded at half size, dark ones in full.
 
 A panorama is reduced after the merge anyway, and a JPEG decoder computes means of four codes for
 half the work. Such a mean loses two things: the light of four pixels is more than the light of

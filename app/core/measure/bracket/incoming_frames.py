@@ -1,8 +1,8 @@
-"""Read frames while others are still downloading.
+"""Reading of frames while others are still downloading.
 
-`ArrivingFrames` reads each frame while the next is coming. When the last file is there, only its
-own decoding and the merge are left to do. The result equals `measure.bracket.measure.measure` of
-the same files, bit for bit.
+`ArrivingFrames` reads each frame while the next one is downloaded. When the last file has arrived,
+only its own decoding and the merge are left to do. The result equals
+`measure.bracket.measure.measure` of the same files, bit for bit.
 """
 
 from __future__ import annotations
@@ -214,7 +214,7 @@ def _wait(future: Future[_ReadFrame], token: Token) -> _ReadFrame:
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    """Return values that change when a file changes."""
+    """Return the change stamp of a file."""
     try:
         facts = path.stat()
     except OSError:
@@ -225,7 +225,7 @@ def _stamp(path: Path) -> tuple[int, ...]:
 def rehearse(pack: StylePack) -> None:
     """Run the whole merge once with a small synthetic bracket.
 
-    This loads libraries, computes tables and allocates memory. Done while a camera is exposing, it
+    This loads libraries, computes tables and allocates memory. While a camera is exposing, this
     saves a third of the time of a process's first `measure`.
     """
     frames = tuple(

@@ -117,7 +117,7 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
 def finished(
     measurement: Measurement, options: MeasureOptions, blind: Float32 | None = None
 ) -> FinishedLight:
-    """Finish a panorama; leave other pictures alone."""
+    """Finish a panorama; other pictures are left unchanged."""
     if not measurement.bracket.panorama:
         return measurement.finished
     foot, room = foot_of(measurement.levelling.rotation), room_below(measurement.bracket)

@@ -363,7 +363,7 @@ _QUIET_PIXELS: Final = 1 << 20
 
 
 def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) -> None:
-    """Reduce colour noise of merged light, (h, w, 3), in place.
+    """Reduce the colour noise of merged light, (h, w, 3), in place.
 
     Args:
         values: (3, 256) each. Light of each code of each frame, brightest first, in the same unit.

@@ -291,7 +291,7 @@ def hue_rises(
     limit = _raw(_CLIPPING_CODES[0], largest, light)
     if largest.max() < limit:
         return np.empty(0, np.intp), [np.empty(0, np.float32)] * len(planes)
-    # Booleans, in which numpy finds true values ten times as fast as in bytes.
+    # Use booleans, in which numpy finds true values ten times as fast as in bytes.
     near = np.flatnonzero(largest >= limit)
     codes = [plane.take(near) for plane in planes]
     if radiance is None:

@@ -1,1 +1,1 @@
-"""Finish a panorama: find lamps, restore the sun, mask the tripod, report doubts."""
+"""Finishing of a panorama: lamps, a restored sun, the tripod's mask, and doubts."""

@@ -1,12 +1,12 @@
-"""The clip audit: missing light, and the answers that depend on it.
+"""The clip audit: missing light, and the results that depend on it.
 
 Where every frame is clipped, the merged panorama is a lower bound. The audit reports how much light
-that affects, computes the answers for brighter light, and separates the styles that would lose by
-it from the others. A style is in doubt when its turn would give up more than 5% of what the place
+is affected, computes the results for brighter light, and separates the styles that would lose from
+it from the others. A style is in doubt if its turn would give up more than 5% of what the place
 could give, if any clipped lamp, any part of a wide one, or all of them together were 1, 3, 6 or 10
-stops brighter. Styles that would come into reach or out of it are reported too. On brackets of 20
-places, clipped 1 to 15 stops deep, every answer with an error of more than 10% was among those in
-doubt.
+stops brighter. Styles that would come into reach or go out of it are reported as well. On brackets
+of 20 places, clipped 1 to 15 stops deep, every result with an error of more than 10% was among
+those in doubt.
 
 `choices` finds the turns for many lights at once, by the rule of `app.core.solver.turn_choice`
 without its refinement.
@@ -47,7 +47,7 @@ from app.core.solver.solve import measure
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, StyleMeasures
 from app.core.styles.style_pack import StylePack
 
-_AT_ONCE: Final = 16  # lights: few enough to keep their spectra in the cache
+_AT_ONCE: Final = 16  # lights; few enough to keep their spectra in the cache
 
 
 def choices(
@@ -100,7 +100,7 @@ DOUBT: Final = 0.05
 """Fraction of the range of a style's curve that its turn may give up before it is in doubt."""
 
 BLIND: Final = "blind"
-"""Used in place of a lamp's letter for light that was filled because no frame shows it."""
+"""Stands in for a lamp's letter for light that was filled in because no frame shows it."""
 
 _FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind an apparent window
 _PART_GAINS: Final = (3.0, 6.0)
@@ -111,7 +111,7 @@ _PART_SHARE: Final = 0.02  # of all clipped light
 
 @dataclass(frozen=True, slots=True)
 class WhatIf:
-    """A style with a lamp brighter by some stops, and its best turn then, degrees."""
+    """A style's best turn in degrees if a lamp were brighter by some stops."""
 
     light: str
     stops: float
@@ -121,7 +121,7 @@ class WhatIf:
 
 @dataclass(frozen=True, slots=True)
 class StyleChange:
-    """Dependence of a style's answer on clipped light; grid turn in degrees.
+    """Dependence of a style's result on clipped light; its grid turn is in degrees.
 
     Attributes:
         cases: Every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored light
@@ -129,8 +129,8 @@ class StyleChange:
         worst: Largest loss in any case, including parts of wide lamps and 10 stops.
         least_stops: Smallest brightening in the trials that puts the turn in doubt, or None if none
             does.
-        reach_stops: Smallest one that brings the style into reach or out of it, or None if none
-            does.
+        reach_stops: Smallest brightening that brings the style into reach or out of it, or None if
+            none does.
     """
 
     name: str
@@ -383,7 +383,7 @@ def _cells(height: int, shape: tuple[int, int]) -> tuple[Indices, Float64]:
 
 
 def _parts(light: Light, grid: LightGrid) -> list[NDArray[np.int32]]:
-    """Cut a wide clipped light into blocks: one part of a sky may hide the sun."""
+    """Divide a wide clipped light into blocks, since one part of a sky may hide the sun."""
     if light.diameter_deg < _WIDE_DEG:
         return []
     height, width = grid.luminance.shape

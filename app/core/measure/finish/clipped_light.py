@@ -87,7 +87,7 @@ def brightened(merged: MergedLight, stops: float = STOPS) -> MergedLight:
 
 
 def dimmed(merged: MergedLight) -> MergedLight:
-    """Return the light before `brightened`."""
+    """Return the light as it was before `brightened`."""
     white, coloured = _shares(merged.radiance, merged.clipped)
     gain = _gain(white, coloured, STOPS, _COLOURED_STOPS)
     return replace(merged, radiance=merged.radiance / gain)

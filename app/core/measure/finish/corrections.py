@@ -1,4 +1,4 @@
-"""Correct merged light: restore the sun, set lamps, fill masks; then audit clipped light."""
+"""Corrections of merged light: the sun, lamps and masks, followed by the clip audit."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _HATCH: Final = 12  # pixels from line to line at 2,048 columns
 _INK: Final = (0x10, 0x10, 0x10)
 _PAPER: Final = (0xF5, 0xF5, 0xF5)
 MASK_COLOUR: Final = (0x2E, 0x86, 0xC8)
-"""sRGB colour of masked areas."""
+"""Colour of masked areas in sRGB."""
 
 
 def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:

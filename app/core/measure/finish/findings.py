@@ -3,8 +3,8 @@
 Directions are those of the panorama, as seen by a sitter who faces the photographer (azimuth 0): in
 front is the photographer's side, right is the sitter's right.
 
-A place that is reopened, or a panorama from elsewhere, has no clip mask from a merge. If its
-bracket is known, so is the level at which the darkest frame clipped, and that is enough: light at
+A reopened place, or a panorama from another source, has no clip mask from a merge. If its
+bracket is known, so is the level at which the darkest frame clipped, which is sufficient: light at
 that level may have been brighter.
 """
 

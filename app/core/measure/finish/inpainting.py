@@ -1,10 +1,10 @@
-"""Fill masked areas from the surrounding light.
+"""Filling of masked areas from the surrounding light.
 
 Under a mask the radiance becomes a membrane: the harmonic function with the values around the mask
 (Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is solved on a
 stereographic chart of the sphere, where harmonic functions stay harmonic, so the poles and the
-panorama's seam are no special cases. A harmonic function is nowhere brighter or darker than its
-boundary, channel by channel.
+panorama's seam need no special treatment. A harmonic function is nowhere brighter or darker than
+its boundary, channel by channel.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatIma
     height, width = mask.shape
     if width <= _WIDEST:
         return radiance * coverage[..., np.newaxis], coverage
-    # Whole factors only, so that texels on the seam stay on the seam.
+    # Use whole factors only, so that texels on the seam stay on the seam.
     step = -(-width // _WIDEST)
     size = (width // step, height // step)
     light = cv2.resize(radiance, size, interpolation=cv2.INTER_AREA)

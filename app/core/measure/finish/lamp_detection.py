@@ -1,9 +1,9 @@
-"""Find the lamps of a place: bright regions of the panorama, named A, B, C ...
+"""Detection of the lamps of a place: bright regions of the panorama, named A, B, C ...
 
 A lamp is a connected region that is more than four times as bright as the mean of the sphere, and
 within a factor of eight of its own peak, so that the sun does not include the glow around it. Light
-that is clipped in every frame belongs to a lamp whatever the threshold. All of this is done on a
-reduction to 512 x 256 texels (0.7 degrees); the panorama wraps at its seam.
+that is clipped in every frame belongs to a lamp regardless of the threshold. All of this is done on
+a reduction to 512 x 256 texels (0.7 degrees); the panorama wraps at its seam.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from app.core.text import tr
 Int32: TypeAlias = NDArray[np.int32]
 
 MAX_LIGHTS: Final = 12
-"""Most lamps that are named; the others count as the place's general light."""
+"""Maximum number of named lamps; the others count as the place's general light."""
 
 _GRID: Final = (256, 512)
 _ABOVE_MEAN: Final = 4.0
@@ -110,7 +110,7 @@ def light_grid(merged: MergedLight) -> LightGrid:
         )
     height, width = min(rows, _GRID[0]), min(columns, _GRID[1])
     size = (width, height)
-    # One channel before reducing: several times faster than three after it.
+    # Combine the channels before reducing, which is several times faster than reducing all three.
     light = cv2.transform(merged.radiance, np.array([LUMINANCE_WEIGHTS]))
     planes = (light, merged.clipped, light * merged.clipped)
     means = [cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in planes]

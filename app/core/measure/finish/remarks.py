@@ -11,7 +11,7 @@ from app.core.measure.finish.lamp_detection import Source
 
 
 class Remedy(StrEnum):
-    """Ways to find out a clipped lamp's brightness."""
+    """Ways to determine a clipped lamp's brightness."""
 
     SKY = "sky"  # for the sun: the clearness of the sky
     GAIN = "gain"  # the camera is at its darkest
@@ -57,7 +57,7 @@ class MoreLampsClipped(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ClippingMatters(Remark):
-    """Styles that more light affects: up to three stops more (`soon`), or six and more.
+    """Styles affected by more light: up to three stops more (`soon`), or six and more.
 
     Attributes:
         others: Styles that it does not affect.
@@ -110,7 +110,7 @@ class RoughTurns(Remark):
 
 @dataclass(frozen=True, slots=True)
 class SunRestored(Remark):
-    """The sun was given its light for its height and that sky."""
+    """The sun was given its illuminance for its elevation and the stated sky."""
 
     lamp: str
     elevation_deg: float
@@ -122,7 +122,7 @@ class SunRestored(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LampMetered(Remark):
-    """A lamp was given the illuminance of a light meter reading."""
+    """A lamp was set to the illuminance of a light meter reading."""
 
     lamp: str
     lux: float
@@ -131,7 +131,7 @@ class LampMetered(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LampGained(Remark):
-    """A lamp was made brighter or darker by a number of stops."""
+    """A lamp was brightened or darkened by a number of stops."""
 
     lamp: str
     stops: float
@@ -139,7 +139,7 @@ class LampGained(Remark):
 
 @dataclass(frozen=True, slots=True)
 class NoClutter(Remark):
-    """No clutter was found below the camera."""
+    """No clutter was detected below the camera."""
 
 
 @dataclass(frozen=True, slots=True)

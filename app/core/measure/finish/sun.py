@@ -1,8 +1,8 @@
-"""Recognise a clipped sun, by its luminance and its surroundings.
+"""Recognition of a clipped sun by its luminance and its surroundings.
 
 Even the shortest exposure of a 360 camera clips the disc by 10 to 16 stops; the rest is less than a
-hundredth of its light. The rules are strict: an unrecognised sun costs some accuracy, but a lamp
-taken for the sun spoils the place.
+hundredth of its light. The rules are strict, because an unrecognised sun costs some accuracy, but a
+lamp mistaken for the sun spoils the place.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from app.core.measure.finish.lamp_detection import Light, LightGrid, light_grid,
 from app.core.measure.finish.sunlight import direct_normal_lux
 from app.core.measure.read.frame import MergedLight
 
-# How the sun looks in the darkest frame; all of these must hold.
+# Appearance of the sun in the darkest frame; all of these must hold.
 _LEAST_CLIP_CD_M2: Final = 15_000.0  # half of sunlit snow: darker frames clip far too much
 _LEAST_ELEVATION_DEG: Final = 1.5  # below, the model of sunlight does not hold
 _LEAST_ROUNDNESS: Final = 0.62

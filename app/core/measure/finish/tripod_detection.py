@@ -1,14 +1,14 @@
-"""Detect clutter below the camera in a panorama: a stick, a tripod, a person.
+"""Detection of clutter below the camera in a panorama: a stick, a tripod or a person.
 
-An object at the camera's own foot is found by its difference from the ground around it. The colours
-of a ring around the foot are counted (a smoothed histogram of log luminance and two log colour
-ratios). Texels at the foot that are rare in the ring, and similar to each other, are followed
+An object at the camera's own foot is detected by its difference from the ground around it. The
+colours of a ring around the foot are counted in a smoothed histogram of log luminance and two log
+colour ratios. Texels at the foot that are rare in the ring, and similar to each other, are followed
 outward as long as they are connected. A strip, a mosaic or a shadow that crosses both foot and ring
 is not rare, so it is not suggested. A person away from the camera cannot be distinguished from a
 statue or a tree in this way, and needs a manual mask.
 
-OpenCV's stock people detector (Dalal and Triggs 2005) was tried for those and is not used: on 25
-panoramas it found one of several people, and beside him a pot plant, a kitchen and a stone post.
+OpenCV's stock people detector (Dalal and Triggs 2005) was tried for this and rejected: on 25
+panoramas it detected one of several people, along with a pot plant, a kitchen and a stone post.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def foot_of(rotation: Float64 | None) -> tuple[float, float]:
 def resolve(
     specs: Sequence[MaskSpec], merged: MergedLight, foot: tuple[float, float] = NADIR
 ) -> tuple[Clutter, ...]:
-    """Draw the user's masks, and make the suggestions that were requested.
+    """Draw the user's masks, and create the suggestions that were requested.
 
     Raises:
         ProbeError: If a mask's picture cannot be read, or the light is not a full panorama.
@@ -183,7 +183,7 @@ def _find(features: FloatImage, chart: Chart) -> _Detection | None:
     away_deg = chart.distances()
     cells = _cells(features, _ring(away_deg))
     rare = _rare_in_ring(cells, away_deg)
-    # A single texel is no evidence; a shape two texels wide, like a tripod's leg, still passes.
+    # A single texel is not evidence, but a shape two texels wide, like a tripod's leg, is.
     smooth = cv2.GaussianBlur(rare, (0, 0), 1.2)
     core = away_deg < _CORE_DEG
     seeds = core & (smooth > _RARE)

@@ -1,4 +1,4 @@
-"""Effect of a change of the light on the answers: every turn before and after."""
+"""Effect of a change in the light on the results: every turn before and after."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import Objective
 from app.core.styles.style_pack import StylePack
 
-_FREE: Final = 0.01  # of a curve's range: a turn that loses less counts as unchanged
+_FREE: Final = 0.01  # of a curve's range; a turn that loses less counts as unchanged
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Equalise two lenses where both see, and choose the seam between them.
+"""Equalisation of two lenses where both see, and the seam between them.
 
 One gain per channel and one falloff equalise the lenses. The seam runs where they agree best.
 """

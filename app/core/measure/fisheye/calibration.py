@@ -1,4 +1,4 @@
-"""Calibrate two fisheyes back to back from their own light.
+"""Calibration of two fisheyes back to back from their own light.
 
 Circles come from the rim; focal length, roll and tilt from the area beyond 90 degrees that both
 lenses see. The residual is parallax.
@@ -79,7 +79,7 @@ def _tones(light: Float32, circles: Circles) -> Float32:
     # As fine as the strips; the circles are about 200 degrees wide.
     sample = STEP_DEG * side / 200.0
     tones = cv2.GaussianBlur(np.log2(level + floor), (0, 0), max(0.6 * sample, 0.3)) * mask
-    # The rim is not an object: levels are those of the inside.
+    # The rim is not an object, so levels are those of the inside.
     wide = (0, 0), max(side, 200) / 40.0
     mean = cv2.GaussianBlur(tones, *wide) / np.maximum(cv2.GaussianBlur(mask, *wide), 1e-3)
     return np.asarray((tones - mean) * mask, np.float32)

@@ -1,9 +1,9 @@
-"""Find the two fisheye circles of unstitched 360 pictures.
+"""Detection of the two fisheye circles in unstitched 360 pictures.
 
 A full 2:1 panorama and an unstitched picture have the same size, and merging the second as the
-first gives a completely wrong answer. They are distinguished by two circles of equal size, dark all
-around, in every frame of a bracket, however bright. The first row of a panorama is one point of the
-sky; it cannot be dark at its corners and middle and bright between them.
+first gives a completely wrong result. They are distinguished by two circles of equal size, dark all
+around, in every frame of a bracket, regardless of its brightness. The first row of a panorama is
+one point of the sky; it cannot be dark at its corners and middle and bright between them.
 
 A fisheye maps the angle t from its axis to a distance from its centre, r = f (t + b3 t^3 + b5 t^5
 ...); without the distortion terms it is equidistant. `MODELS` contains cameras with published data
@@ -378,7 +378,7 @@ def _fitted(
         return None
     if not _RADII[0] * size <= radius <= _RADII[1] * size:
         return None
-    # Of the points with an edge, most must be on the rim, and almost none beyond it.
+    # Most of the points with an edge must be on the rim, and almost none beyond it.
     beyond = usable & (
         np.hypot(points[:, 0] - x, points[:, 1] - y) > (1.0 + 2.0 * _ON_RIM) * radius
     )

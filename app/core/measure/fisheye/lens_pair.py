@@ -1,7 +1,7 @@
-"""A calibrated pair of fisheye lenses: where directions lie in their pictures, and at the seam.
+"""A calibrated pair of fisheye lenses: the mapping of directions to their pictures, and the seam.
 
 The lenses are a few centimetres apart, so they see near objects in different directions. This
-parallax lies along the meridians of their common axis, and each lens takes half of it, fading out
+parallax runs along the meridians of their common axis, and each lens takes half of it, fading out
 away from the seam.
 """
 
@@ -79,12 +79,12 @@ def upright(pair: Pair, up_deg: float) -> Pair:
 def looked_up(
     pair: Pair, index: int, vectors: Float32, toward: Float32, around: Float32
 ) -> tuple[Float32, Float32, Float32]:
-    """Look up directions in the picture of a lens, with half of the parallax removed.
+    """Map directions to the picture of a lens, with half of the parallax removed.
 
     Args:
         index: 0 for the front lens, 1 for the other.
         vectors: (..., 3) float32. Directions in the frame of the pair.
-        toward, around: (...) float32. Their position, from `about_seam`.
+        toward, around: (...) float32. Positions of the directions, from `about_seam`.
 
     Returns:
         Columns, rows, and the factor that corrects the falloff, (...) float32 each.

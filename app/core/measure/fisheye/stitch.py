@@ -172,7 +172,7 @@ def stitch(
 ) -> MergedLight:
     """Resample merged light to a panorama of some rows and columns, both even.
 
-    Shares of area stay shares; clipped light stays clipped.
+    Fractions of an area are preserved, and clipped light stays clipped.
     """
     shape, shares = (size[0] * _SUPERSAMPLED, size[1] * _SUPERSAMPLED), merged.shares
 

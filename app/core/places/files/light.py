@@ -1,9 +1,9 @@
-"""Save and read the light of a place, exact to the last bit.
+"""Save and read the light of a place with every bit preserved.
 
 A new place's light is rounded to half floats before anything is computed from it (`storable`), so
-that a third of the space stores it to the last bit. Other light, such as that of earlier places, is
-saved as 32-bit OpenEXR. A file is read back and compared before it gets its name. The name contains
-the first digits of the checksum, so a new light never replaces an existing one.
+that it can be stored exactly in a third of the space. Other light, such as that of earlier places,
+is saved as 32-bit OpenEXR. A file is read back and compared before it gets its final name. The name
+contains the first digits of the checksum, so a new light never replaces an existing one.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from app.core.text import tr
 _THUMBNAIL_WIDTH: Final = 512
 # Half floats end at 65504, which readers may interpret as sensor clipping.
 _LARGEST: Final = 2.0**15
-_COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
+_COMPARED_BYTES: Final = 1 << 28  # bytes; larger arrays would exceed memory if compared as a copy
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,7 +234,7 @@ def _check(radiance: FloatImage) -> None:
                 height=shape[0],
             )
         )
-    # From the extremes: they are NaN if any value is.
+    # Computed from the extremes, which are NaN if any value is.
     least, largest = float(radiance.min()), float(radiance.max())
     if not (least >= 0.0 and 0.0 < largest < np.inf):
         raise PlaceError(
@@ -255,7 +255,7 @@ def _compare(path: Path, radiance: FloatImage) -> None:
     if radiance.nbytes > _COMPARED_BYTES:
         return
     again = _read(path)
-    # As bits: 0.0 and -0.0 are equal as numbers.
+    # Compared as bits, since 0.0 and -0.0 are equal as numbers.
     if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
         raise PlaceError(
             tr("The light was not saved: the disk returned different data than were written."),

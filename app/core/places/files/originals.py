@@ -1,6 +1,6 @@
-"""Copy the user's files into a place, under portable names.
+"""Copies of the user's files in a place, under portable names.
 
-The files themselves are only read. Remains of interrupted copies are deleted after an hour.
+The user's own files are only read. Leftovers of interrupted copies are deleted after an hour.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _HALF: Final = re.compile(
     r"|\.adopt-[0-9a-z_]+\.part"
 )
 _STEM: Final = re.compile(r"(\d{4})-(\d\d)-(\d\d)-(\d\d)(\d\d)-([a-z0-9-]+)")
-_OLD_S: Final = 3600.0  # no file takes an hour to write
+_OLD_S: Final = 3600.0  # seconds; no file takes an hour to write
 _MOST_TRIES: Final = 10_000
 _UNSAFE: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
 _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?", re.IGNORECASE)
@@ -60,7 +60,7 @@ def folder_stem(name: str, made_at: datetime) -> str:
 
 
 def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
-    """Return approximate name and local time of a place from its folder's name.
+    """Return the approximate name and local time of a place from its folder's name.
 
     Examples:
         >>> told_by_folder("2026-05-04-1705-cafe-terrasse")[0]
@@ -95,7 +95,7 @@ def safe_file_name(name: str) -> str:
     stem, dot, ending = clean.strip(". ").rpartition(".")
     if not dot:
         stem, ending = ending, ""
-    # 255 bytes are the limit almost everywhere, and a number may still be added.
+    # Most systems limit names to 255 bytes, and a number may still be added.
     short = stem.encode()[: 200 - len(ending[:20].encode())].decode("utf-8", "ignore").strip(". ")
     full = f"{short}{dot}{ending[:20]}" if short else ending[:20]
     if _RESERVED.fullmatch(full):
@@ -112,12 +112,12 @@ def publish(half: Path, target: Path) -> bool:
     if os.path.lexists(target):
         return False
     try:
-        # Fails if the name has been taken in the meantime; renaming would not.
+        # A link fails if the name has been taken in the meantime; renaming would not.
         os.link(half, target)
     except FileExistsError:
         return False
     except OSError:
-        # USB sticks and cards (exFAT) have no links.
+        # USB sticks and memory cards (exFAT) do not support links.
         os.rename(half, target)
         return True
     half.unlink()
@@ -156,7 +156,7 @@ _MOST_FILES: Final = 200
 _MOST_BYTES: Final = 1 << 31
 _MOST_TOGETHER: Final = 1 << 34
 _CHUNK: Final = 1 << 20
-_SPARE: Final = 64 << 20  # for the environment made from them
+_SPARE: Final = 64 << 20  # bytes reserved for the environment computed from them
 
 
 def adopt_files(

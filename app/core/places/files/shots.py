@@ -1,11 +1,11 @@
-"""The photos taken at a place, and how far each missed the light.
+"""The photos taken at a place, and how far each one missed the light.
 
-    PLACE/shots.json         one entry for each photo; only ever replaced as a whole
+    PLACE/shots.json         one entry per photo; always replaced as a whole
     PLACE/shots/originals/   copies of the photos; the user's own files are only read
     PLACE/shots/shot-N.jpg   thumbnails for the list
 
-A removed photo stays on disk, marked, so that it can be restored; when the place is opened again
-this can no longer be undone, and the copy is deleted.
+A removed photo stays on disk, marked as removed, so that it can be restored. Its copy is deleted
+when the place is next opened.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ _QUALITY: Final = 88
 class Shot:
     """A photo with its verdict.
 
-    Azimuths are in the panorama, so that they stay true when the marker of the photographer's
-    position is moved.
+    Azimuths are in the panorama's frame, so that they stay valid when the marker of the
+    photographer's position is moved.
     """
 
     name: str
@@ -251,7 +251,7 @@ def _next_key(file_facts: Facts) -> str:
 
 
 def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
-    """Write the thumbnail; a failure only affects the list's look."""
+    """Write the thumbnail; a failure only affects the list."""
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)

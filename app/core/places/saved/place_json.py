@@ -102,7 +102,7 @@ _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
 
 def _head(value: Any) -> str:
-    """Check for the name of a shipped head, or the path of the user's own."""
+    """Check for the name of a built-in head, or the path of the user's own."""
     own = isinstance(value, str) and value.endswith(".npz")
     return text(_LONGEST_SENTENCE if own else LONGEST_WORD)(value)
 
@@ -174,11 +174,11 @@ _LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long 
 
 
 def to_json(place: Place) -> Facts:
-    """Convert a place to JSON, with unknown entries of newer versions.
+    """Convert a place to JSON, including unknown entries of newer versions.
 
     Raises:
-        PlaceError: If the result could not be read back: the notes are too long, or a result is
-            not a number.
+        PlaceError: If the result could not be read back because the notes are too long, or a result
+            is not a number.
     """
     facts = _facts_of(place)
     source = place.source
@@ -211,7 +211,8 @@ def _facts_of(place: Place) -> Facts:
 
 
 def _capture_to_json(capture: CaptureFacts) -> Facts:
-    # These texts come from cameras and from the program: cut them instead of refusing the place.
+    # These texts come from cameras and from the program, so truncate them instead of rejecting the
+    # place.
     facts = {name: plain(getattr(capture, name)) for name in _CAPTURE if name not in _REMARKS}
     for name in ("camera", "plan"):
         facts[name] = facts[name][:LONGEST_WORD]
@@ -242,9 +243,9 @@ def summary_of(facts: Facts, bad: list[LostPart]) -> Facts:
 
 
 def answers_of(facts: Facts) -> tuple[int, int, str]:
-    """Return the number of styles in reach, the number of all styles, and the one to propose.
+    """Return the number of styles in reach, the number of all styles, and the suggested style.
 
-    For a list of places, so unreadable entries are skipped.
+    This is for a list of places, so unreadable entries are skipped.
     """
     results = facts.get("results")
     rows = [row for row in results if isinstance(row, dict)] if isinstance(results, list) else []
@@ -269,7 +270,7 @@ def unreadable(place: Place) -> list[LostPart]:
 def place_of(facts: Facts, bad: list[LostPart], name: str, made_at: datetime) -> Place:
     """Parse a place; missing or invalid entries get defaults."""
     place = _decoded(facts, bad, name, made_at)
-    # What this version would write for the unchanged file.
+    # What this version would write for an unchanged file.
     return replace(place, source=PlaceSource(facts, _facts_of(place)))
 
 
@@ -295,7 +296,7 @@ def _part(
     bad_parts: list[LostPart],
     key: str,
 ) -> Location | CaptureFacts:
-    """Read the valid entries of an object; an object with invalid ones is listed once."""
+    """Read the valid entries of an object; an object with invalid entries is listed once."""
     bad: list[LostPart] = []
     values = {
         name: take(facts, name, check, getattr(default, name), bad, LostPart(key))

@@ -66,7 +66,7 @@ KINDS: Final = _kinds()
 
 
 def facts_of(remarks: Sequence[Remark], most: int = _MOST) -> list[Facts | str]:
-    """Convert remarks to JSON data; a plain one to its sentence, cut to fit."""
+    """Convert remarks to JSON data, and a plain remark to its sentence, truncated to fit."""
     return [
         each.sentence[:_LONGEST]
         if isinstance(each, PlainRemark)

@@ -1,1 +1,1 @@
-"""Lamps that were captured in a dark room: found, corrected, saved and placed."""
+"""Lamps that were captured in a dark room: detected, corrected, saved and placed."""

@@ -132,7 +132,7 @@ def make_lamp(
     repair(both[..., :3], name)
     both[..., 3] = np.clip(np.nan_to_num(alpha, nan=0.0), 0.0, 1.0)
     if shape[0] > LARGEST[0]:
-        # Reduce the lamp alone, so that its edge does not take up light of the room.
+        # Reduce the lamp alone, so that its edge does not absorb light of the room.
         lamp = both[..., :3] * (both[..., 3:] > 0)
         edge = reduce_radiance(lamp, LARGEST)
         both = reduce_radiance(both, LARGEST)

@@ -37,7 +37,7 @@ from app.core.storage.json_file import Facts, number, optional, read_json, take,
 from app.core.text import tr
 
 MAX_TITLE: Final = 80
-"""Longest title, characters."""
+"""Longest title, in characters."""
 
 _FORMAT: Final = 1
 _MOST_BYTES: Final = 1 << 16
@@ -70,7 +70,7 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
 
 
 def write_text(folder: Path, lamp: CapturedLamp) -> None:
-    """Write a lamp's text, after its capture; raises as `write_lamp`."""
+    """Write a lamp's text file after its capture; raises as `write_lamp`."""
     facts: Facts = {
         "format": _FORMAT,
         "title": lamp.title,
@@ -89,7 +89,7 @@ def write_text(folder: Path, lamp: CapturedLamp) -> None:
 
 
 class LampPart(Enum):
-    """The entries of a lamp's text."""
+    """The entries of a lamp's text file."""
 
     NAME = auto()
     DISTANCE = auto()
@@ -101,21 +101,21 @@ class LampPart(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LampDamage:
-    """The unreadable entries of a lamp's text, or the error if all of it is unreadable."""
+    """The unreadable entries of a lamp's text file, or the error if all of it is unreadable."""
 
     parts: tuple[LampPart, ...] = ()
     error: CoreError | None = None
 
 
 def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
-    """Read a lamp's text, and what of it is damaged.
+    """Read a lamp's text file, and determine its damage.
 
     Returns:
-        title, distance_m, white_cd_m2, in lux, camera and sha256, with defaults for damaged
-        entries; and the damage, None if there is none.
+        The entries title, distance_m, white_cd_m2, lux, camera and sha256, with defaults for
+        damaged ones; and the damage, or None if there is none.
 
     Raises:
-        CoreError: If the system refuses to read the file, or it is of a newer version.
+        CoreError: If the system refuses to read the file, or its version is newer.
     """
     file = read_json(folder / f"{name}.json", _MOST_BYTES)
     if file.state == "unreadable":
@@ -152,7 +152,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
 
 
 def capture_path(folder: Path, name: str, facts: Facts) -> Path:
-    """Return the capture that the text names, or the newest one if the text lost the name."""
+    """Return the capture named by the text file, or the newest one if the name is lost."""
     sha = facts["sha256"]
     if sha:
         path = capture_named(folder, name, sha)
@@ -178,7 +178,7 @@ def captures(folder: Path, name: str) -> list[Path]:
 
 
 def names(folder: Path) -> list[str]:
-    """List the names of all lamps, including captures without a text."""
+    """List the names of all lamps, including captures without a text file."""
     stems = {file.stem for file in files_in(folder, ".json") if _NAME.fullmatch(file.stem)}
     for file in files_in(folder, ".exr"):
         stem = re.fullmatch(r"(.+)-[0-9a-f]{12}", file.stem)

@@ -69,7 +69,7 @@ _LIBRARY: Final = Library(
     reserved=KINDS,
     names=names,
     title_of=lambda folder, name: str(facts_of(folder, name)[0]["title"]),
-    # Never overwrite a picture, even one without a lamp.
+    # Never overwrite a picture, even if it has no lamp.
     is_taken=lambda folder, name: name in names(folder) or (folder / f"{name}.png").exists(),
 )
 

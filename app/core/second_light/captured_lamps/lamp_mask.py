@@ -31,12 +31,12 @@ from app.core.text import tr
 _GRID: Final = (256, 512)
 _STANDS_OUT: Final = 2.5  # times the room's median
 _STEPS: Final = 17  # quarter stops below the lamp's level
-_BRIDGE_DEG: Final = 0.75  # half of what may lie between the parts of one lamp
+_BRIDGE_DEG: Final = 0.75  # degrees, half of the largest gap between the parts of one lamp
 _LARGEST: Final = 0.2  # fraction of the sphere
 _STEADY: Final = 0.15  # change of the area within half a stop
 _HOLDS: Final = 0.7  # fraction of the squared light, which favours bright parts over wide ones
 _RING_DEG: Final = 1.0  # around the edge, for its two sides' levels
-_DARK: Final = 10.0  # how many times brighter than the room a lamp should be
+_DARK: Final = 10.0  # factor by which a lamp should be brighter than the room
 _BURNT: Final = 0.01
 
 
@@ -136,7 +136,7 @@ def _core(light: Float32) -> tuple[Point, Bools]:
 def _most(bright: Bools, excess: Float64, weight: Float64) -> tuple[float, Bools]:
     """Return the light of the brightest connected part of a mask, and that part."""
     columns = bright.shape[1]
-    # Two copies side by side, so that the seam does not divide a lamp.
+    # Place two copies side by side, so that the seam does not divide a lamp.
     twice = np.concatenate([bright, bright], axis=1).astype(np.uint8)
     labels = cv2.connectedComponents(twice, connectivity=8)[1]
     areas, sums = (np.bincount(labels.ravel(), np.tile(v, 2).ravel()) for v in (weight, excess))

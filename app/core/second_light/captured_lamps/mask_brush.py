@@ -1,4 +1,4 @@
-"""Brush to correct a lamp's mask; it is round on the sphere, not in the panorama."""
+"""A brush for correcting a lamp's mask, round on the sphere rather than in the panorama."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Search all turns and yaws of a place, for all styles at once.
+"""Search of all turns and yaws of a place, for all styles at once.
 
 The light on a face depends on the direction of the nose, and so does the grade. The position of the
-lens relative to the nose determines the background, the visible side of the face, and the match:
-how similar the picture is to the style seen from there. Curves in this module are by the azimuth
-of the nose; turn = nose + yaw is the azimuth of the lens, seen from the sitter.
+lens relative to the nose determines the background, the visible side of the face, and the match,
+which is the similarity of the picture to the style as seen from there. Curves in this module are by
+the azimuth of the nose; turn = nose + yaw is the azimuth of the lens as seen from the sitter.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from app.core.styles.style import Style
 from app.core.styles.style_pack import StylePack
 
 NAMED_GAIN: Final = 5.0
-"""Least gain in match that is reported, points."""
+"""Smallest gain in match that is reported, in points."""
 
 _GRADE_POINTS: Final = 1000.0
-_FRONT_DEG: Final = 15.0  # a key this near to the line of the nose lights both sides
+_FRONT_DEG: Final = 15.0  # degrees; a key this close to the direction of the nose lights both sides
 _STRAIGHT_DEG: Final = 10.0
 
 
@@ -59,7 +59,7 @@ def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
     keys = (keys_deg + 180.0) % 360.0 - 180.0
     # A face turned toward its own left shows more of its right side.
     aside = np.where((keys > 0) == (yaw_deg > 0), 1, 2)
-    # Light straight from behind is equal on both sides, too.
+    # Light from straight behind is also equal on both sides.
     middle = np.minimum(np.abs(keys), 180.0 - np.abs(keys)) < _FRONT_DEG
     front = np.isnan(keys) | middle | (abs(yaw_deg) < _STRAIGHT_DEG)
     return np.where(front, 0, aside)

@@ -28,7 +28,7 @@ from app.core.styles.lamps import AS_PUBLISHED, mirror_rows, studio_light
 from app.core.styles.style_pack import StylePack
 
 LEAST_VISIBLE: Final = 0.7
-"""Least visible fraction of the areas of a style for which a view counts."""
+"""Minimum visible fraction of a style's areas for a view to count."""
 
 _EDGES: Final = ("edge", "outline")
 _SAME_PLACE_M: Final = 0.004

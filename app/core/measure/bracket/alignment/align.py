@@ -1,8 +1,8 @@
-"""Align a bracket's panoramas with each other.
+"""Alignment of a bracket's panoramas.
 
 Each frame is compared with a reference frame, or with its neighbour if the two overlap too little.
-Frames that are already aligned stay exactly as they are, as do frames that cannot be compared: no
-correction is better than a wrong one.
+Frames that are already aligned stay exactly as they are, as do frames that cannot be compared,
+because no correction is better than a wrong one.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ from app.core.measure.bracket.alignment.registration import (
 )
 from app.core.measure.bracket.remarks import FramesApart, FramesRotated, FramesUnlike
 
-_LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would do more harm
-_FAR_STOPS: Final = 7.0  # frames further apart have almost nothing in common
+# degrees, less than a pixel of a 5376 x 2688 frame; resampling would do more harm
+_LEAST_DEG: Final = 0.05
+_FAR_STOPS: Final = 7.0  # stops; frames further apart have almost nothing in common
 _MANY_POINTS: Final = 500
 _STRANGE_DEG: Final = 0.3
 
@@ -77,7 +78,7 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlig
     count = len(frames)
     if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
         return (_ALONE,) * count
-    # One after another: threads on pictures this small wait for each other longer than they save.
+    # Run one after another, since threads on such small pictures wait for each other too long.
     pyramids = [pyramid(frame) for frame in frames]
     middle = middle_frame([usable_share(levels) for levels in pyramids])
     others = [index for index in range(count) if index != middle]
@@ -142,7 +143,7 @@ def _through(
     if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):
         return fit
     link, first = _between(near, index, pyramids, stops), fits[near]
-    # An aligned frame in between passes on exactly its applied rotation.
+    # An aligned frame in between passes on exactly the rotation applied to it.
     way = first.rotation if _alignment(first, False).rotation is not None else np.eye(3)
     error = math.hypot(link.error_deg, first.error_deg)
     return replace(link, rotation=link.rotation @ way, error_deg=error)

@@ -51,14 +51,14 @@ _NEIGHBOURS: Final = 9.0
 
 @dataclass(frozen=True, slots=True)
 class Lay:
-    """Homography of a picture to the reference.
+    """A picture's homography to the reference.
 
     Attributes:
         homography: (3, 3) float64. From pixels of the reference to those of the frame.
-        shift_px: Largest shift of a corner or the middle, pixels of the full frames.
-        error_px: Its standard error, in the same pixels.
+        shift_px: Largest shift of a corner or the middle, in pixels of the full frames.
+        error_px: Standard error of the shift, in the same pixels.
         trusted: Whether the frames could be compared.
-        needed: Whether the shift exceeds its error, in a bracket that a hand has moved.
+        needed: Whether the shift exceeds its error, in a bracket shot handheld.
     """
 
     homography: Float64 = field(repr=False)

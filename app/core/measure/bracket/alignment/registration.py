@@ -1,14 +1,14 @@
-"""Find the rotation of one panorama against another.
+"""Estimation of the rotation between two panoramas.
 
 Two frames are compared on the sphere: feature points of the brighter frame (local maxima of its
-gradient) are looked up in the darker one. Three rotation parameters are fitted by inverse
+gradient) are located in the darker one. Three rotation parameters are fitted by inverse
 compositional Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to
 fine, with Tukey's weights. The relation between the code values of the two frames does not come
 from the exposure tags or an assumed curve; it is measured at the same points, as the median of one
-for each value of the other (the comparagram of Mann and Picard 1995). So wrong tags, tone curves
-and clipping do not look like motion, and moving objects are outvoted.
+for each value of the other (the comparagram of Mann and Picard 1995). As a result, wrong tags, tone
+curves and clipping do not look like motion, and moving objects are outvoted.
 
-The uncertainty is the jackknife over 24 equal parts of the sphere: a rotation on which the parts
+The uncertainty is the jackknife over 24 equal parts of the sphere, so a rotation on which the parts
 disagree is not trusted.
 """
 
@@ -67,7 +67,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    """Sharp points of a frame: direction, code value, and its change with a rotation."""
+    """Feature points of a frame: direction, code value, and its change with a rotation."""
 
     vectors: Float32
     codes: Float32
@@ -174,7 +174,7 @@ def _search(
 
 
 def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
-    """Look up feature points in another frame; return None if too few are visible."""
+    """Locate feature points in another frame, or return None if too few are visible."""
     shape = level.codes.shape
     if places.codes.size < _LEAST_SEEN:
         return None
@@ -271,7 +271,7 @@ def pyramid(frame: Bytes) -> list[Level]:
     # Neighbours of a clipped pixel average over parts of it.
     bad = cv2.dilate((top >= _CLIPPED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     bad |= codes <= _BLACK
-    # No picture is perfectly even over 5 x 5 area means: a part of the file is missing.
+    # No real picture is perfectly uniform over 5 x 5 area means, so part of the file is missing.
     block = np.ones((5, 5), np.uint8)
     bad |= np.asarray(cv2.dilate(codes, block)) == np.asarray(cv2.erode(codes, block))
     flags = np.where(bad, np.uint8(255), np.uint8(0))

@@ -1,4 +1,4 @@
-"""Match the codes of the frames of a bracket.
+"""Matching of code values between the frames of a bracket.
 
 A response can be recovered or checked from this relation alone: pixels of code `a` in the brighter
 frame of a pair have code `b` in the darker one (the brightness transfer function of Grossberg and
@@ -19,12 +19,14 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float64, Int64
 
-# Below, sensor noise and rounding distort the code; above, ringing and noise of clipped places.
+# Below this, sensor noise and rounding distort the code; above it, ringing and noise beside clipped
+# areas do.
 _LOWEST: Final = 6
 _HIGHEST: Final = 248
 _LOWEST_DARK: Final = 1.5
 _FEWEST: Final = 3
-# Frames further apart share hardly any well exposed place; frames closer say nothing.
+# Frames further apart share hardly any well-exposed area; frames closer together provide no
+# information.
 _WIDEST_STOPS: Final = 6.1
 _NARROWEST_STOPS: Final = 0.15
 # Scatter of the darker code in a well aligned pair is 1.5 to 3 with JPEG and noise, also for
@@ -39,7 +41,7 @@ _DARK_MARK: Final = 8
 _RAISED: Final = 3
 _TELLING_STEP: Final = 0.9
 _OVER_BLACK: Final = 6
-# From here on code 0 in the darker frame is a missing part: even 4 stops down sRGB gives 2.
+# From this step on, code 0 in the darker frame is a missing part: even 4 stops down, sRGB gives 2.
 _NEVER_BLACK: Final = 32
 _MOST_PLACES: Final = 24_000
 

@@ -1,9 +1,9 @@
-"""Measure the exposure steps between frames, to check response and tags.
+"""Measured exposure steps between frames, as a check of response and tags.
 
 The ratio of the linear values of matching codes is the step between two frames. A wrong response
-curve shows as a step that depends on the level, or as all steps off by one factor (a curve raised
-to a power cannot be told from longer steps); a wrong tag in a file shows as a constant difference
-in the pairs of one frame.
+curve shows as a step that depends on the level, or as all steps off by one factor, because a curve
+raised to a power cannot be distinguished from longer steps. A wrong tag in a file shows as a
+constant difference in the pairs of one frame.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) 
     rows = (matches.code >= _DARKEST_CODE) & (matches.dark_code >= _DARKEST_DARK_CODE)
     noise = (slope * matches.scatter) ** 2 / matches.places + _ROW_STOPS**2
     level = (matches.code - _DARKEST_CODE) * _LEVELS // (249 - _DARKEST_CODE)
-    level += matches.channel * _LEVELS  # opposite errors of two channels must not cancel
+    level += matches.channel * _LEVELS  # so that opposite errors of two channels do not cancel
     steps: list[MeasuredStep] = []
     off: list[float] = []
     share: list[float] = []

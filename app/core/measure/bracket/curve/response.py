@@ -1,4 +1,4 @@
-"""Choose the camera's response curve, and detect wrong exposure tags.
+"""Choice of the camera's response curve, and detection of wrong exposure tags.
 
 The curve is sRGB (as in the paper that this program implements) unless the bracket contradicts it.
 The steps between the frames are measured (`brightness_transfer`). If they disagree with the files,
@@ -8,7 +8,7 @@ either one frame's tag is wrong, or the camera's curve is not sRGB and is recove
 With a known curve, one frame's wrong tag stands out: it shifts all pairs of this frame by the same
 amount, at every level, and no others. With an unknown curve and the usual three frames, a wrong tag
 of one frame with one curve is equivalent to a wrong tag of another frame with a power of that
-curve. Then the curve closest to sRGB is used, and all possibly wrong frames are named.
+curve. In this case the curve closest to sRGB is used, and all possibly wrong frames are named.
 """
 
 from __future__ import annotations
@@ -303,11 +303,11 @@ def recover_with_tag(
 
 
 def _unlikely(curve: RecoveredCurve) -> float:
-    """Return how unlikely a curve and its tag error are; a judgement, not a measurement.
+    """Return a score for how unlikely a curve and its tag error are, based on judgement.
 
-    Curves with roughly sRGB's contrast are the usual ones: measured over the brighter half of the
+    Curves with roughly sRGB's contrast are the usual ones, measured over the brighter half of the
     nodes (codes above 40), where all curves are well determined. Tags are usually wrong by a whole
-    stop (doubled or halved by mistake) or by a third, one mark of the dial.
+    stop (doubled or halved by mistake) or by a third of a stop, one mark of the dial.
     """
     contrast = abs(float(np.mean(curve.unknowns[len(curve.unknowns) // 2 :])))
     stops = curve.tag_stops
