@@ -323,7 +323,7 @@ class SideView(_HeadView):
 
     @property
     def way(self) -> float:
-        """Direction that the face looks in: −1 for left and 1 for right."""
+        """Direction of the face in the drawing: −1 for left and 1 for right."""
         return -1.0 if self.from_left else 1.0
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:

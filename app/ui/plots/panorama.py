@@ -124,8 +124,8 @@ class PanoramaView(Plot):
         """Set the clipped areas, which are hatched.
 
         Args:
-            clipped: (H, W) bool or float of any size, or None. True, or the clipped fraction of
-                each texel from 0 to 1.
+            clipped: (H, W) array of any size, or None. Whether each texel is clipped (bool), or its
+                clipped fraction from 0 to 1 (float).
         """
         if clipped is not self._clipped:
             self._clipped = clipped

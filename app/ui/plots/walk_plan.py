@@ -56,7 +56,7 @@ class PlanView(Plot):
 
     @property
     def centre(self) -> Point:
-        """Middle of the ring, logical pixels."""
+        """Middle of the ring in logical pixels."""
         return self.width() / 2.0, (self.height() + px(_TOP - 8)) / 2.0
 
     @property

@@ -132,7 +132,7 @@ _DOTS: Final = (2.0, 2.0)
 
 
 def dimmed(picture: Bytes) -> Bytes:
-    """Return a panorama (h, w, 3) in darkened grey: (h, w) sRGB bytes."""
+    """Convert a panorama, (h, w, 3) uint8 sRGB, to darkened grey, (h, w) uint8."""
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     table = np.round(np.arange(256) * _SHADE).astype(np.uint8)
     return np.asarray(cv2.LUT(grey, table), np.uint8)

@@ -90,7 +90,7 @@ def _followed(
 ) -> dict[str, float | None]:
     """Move a goal that was at the best turn to the best turn of the new answers.
 
-    A goal set by hand stays, and one that belongs to a lamp stays with its lamp.
+    A goal set by hand keeps its direction, and the goal of a lamp keeps its lamp.
     """
     before, answered = model.result, model.answered
     now = next((one for one in results if one.name == model.chosen), None)

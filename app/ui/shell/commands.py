@@ -221,8 +221,8 @@ class Commands:
         self.window.close()
 
     def _model_changed(self, names: frozenset[str]) -> None:
-        # A change of place alone is no reason: the last one opens by itself, and some are restored
-        # here.
+        # A change of place does not close it, because the last place opens by itself and deleted
+        # ones are restored from the overlay.
         if names & {"step", "painting"}:
             self.close_overlay()
         if "light" in names and self.services.model.light is not None:

@@ -1,8 +1,8 @@
 """The log of the window, and the interpreter's crash report.
 
-LOGS/turnlight.log   starts, ends and errors; at most two files of 1 MiB LOGS/crash.log
-written by `faulthandler` while it is open; empty unless a library crashes LOGS/last-crash.log  the
-crash of an earlier run, for the user to read or send
+LOGS/turnlight.log   starts, ends and errors; at most two files of 1 MiB
+LOGS/crash.log       written by `faulthandler` while it is open; empty unless a library crashes
+LOGS/last-crash.log  the crash of an earlier run, for the user to read or send
 """
 
 from __future__ import annotations

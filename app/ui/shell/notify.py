@@ -174,8 +174,8 @@ def _file_words(error: OSError) -> str:
 _PERIOD_MS: Final = 40  # three such buffers are queued, which delays every sound
 _QUIET_S: Final = 2.0  # after this silence the device is closed, so that a laptop can sleep
 _CLOSING_S: Final = 1.0
-# Without this list the library falls back to a silent device, and only ALSA prints errors to stderr
-# if there is no sound card.
+# Without this list the library falls back to a silent device. ALSA is left out, because without a
+# sound card it prints errors to stderr.
 _BACKENDS: Final = ("WASAPI", "DSOUND", "WINMM", "COREAUDIO", "PULSEAUDIO")
 
 
@@ -277,7 +277,7 @@ _VOICES: Final = {
 
 @cache
 def _voice() -> tuple[str, ...]:
-    """Return the command that speaks its argument or `_SAYS`, or empty if there is none."""
+    """Return the command that speaks its argument or the variable `_SAYS`, or empty."""
     for program, *options in _VOICES.get(sys.platform, ()):
         if (path := shutil.which(program)) is not None:
             return (path, *options)

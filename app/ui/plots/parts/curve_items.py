@@ -62,7 +62,7 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
         self._pens, self._fill = pens, fill
 
     def set_points(self, points: Sequence[Point] | Any) -> None:
-        """Set the points, (n, 2)."""
+        """Set the points as an (n, 2) array."""
         places = np.asarray(points, float).reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1])
 

@@ -51,7 +51,7 @@ def turn_at(centre: Point, point: Point) -> float:
 
 
 def circle(radius: float) -> NDArray[np.float64]:
-    """Return a circle around the origin, clockwise from the right, (181, 2)."""
+    """Return a circle around the origin as (181, 2) points, clockwise from the right."""
     return radius * _CIRCLE
 
 
@@ -124,7 +124,7 @@ def smooth(points: Sequence[Point]) -> NDArray[np.float64]:
 
 
 def finely(points: Sequence[Point]) -> NDArray[np.float64]:
-    """Return the smooth closed curve through points, sampled at four times as many, (n, 2)."""
+    """Return the smooth closed curve through points as (n, 2), with four samples per point."""
     if not points:
         return np.zeros((0, 2))
     pieces = np.concatenate([np.asarray(points, float)[:, None], smooth(points)], axis=1)

@@ -108,8 +108,8 @@ class Hatching(QGraphicsItem):
         """Set the hatched areas.
 
         Args:
-            clipped: (h, w) bool or float of any size, or None. True, or the clipped fraction of
-                each texel from 0 to 1.
+            clipped: (h, w) array of any size, or None. Whether each texel is clipped (bool), or its
+                clipped fraction from 0 to 1 (float).
         """
         self._outlines = [] if clipped is None else _outlines(clipped)
         self.update()

@@ -57,7 +57,7 @@ class _Head(pg.ImageItem):  # type: ignore[misc]
         self._pixels = QImage()
 
     def set_pixels(self, pixels: Pixels) -> None:
-        """Show another array, (S, S) 0xffRRGGBB."""
+        """Show another (S, S) array of 0xffRRGGBB values."""
         self.prepareGeometryChange()
         size = len(pixels)
         self._pixels = QImage(pixels.data, size, size, 4 * size, QImage.Format.Format_RGB32)

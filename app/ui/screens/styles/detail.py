@@ -63,37 +63,37 @@ class CurveMark:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetailState:
-    """The chosen style at one turn. Texts are ready to show; empty ones are hidden.
+    """The chosen style at one turn. Texts are ready for display, and empty ones are hidden.
 
     Attributes:
-        target, here: (h, w, 3) uint8 or None. Portraits of equal size, crop and exposure rule,
-            sRGB.
+        target, here: Portraits with the same size, crop and exposure rule, (h, w, 3) uint8 sRGB or
+            None.
         target_tag, here_tag: "Target", "Here, at 96°".
-        target_exposed, here_exposed: "+1.3 stops"; only of the picture here.
-        exposed_tip: The sentence that says what these stops are relative to.
+        target_exposed, here_exposed: "+1.3 stops", for the picture here only.
+        exposed_tip: Sentence that explains the reference of these stops.
         lamps_note: "Shown with its own lamps: at 2:1 it would not be seen."
-        marks: Turns of median and least C, as in figure 4 of the paper; in paper mode only.
-        curve: Match at 64 turns, 0 to 100; empty before light is measured.
+        marks: Turns of median and minimum C, as in figure 4 of the paper; only in paper mode.
+        curve: Match at 64 turns, from 0 to 100, or empty before light is measured.
         close: "Close to Rembrandt".
         numbers, limit_words: "match 87", "Limit of reach: 45", as on the card.
-        arc: Tolerance arc, deg; None out of reach.
-        best: Best turn, deg; None before light is measured.
-        peaks: Turns of the second peaks, deg.
-        needle: Turn on display, deg.
+        arc: Tolerance arc in degrees, or None out of reach.
+        best: Best turn in degrees, or None before light is measured.
+        peaks: Turns of the other peaks in degrees.
+        needle: Displayed turn in degrees.
         turn: "96°".
         direction, clock: "clockwise", "toward 3 o’clock".
         good_from, match, contrast: "79° to 111°", "96", "62% of the studio’s".
         ratio, ratio_short, ratio_tip: "2.3 stops", "4.9:1 key + fill : fill", and the whole
             sentence.
-        verdict, reason: Of a style out of reach: "Best match here is 29 at 62° counter-clockwise.
-            The limit is 45.", and why.
-        panorama: (H, W, 3) uint8 or None. Panorama of the place, sRGB; the same object as long as
-            the place is.
-        front: Panorama azimuth of the photographer, deg.
-        weights: (h, w) float32 or None. Pre-integrated target of turn 0; the same object for the
-            same style and head.
-        background: (h, w, 3) uint8 or None. View behind the sitter at the needle's turn, sRGB.
-        stale: Of another selection; dimmed under "Computing…".
+        verdict, reason: For a style out of reach: "Best match here is 29 at 62° counter-clockwise.
+            The limit is 45.", and the reason.
+        panorama: Panorama of the place, (H, W, 3) uint8 sRGB or None; the object stays the same for
+            each place.
+        front: Panorama azimuth of the photographer in degrees.
+        weights: (h, w) float32 or None. Pre-integrated target at turn 0; the object stays the same
+            for each style and head.
+        background: View behind the sitter at the needle's turn, (h, w, 3) uint8 sRGB or None.
+        stale: Whether the state is for another selection, and so dimmed under "Computing…".
     """
 
     key: str = ""

@@ -313,7 +313,7 @@ def _prepared(
 
 
 def _style_of(own: UserStyle, built_in: Mapping[str, Style], asking: Mapping[str, Asking]) -> Style:
-    """Return one of the user's styles; a copy without strokes is the built-in style, renamed."""
+    """Return one of the user's styles, or the renamed built-in style for an unpainted copy."""
     if own.name in asking:
         return own.style
     return replace(built_in[own.copy_of], name=own.name, title=own.title)

@@ -153,7 +153,7 @@ class LeftColumn(QWidget):
 
     @property
     def well_size(self) -> QSize:
-        """Size of both wells, logical pixels."""
+        """Size of each well in logical pixels."""
         return self.wells.live.size()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -394,6 +394,10 @@ def _face_words(shot: Shot) -> str:
 
 
 def _panorama_among(paths: tuple[Path, ...]) -> bool:
-    """Return whether the files include a panorama, reading all headers before any work starts."""
+    """Return whether the files include a panorama.
+
+    Raises:
+        CoreError: If a file cannot be read, before any work starts.
+    """
     shapes = [is_panorama(path) for path in paths]
     return any(shapes)
