@@ -373,7 +373,13 @@ def test_hostile_and_foreign_names(tmp_path: Path) -> None:
     notes = tuple(scenario.watched._notes)
     assert all(note.isprintable() for note in notes)
     text = "\n".join(notes)
-    for word in (".mp4", ".dng", "empty.jpg is empty", "text.jpg is not a picture", "control"):
+    for word in (
+        ".mp4",
+        ".dng",
+        "empty.jpg is empty",
+        "text.jpg is not a readable picture",
+        "control",
+    ):
         assert word in text, word
     for word in ("hidden", "part", "crdownload", "README", "sub"):
         assert word not in text, word

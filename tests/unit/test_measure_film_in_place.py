@@ -90,10 +90,8 @@ def test_a_film_of_another_place_is_refused() -> None:
 
 
 def test_the_disagreement_is_told() -> None:
-    assert "agree: their turns are 3° apart" in beside_words(Beside(0.0, {"a": 3, "b": -2, "c": 9}))
-    assert "disagree: their turns are 12° apart" in beside_words(
-        Beside(0.0, {"a": 12, "b": -14, "c": 9})
-    )
+    assert "agree to within 3°" in beside_words(Beside(0.0, {"a": 3, "b": -2, "c": 9}))
+    assert "differ by 12°" in beside_words(Beside(0.0, {"a": 12, "b": -14, "c": 9}))
     assert "no style in common" in beside_words(Beside(0.0, {}))
 
 
