@@ -42,7 +42,7 @@ class Heads(Protocol):
 
     @property
     def shape(self) -> HeadShape | None:
-        """Outlines of the head."""
+        """Outlines of the head, or None to draw nothing."""
 
     @property
     def distance_m(self) -> float:

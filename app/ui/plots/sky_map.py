@@ -150,7 +150,7 @@ class SkyMap(LampPlot):
         return ready and self.area.contains(QPointF(*point))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grab the lamp and move it here."""
+        """Grab the lamp and move it to the pointer."""
         super().mousePressEvent(event)
         if self.dragging:
             self.moved.emit(*self.spot_at((event.position().x(), event.position().y())))

@@ -222,7 +222,7 @@ class Model:
             self.changed.emit(frozenset(changed))
 
     def set(self, key: str, value: object) -> None:
-        """Change one setting.
+        """Change a setting.
 
         Raises:
             SettingsError: If the value is invalid.

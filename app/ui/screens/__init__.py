@@ -1,1 +1,1 @@
-"""The screens: one package each, a view that shows what its presenter resolved."""
+"""The screens, one package each: a presenter resolves the state, and a view shows it."""

@@ -213,7 +213,7 @@ class Commands:
         self.place_controller.open_paths(paths)
 
     def change(self, key: str, value: object) -> None:
-        """Change one setting and save it."""
+        """Change a setting and save it."""
         self.services.model.set(key, value)
 
     def quit(self) -> None:

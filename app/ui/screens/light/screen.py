@@ -167,7 +167,7 @@ class LightPresenter(Presenter[LightView]):
             self._pursue()
 
     def take_lamp(self, key: str) -> None:
-        """Choose a lamp; see `LampState.items`."""
+        """Select a lamp by its key in `LampState.items`."""
         if key != self.lamps.key:
             self.lamps.choose(key)
             if (usual := self.lamps.usual_m) is not None:

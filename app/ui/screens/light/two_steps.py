@@ -119,14 +119,15 @@ def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
     """Describe how to move the lamp to its best position and power.
 
     Args:
-        now: Current azimuth (positive toward the sitter's left) and altitude in degrees, and power.
-        best: The same for the best position.
+        now: Current position and power of the lamp.
+        best: Best position and power of the lamp.
+        kind: Kind of the lamp, which determines the names of its powers.
 
     Examples:
-        >>> from app.ui.screens.light.pictures import Held, Lamp
-        >>> move_words(Held(107.0, 20.0), Held(107.2, 0.0))
+        >>> from app.ui.screens.light.placement.answers import LampPosition
+        >>> move_words(LampPosition(107.0, 20.0), LampPosition(107.2, 0.0))
         'Lower the lamp by 20°.'
-        >>> move_words(Held(107.0, 0.0, 1.0), Held(80.0, 5.0, 0.5))
+        >>> move_words(LampPosition(107.0, 0.0, 1.0), LampPosition(80.0, 5.0, 0.5))
         'Move the lamp 27° toward the camera, raise it by 5° and set it to half power.'
     """
     across = whole(wrap(best.azimuth_deg - now.azimuth_deg))

@@ -258,7 +258,7 @@ class PaintCanvas(Plot):
         points, self._points = self._points, []
         signal.emit(points)
         if points:
-            # Together with the stroke, so that the canvas is painted once.
+            # Move the ring together with the stroke, so that the canvas is painted only once.
             self._move_ring(self._last)
 
     def _spot(self, here: QPointF) -> tuple[float, float] | None:

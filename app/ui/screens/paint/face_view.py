@@ -117,7 +117,7 @@ class FaceItems:
         return True
 
     def set_canvas(self, canvas: Canvas) -> None:
-        """Set the canvas and colour all of it."""
+        """Set the canvas and update all of its colours."""
         self._canvas = canvas
         if self._head is None:
             return

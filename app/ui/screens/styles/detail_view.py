@@ -319,7 +319,7 @@ class StyleDetail(Surface):
         self.paint.setText("" if clipped and self._compact else tr("Paint"))
 
     def show_state(self, state: DetailState) -> None:
-        """Show the changes in a style at a turn."""
+        """Update the widgets that differ for a style at a turn."""
         before, self._last = self._last, state
         if state is before:
             return
