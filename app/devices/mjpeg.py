@@ -98,7 +98,7 @@ class MjpegParser:
         return frames
 
     def _seek(self, frames: list[bytes]) -> bool:
-        """Between parts, skip to the next boundary, or to a frame if there is none."""
+        """Skip to the next boundary, or to a frame if there is no boundary."""
         del frames
         span = self._next_boundary()
         if span:
@@ -288,9 +288,10 @@ class _SegmentWalk:
 def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
     """Return the rows and columns of a frame without decoding it.
 
-    Returns None for anything but a sequential Huffman-coded JPEG with 8 bits and one or three
-    channels, the only kind that cameras stream. A progressive JPEG with many scans could take
-    minutes to decode.
+    Returns:
+        None for anything but a sequential Huffman-coded JPEG with 8 bits and one or three channels,
+        the only kind that cameras stream. A progressive JPEG with many scans could take minutes to
+        decode.
     """
     place = 2 if jpeg.count(b"\xff\xda") <= _MAX_SCANS else len(jpeg)
     for _ in range(_MAX_SEGMENTS):

@@ -350,8 +350,8 @@ class Meeting:
 
     Attributes:
         slot: Index of the pixel where the path started.
-        leaves: The path comes out of the skin.
-        glances: The path came from outside, not straight from the camera, and stays outside.
+        leaves: Whether the path leaves the skin.
+        glances: Whether the path came from outside, not straight from the camera, and stays there.
     """
 
     slot: Any

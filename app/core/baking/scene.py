@@ -288,7 +288,7 @@ def _volume(v: Float32, faces: NDArray[np.uint32]) -> float:
 
 
 def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
-    """Make a Mitsuba mesh with a BSDF, and with a medium inside if `properties` has one."""
+    """Create a Mitsuba mesh with a BSDF, and with a medium inside if `properties` has one."""
     import mitsuba as mi
 
     props = mi.Properties()

@@ -40,7 +40,7 @@ def wrap(angle_deg: float) -> float:
 
 
 def difference(a_deg: float, b_deg: float) -> float:
-    """Return the clockwise angle from ``b`` to ``a`` in (-180, 180] deg.
+    """Return the clockwise angle from ``b`` to ``a`` in (-180, 180] degrees.
 
     Args:
         a_deg, b_deg: Two turns or azimuths, in degrees.

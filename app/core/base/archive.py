@@ -30,7 +30,7 @@ CONTRADICTIONS: Final = (
     TypeError,
     ValueError,
 )
-"""What reading an untrusted header may raise: JSON can nest deeply and hold any type."""
+"""Exceptions from reading an untrusted header, since JSON can nest deeply and contain any type."""
 
 MAX_BYTES: Final = 1 << 28
 Store: TypeAlias = "Callable[[dict[str, NDArray[Any]]], dict[str, NDArray[Any]]]"

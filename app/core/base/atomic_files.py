@@ -123,10 +123,10 @@ def is_private(path: Path | str) -> bool:
 
 
 def make_folder(folder: Path, *, private: bool | None = None) -> None:
-    """Make a folder and its missing parents; leave an existing one alone.
+    """Create a folder and its missing parents; an existing one is left unchanged.
 
     Args:
-        private: Whether only the user may enter it; None to follow `is_private`.
+        private: Whether only the user may enter it, or None to follow `is_private`.
 
     Raises:
         OSError: If it cannot be made.
@@ -161,7 +161,7 @@ def atomic_write(
     Args:
         writer: Receives the path of an empty temporary file. It has the suffix of `path`, since
             image libraries choose the format by it.
-        private: Whether only the user may read it; None to follow `is_private`.
+        private: Whether only the user may read it, or None to follow `is_private`.
 
     Raises:
         CoreError: If the folder is missing or not writable, or the disk fails (full, gone).

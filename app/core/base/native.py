@@ -71,7 +71,7 @@ def _link_to(target: str) -> str:
 
 @cache
 def _links() -> str:
-    """Make the private folder for the links; it is deleted when the program ends."""
+    """Create the private folder for the links, which is deleted when the program ends."""
     usual = tempfile.gettempdir()
     folder = tempfile.mkdtemp(prefix="turnlight-names-", dir=usual if _is_plain(usual) else "/tmp")  # noqa: S108
     atexit.register(shutil.rmtree, folder, ignore_errors=True)

@@ -156,7 +156,7 @@ def to_vector(matrix: Float64) -> Float64:
 
 
 def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
-    """Return the unit vector of an azimuth and elevation, degrees.
+    """Return the unit vector of an azimuth and elevation, in degrees.
 
     Returns:
         (3,) float64. In the panorama's axes.

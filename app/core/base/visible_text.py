@@ -1,4 +1,4 @@
-"""Make names from files and cameras safe to display."""
+"""Names from files and cameras, made safe for display."""
 
 from __future__ import annotations
 

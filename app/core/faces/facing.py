@@ -35,8 +35,8 @@ _TURNS: Final = 128
 _FLOOR: Final = 0.05  # of the 90th percentile: darker values carry no information
 _BRIGHT: Final = 90
 _LEAST_SEEN: Final = 0.5
-# Standard deviation of log luminance between faces: independent per pixel, and correlated (size, in
-# pixels).
+# Standard deviations of log luminance between faces: the part that is independent per pixel, then
+# correlated parts with their sizes in pixels.
 _DIFFERENCE: Final = (0.12, ((0.1, 4.0),))
 _SUM: Final = (0.15, ((0.2, 4.0), (0.3, 20.0)))
 _MOST_UNLIKE: Final = 5.0  # mean square of the residual; it is below 4.2 for 97% of people

@@ -54,7 +54,7 @@ _LAMP: Final = 0.01  # of likeness, which each further lamp of a style must add
 
 
 class Unread(Enum):
-    """Why no direction of light was read from a face."""
+    """Reason why no direction of light was read from a face."""
 
     PROFILE = "profile"
     HIDDEN = "hidden"

@@ -29,7 +29,7 @@ LOCK_DEG: Final = 1
 """Distance outside the light at which it counts as left."""
 
 LOST_AFTER_S: Final = 1.0
-"""How long the last number stays after the heading is lost."""
+"""Time in seconds that the last number stays after the heading is lost."""
 
 NOSE_DEG: Final = 8
 """Tolerance of the nose's direction: a face cannot be read more precisely."""
@@ -134,7 +134,7 @@ class GuideMemory:
     """State that one call passes to the next; start with `FRESH`.
 
     Attributes:
-        goal: Goal, reach of the arc on both sides and yaw; None before the first call.
+        goal: Goal, reach of the arc on both sides and yaw, or None before the first call.
         way: Direction on screen: 1 clockwise, -1 counter-clockwise, 0 none yet.
         approach: Direction in which the arc was or will be entered, or 0 if the turn started inside
             it.
@@ -246,11 +246,11 @@ class _Target:
         return 0 if to_go <= near or 360 - to_go <= far else to_go - near
 
     def within(self, nose: float) -> float:
-        """Return how far inside the light a nose is, deg, given its angle clockwise of the goal."""
+        """Return how many degrees inside the light a nose is, by its angle from the goal."""
         return min(nose + self.ends[0], self.ends[1] - nose)
 
     def further(self, past: float, off: float) -> float:
-        """Return how far the nose still has to turn left, deg; the lens is `past` the goal."""
+        """Return how many degrees the nose still has to turn left; the lens is `past` the goal."""
         well = min(_WELL_DEG, sum(self.ends) / 2)
         return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 
@@ -321,7 +321,7 @@ def _mean_yaw(faces: tuple[tuple[float, float], ...]) -> float:
 
 
 def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
-    """Return how far the nose still has to turn to the left, deg: 0 if lit, None if unsure yet."""
+    """Return how many degrees the nose still has to turn left: 0 if lit, None if unsure."""
     past, faces = wrap(memory.turn_deg - target.goal), memory.faces
     off = target.yaw - faces[0][1]
     within = target.within(past + off)

@@ -62,7 +62,7 @@ def plan_of(
     start_deg: float = 0.0,
     lights: Sequence[PlanMark] = (),
 ) -> PlanDrawing:
-    """Lay out the walk that a guide asks for.
+    """Return the drawing of the walk that a guide requests.
 
     Args:
         start_deg: Turn to start from while there is no heading.

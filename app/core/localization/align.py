@@ -168,7 +168,8 @@ def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: f
     Args:
         target: (H, W, 3) uint8. sRGB.
         view: (h, w, 3) uint8. sRGB.
-        homography: (3, 3) float64. As in `Alignment`; None to fit the view's frame to the target's.
+        homography: (3, 3) float64. As in `Alignment`, or None to fit the view's frame to the
+            target's.
         opacity: Opacity of the view, 0 to 1.
 
     Returns:

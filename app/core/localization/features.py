@@ -79,7 +79,9 @@ def build_index(
         panorama: (H, W, 3) uint8. Equirectangular, 2:1, display sRGB
             (`app.core.measure.finish.display.display_panorama`); best with 2,048 to 4,096 columns.
 
-    Raises `CoreError` if it has too few points, such as a blank wall all around; `Cancelled`.
+    Raises:
+        CoreError: If it has too few points, such as a blank wall all around.
+        Cancelled: If the token is cancelled.
     """
     per_degree = min(_PER_DEG, panorama.shape[1] / 360.0 * 1.3)
     focal = per_degree * 180.0 / math.pi

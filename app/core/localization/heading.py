@@ -151,7 +151,8 @@ class Heading:
     """A camera's heading.
 
     Attributes:
-        heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180], or None if unsure.
+        heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], or None
+            if unsure.
         pitch_deg, roll_deg: Up, and clockwise in the picture, in degrees. 0 when unsure.
         inliers: Number of points that agree.
         confidence: Probability that the heading is within 3 degrees of the truth, 0 to 1.

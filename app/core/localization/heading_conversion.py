@@ -111,7 +111,7 @@ _WIDEST_DEG: Final = 160.0
 
 
 class Looks(StrEnum):
-    """Whether a camera looks at the sitter or at its holder."""
+    """Subject of a camera: the sitter, or the person holding it."""
 
     SITTER = "sitter"
     PHOTOGRAPHER = "photographer"
@@ -174,7 +174,7 @@ def heading_of_turn(
 
 
 def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
-    """Return the panorama azimuth of the background behind the sitter, in (-180, 180] deg.
+    """Return the panorama azimuth of the background behind the sitter, in (-180, 180] degrees.
 
     Args:
         turn_deg: Deg, positive clockwise.

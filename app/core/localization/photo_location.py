@@ -110,7 +110,7 @@ class PhotoSearch:
 
 @dataclass(frozen=True, slots=True)
 class ShotVerdict:
-    """How far a photo missed the light, in the numbers on screen.
+    """Distance of a photo from the light, in the numbers shown on screen.
 
     Attributes:
         turn_deg, goal_deg: Turns, whole degrees.
@@ -140,7 +140,9 @@ def is_panorama(path: Path) -> bool:
 def read_photo(path: Path, token: Token | None = None) -> Photo:
     """Read a photo, at most 1,600 pixels on its longer side.
 
-    Raises `CoreError` if it is missing, damaged, not a photo, or too large; `Cancelled`.
+    Raises:
+        CoreError: If it is missing, damaged, not a photo, or too large.
+        Cancelled: If the token is cancelled.
     """
     photo = read_picture(path, _LONGEST, token)
     if min(photo.size) < _SHORTEST:
@@ -161,7 +163,8 @@ def locate_photo(
 ) -> PhotoLocation:
     """Find the direction in which a photo was taken, and the sitter's angle in it.
 
-    Raises `Cancelled`.
+    Raises:
+        Cancelled: If the token is cancelled.
     """
     search = search_photo(photo, index, token=token, report=report)
     heading = search.heading
@@ -203,9 +206,10 @@ def search_photo(
     Args:
         fov_deg: Horizontal field of view, in degrees, if the user stated it. That of EXIF is only
             tried first: the photo may be cropped.
-        mirrored: Whether the photo is a mirror image; None to try both.
+        mirrored: Whether the photo is a mirror image, or None to try both.
 
-    Raises `Cancelled`.
+    Raises:
+        Cancelled: If the token is cancelled.
     """
     token = token or Token()
     search = _Trials(photo.fov_deg if fov_deg is None else None)

@@ -229,8 +229,10 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
             preview.
         longest: Sufficient length of the longer side, in pixels; 0 keeps all of them.
 
-    Raises `CoreError` if it is missing, not a regular file, not a picture of these kinds, damaged,
-    too small or too large; `Cancelled`.
+    Raises:
+        CoreError: If it is missing, not a regular file, not a picture of these kinds, damaged, too
+            small or too large.
+        Cancelled: If the token is cancelled.
     """
     path = Path(path)
     with _open(path) as source:

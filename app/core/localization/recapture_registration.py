@@ -50,7 +50,7 @@ class PanoramaPose:
     """A rotation from the second panorama to the first, and its evidence."""
 
     rotation: Float64  # (3, 3), from directions in the second panorama to directions in the first
-    error_deg: float  # standard error, deg: jackknife over eight sectors of the horizon
+    error_deg: float  # standard error, in degrees: jackknife over eight sectors of the horizon
     # pairs within 3 degrees of the best pure rotation; none are expected in another place
     seeds: int
     points: int
@@ -286,8 +286,8 @@ _TILTED_DEG: Final = 1.0
 class Registration:
     """Alignment of a second capture with the first."""
 
-    # clockwise turn (from above) of the second camera against the first, deg in (-180, 180]:
-    # azimuth a in the second is a + yaw in the first. 0 if not trusted
+    # clockwise turn (from above) of the second camera against the first, in degrees within
+    # (-180, 180]: azimuth a in the second is a + yaw in the first; 0 if not trusted
     yaw_deg: float
     tilt_deg: float  # difference in lean, in degrees
     error_deg: float  # standard error, in degrees; infinite if nothing was found
@@ -313,7 +313,7 @@ class Registration:
         return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:
-        """Convert an azimuth of the first capture to the second, in (-180, 180] deg."""
+        """Convert an azimuth of the first capture to the second, in (-180, 180] degrees."""
         return wrap(azimuth_deg - self.yaw_deg)
 
 

@@ -62,7 +62,7 @@ class Width:
 
     @property
     def likely_deg(self) -> float | None:
-        """Best guess, in degrees; None before the first estimate."""
+        """Best guess, in degrees, or None before the first estimate."""
         return median(self.estimates) if self.estimates else None
 
     @property
@@ -105,7 +105,7 @@ class Company:
         return self.sitter is not None or now_s - self.looked_s >= _LOOK_AGAIN_S
 
     def near(self, now_s: float) -> Sitter | None:
-        """Return the person to search around first; None to search the whole picture."""
+        """Return the person to search around first, or None to search the whole picture."""
         return None if now_s - self.searched_s >= _SEARCH_AGAIN_S else self.sitter
 
 
@@ -127,7 +127,7 @@ def update_company(company: Company, sitter: Sitter | None, now_s: float) -> Com
 
 
 def _likelier(before: Sitter, sitter: Sitter, searches: tuple[Sitter, ...]) -> Sitter | None:
-    """Keep the current person, or switch to one that more searches found; None: wait."""
+    """Keep the current person, or switch to one found in more searches; return None to wait."""
     if _near(sitter, before):
         return sitter
     here, there = (sum(_near(one, each) for each in searches) for one in (before, sitter))

@@ -96,17 +96,17 @@ class Track:
     Attributes:
         status: ``tracking``: there is a heading; ``searching``: there was one, or one waits for
             confirmation; ``lost``: not found.
-        heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180], steadied; None
-            unless tracking.
-        raw: Result of the last picture; None before the first.
+        heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], steadied;
+            None unless tracking.
+        raw: Result of the last picture, or None before the first.
         sitter: The sitter, or another person in the picture, or None if it shows no person.
         confidence: Probability that the turn is right to 3 degrees, 0 to 1; lower if no person is
             detected for certain. 0 unless tracking.
-        fov_deg: The camera's horizontal field of view, in degrees, given or estimated; None while
-            unknown.
+        fov_deg: The camera's horizontal field of view, in degrees, given or estimated, or None
+            while unknown.
         left_behind: Whether the camera was left behind while the photographer walks.
-        background_deg: Panorama azimuth of the background behind the sitter, deg in (-180, 180],
-            steadied; None unless tracking.
+        background_deg: Panorama azimuth of the background behind the sitter, in degrees within
+            (-180, 180], steadied, or None unless tracking.
     """
 
     status: Status = "lost"
@@ -131,7 +131,7 @@ class Track:
     def turn_deg(
         self, looks: Looks = Looks.SITTER, mode: Mode = Mode.WALK, front_deg: float = 0.0
     ) -> float | None:
-        """Return the sitter's turn, in (-180, 180] deg; None unless tracking."""
+        """Return the sitter's turn, in (-180, 180] degrees, or None unless tracking."""
         if self.heading_deg is None:
             return None
         behind = self.heading_deg if self.background_deg is None else self.background_deg
@@ -163,7 +163,7 @@ def track(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
-        fov_deg: The camera's horizontal field of view, in degrees; None to estimate it.
+        fov_deg: The camera's horizontal field of view, in degrees, or None to estimate it.
         state: Track of the previous picture.
         now_s: Time of the picture, in seconds; any origin.
         sees_sitter: Whether the person in the picture is the sitter, see
@@ -249,7 +249,7 @@ def _near(memory: TrackMemory, now_s: float) -> float | None:
 
 
 def _predict(steady: Steady, now_s: float) -> float:
-    """Extrapolate the heading of a camera that keeps its speed, unwrapped deg."""
+    """Extrapolate the heading of a camera that keeps its speed, in unwrapped degrees."""
     pause = min(max(now_s - steady.time_s, 0.0), 0.3)
     return float(steady.measured[0] + steady.speed[0] * pause)
 

@@ -121,7 +121,7 @@ IGNORED: Final = 0.5
 
 
 class Advice(StrEnum):
-    """What a canvas still needs before it can be saved as a style."""
+    """Requirements that a canvas does not meet yet for saving it as a style."""
 
     NOTHING_PAINTED = "nothing painted"
     ONE_SIDED = "one-sided"  # no area is brighter, or none darker

@@ -1,4 +1,4 @@
-"""Make a style from the light on a face: "like this photo".
+"""Styles created from the light on a face: "like this photo".
 
 The generic head is lit by lamps at the directions that were read from the photo, and its picture
 over the face is the target. Nothing of the photo itself is kept.

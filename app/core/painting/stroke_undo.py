@@ -1,4 +1,4 @@
-"""What a stroke changed on the canvas, by tiles, so that it can be undone and redone."""
+"""Changes of a stroke to the canvas, stored by tile, so that they can be undone and redone."""
 
 from __future__ import annotations
 
@@ -79,8 +79,10 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
 def apply(canvas: Canvas, change: TileChange) -> Canvas:
     """Redo a change.
 
-    The canvas is then the same as after the change, to the last bit. Raises `ValueError` if the
-    canvas is not the one before the change.
+    The canvas is then the same as after the change, to the last bit.
+
+    Raises:
+        ValueError: If the canvas is not the one before the change.
     """
     return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
 

@@ -177,7 +177,7 @@ def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
 
 
 def clean_text(text: str, key: str) -> str:
-    """Make a text fit for one line on screen and in a file.
+    """Clean a text so that it fits on one line on screen and in a file.
 
     Raises:
         StyleError: If it is too long.

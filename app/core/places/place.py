@@ -81,7 +81,7 @@ class FrameFacts:
 
 @dataclass(frozen=True, slots=True)
 class CaptureFacts:
-    """How the light was measured."""
+    """Facts about the measurement of the light."""
 
     camera: str = ""
     # "paper", "full", "files" (a bracket that was opened), "rough" (one photo), "panorama"

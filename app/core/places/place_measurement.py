@@ -1,4 +1,4 @@
-"""Measure the light of a place from files, with the facts of the measurement."""
+"""The light of a place measured from files, with data about the measurement."""
 
 from __future__ import annotations
 

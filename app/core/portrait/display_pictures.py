@@ -43,7 +43,7 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
     Args:
         environment: The place. Repaired texels are filled from their neighbours here, and only
             here: a black ring around every lamp would be distracting.
-        turn_deg: Azimuth in the centre, degrees.
+        turn_deg: Azimuth in the centre, in degrees.
         size: Rows and columns of the result.
 
     Returns:

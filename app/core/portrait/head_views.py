@@ -92,7 +92,7 @@ class HeadViews:
     Attributes:
         shape: Shape of the head seen from the front.
         texel_basis: (R, H * W) float32. As in a transport.
-        parts: By yaw, deg: arrays as returned by `pack_view`.
+        parts: By yaw, in degrees: arrays as returned by `pack_view`.
     """
 
     header: TransportHeader

@@ -64,7 +64,7 @@ def render_head(
     """Render a head in the light of an environment.
 
     Args:
-        turn_deg: Azimuth of the panorama that the sitter faces, degrees, positive clockwise seen
+        turn_deg: Azimuth of the panorama that the sitter faces, in degrees, positive clockwise seen
             from above.
         head: A head that ships, or the path of a baked ``T.npz``.
         yaw_deg: Turn of the face toward the sitter's own left; the nearest baked view is used.

@@ -35,7 +35,7 @@ _MOST_LAMP_LUX: Final = 1e7
 
 
 class Unknown(Enum):
-    """Which of the two brightnesses is not known in cd/m2."""
+    """The brightness, of lamp or place, that is not known in cd/m2."""
 
     LAMP = auto()
     PLACE = auto()

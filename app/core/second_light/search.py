@@ -57,8 +57,8 @@ class LampPlacement:
     # centre column
     turn_index: int
     placement: int
-    # turn_deg, turn_refined_deg: the turn on the grid, and between; deg in (-180, 180], positive
-    # clockwise
+    # turn_deg, turn_refined_deg: the turn on the grid, and refined, in degrees within (-180, 180],
+    # positive clockwise
     turn_deg: float
     turn_refined_deg: float
     # lamp_azimuth_deg, lamp_altitude_deg: placement of the lamp on the grid, in degrees, positive

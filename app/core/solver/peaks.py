@@ -63,7 +63,8 @@ class Peak:
     """A local maximum of an objective and its turn.
 
     Attributes:
-        turn_deg, refined_deg: The turn offered, on the grid and between, deg in (-180, 180].
+        turn_deg, refined_deg: The turn offered, on the grid and between, in degrees within (-180,
+            180].
         arc_deg: (from, to) going clockwise, where the objective stays within 3% of the maximum,
             and the gate is open. (-180, 180) is the full circle.
     """

@@ -48,7 +48,7 @@ class PaintedCurves:
 
     Attributes:
         quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
-            minus its mean, at turn 5.625 k deg; over the pixels that count.
+            minus its mean, at turn 5.625 k degrees; over the pixels that count.
         norm: Norm of the weights.
         studio: Quality over mean under the environment max(F, 0), or 0 if that is black.
     """
@@ -66,7 +66,7 @@ class CountedLight:
 
     Attributes:
         mean, contrast: (64,) float64. Mean luminance of those pixels, and norm of their luminance
-            minus that mean, at turn 5.625 k deg.
+            minus that mean, at turn 5.625 k degrees.
     """
 
     mean: Float64

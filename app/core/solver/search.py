@@ -208,7 +208,7 @@ class SearchTables:
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """Values at all turns; index k belongs to turn 5.625 k deg.
+    """Values at all turns; index k belongs to turn 5.625 k degrees.
 
     For several lights, there is one more axis in front.
 

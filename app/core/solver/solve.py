@@ -152,7 +152,7 @@ def measure(pack: StylePack, curve_set: Curves) -> StyleMeasures:
 
 
 def among_rivals(pack: StylePack, alone: StyleMeasures) -> StyleMeasures:
-    """Lower yes for pictures that read as another style, as `judge` does."""
+    """Lower the grade yes of pictures that read as another style, as `judge` does."""
     apart = unrivalled(alone.yes, alone.match, pack.rivalry)
     return replace(alone, yes=np.minimum(alone.yes, apart))
 

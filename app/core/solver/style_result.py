@@ -23,8 +23,8 @@ class PeakResult:
     """A turn at which an objective has a local maximum.
 
     Attributes:
-        turn_deg, turn_refined_deg: On the grid of 5.625 degrees, and between; deg in (-180, 180],
-            positive clockwise.
+        turn_deg, turn_refined_deg: On the grid of 5.625 degrees, and between, in degrees within
+            (-180, 180], positive clockwise.
         arc_deg: Tolerance arc (from, to), clockwise, in degrees.
     """
 
@@ -59,8 +59,8 @@ class StyleResult:
             step of 5.625 degrees apart, in degrees, positive clockwise. See
             `app.core.solver.peaks.find_peak`.
         direction: Direction of the refined turn: clockwise, counter-clockwise or none.
-        quality_curve, match_curve, strength_curve: (64,) float64. At turns of 5.625 k deg. Quality
-            in the unit of the environment, the others of 100.
+        quality_curve, match_curve, strength_curve: (64,) float64. At turns of 5.625 k degrees.
+            Quality in the unit of the environment, the others of 100.
         attainable: Whether the grade is yes or nearly; without a signature, whether match and
             strength reach their limits.
         arc_deg: Tolerance arc (from, to) around the best turn, clockwise, in degrees. It ends where

@@ -107,7 +107,7 @@ def judge(pack: StylePack, row: int, picture: PictureMeasure, limits: Limits) ->
 
 
 def _shortfall(style: Style, areas: Float64, match: float, grade: int) -> Shortfall | None:
-    """Return what a picture lacks of its style, or None if the signature is complete."""
+    """Return the shortfall of a picture, or None if it has the whole signature of its style."""
     worst = worst_relation(style.signature, areas, nearly=grade == NO)
     if worst is None:
         least = style.signature.match[0 if grade == NEARLY else 1]

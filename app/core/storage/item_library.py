@@ -149,7 +149,7 @@ class Library:
         return self.free_name(folder, free), free
 
     def trash_folder(self, folder: Path, name: str) -> Path:
-        """Make an empty folder in the trash; raise the library's error if that fails."""
+        """Create an empty folder in the trash; raise the library's error if that fails."""
         trash = folder / _TRASH
         try:
             make_folder(trash)

@@ -1,4 +1,4 @@
-"""Make the user's data private.
+"""Privacy of the user's data.
 
 Places contain photos of people and where they were taken. New folders and files are private when
 they are made (`core.base.atomic_files`); this is for older data folders. Nothing else is touched:

@@ -70,8 +70,8 @@ class StylePack:
             contrast.
         studio_ratio: (S,) float64. C / mean over the face region in the target picture itself: the
             denominator of strength.
-        studios: Which lamps the targets are lit by, one for each style; none at all where all are
-            lit as in the paper.
+        studios: Lamps that light the targets, one entry per style; empty if all are lit as in the
+            paper.
     """
 
     header: PackHeader

@@ -134,7 +134,7 @@ class CameraBody:
         ]
 
     def has_ended(self, job: ShootingJob) -> bool:
-        """Whether the command of a job reports that it is done."""
+        """Return whether the command of a job reports that it is done."""
         return job.done and not job.watched
 
     # Shooting.

@@ -82,7 +82,7 @@ class BallOptions(WayOptions):
 
     Attributes:
         second: Exposures from another side; empty if there are none.
-        from_deg: Approximate azimuth of the camera for these; None to find it.
+        from_deg: Approximate azimuth of the camera for these, or None to find it.
         reflectance: Reflectance of the mirror at normal incidence.
         pitch_deg: Elevation of the camera's axis.
     """
@@ -389,7 +389,7 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
     """Merge two sides of a ball, weighted by resolution, in the first side's panorama.
 
     Args:
-        from_deg: Approximate azimuth of the second photographer; None to find it from the
+        from_deg: Approximate azimuth of the second photographer, or None to find it from the
             panoramas.
 
     Raises:

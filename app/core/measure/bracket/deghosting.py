@@ -77,7 +77,7 @@ class GhostRegion:
 
     @property
     def azimuth_deg(self) -> float:
-        """Azimuth of the centre, degrees, positive to the right of the middle; for panoramas."""
+        """Azimuth of the centre, in degrees, positive to the right of the middle; for panoramas."""
         return 360.0 * (self.column - 0.5)
 
     @property

@@ -117,14 +117,16 @@ def merge(
             for 8-bit frames of full size.
         trust: (h, w) each, at the size of the proxies, interpolated bilinearly, 0 to 1, or None for
             a frame that is trusted everywhere.
-        size: Rows and columns of the resulting panorama; None keeps the size of the frames, as for
-            pictures that are not panoramas.
+        size: Rows and columns of the resulting panorama, or None to keep the size of the frames, as
+            for pictures that are not panoramas.
 
     Returns:
         The light; its `clipped_fractions` are in the order of the stack.
 
-    Raises `ProbeError` if a file has been damaged since it was first read; `ValueError` if the
-    numbers of frames, stops and trusts differ; `Cancelled`.
+    Raises:
+        ProbeError: If a file has been damaged since it was first read.
+        ValueError: If the numbers of frames, stops and trusts differ.
+        Cancelled: If the token is cancelled.
     """
     if len(stops) != len(stack.frames) or not stops:
         raise ValueError(f"{len(stops)} exposures for {len(stack.frames)} frames")

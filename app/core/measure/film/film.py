@@ -243,7 +243,9 @@ def read_film(
         frames: Time in seconds; fraction of the video played, 0 to 1; and picture, (H, W, 3) uint8
             sRGB, of each frame.
 
-    Raises `ProbeError` if no face is visible or nothing turns; `Cancelled`.
+    Raises:
+        ProbeError: If no face is visible or nothing turns.
+        Cancelled: If the token is cancelled.
     """
     token = token or Token()
     with FilmReader() as reader:

@@ -178,7 +178,7 @@ def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
 
 
 def _depth_deg(white: Float32) -> Float32:
-    """Return the depth of each texel inside a white area, (h, w), degrees."""
+    """Return the depth of each texel inside a white area, (h, w), in degrees."""
     width = white.shape[1]
     inside = np.tile((white > 0.5).astype(np.uint8), (1, 3))
     depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[:, width : 2 * width]

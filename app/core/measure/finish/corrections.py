@@ -101,7 +101,7 @@ def finish(
     """Apply the user's corrections to a merged panorama and audit the result.
 
     Args:
-        foot: Azimuth and elevation of the camera's own foot, degrees.
+        foot: Azimuth and elevation of the camera's own foot, in degrees.
         room_stops: How many stops darker than its darkest frame the camera can go, or None if
             unknown.
         alone: Name of the photo if it is the only one.

@@ -216,8 +216,8 @@ class LampFinding:
 
     Attributes:
         kind: From `source_of`.
-        azimuth_deg, elevation_deg: Centre of its light, degrees.
-        diameter_deg: Diameter of the disc with the same solid angle, degrees.
+        azimuth_deg, elevation_deg: Centre of its light, in degrees.
+        diameter_deg: Diameter of the disc with the same solid angle, in degrees.
         share: Fraction of the place's light, 0 to 1; a lower bound if it is clipped.
     """
 

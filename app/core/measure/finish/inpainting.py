@@ -25,7 +25,7 @@ from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
 FEATHER_DEG: Final = 1.5
-"""Width outside the mask over which the picture fades into the filling, degrees."""
+"""Width outside the mask over which the picture fades into the filling, in degrees."""
 
 _MOST: Final = 0.9
 _TOUCHED: Final = 0.02

@@ -170,7 +170,7 @@ def spread_of(
         weights: (N,) float64. Not negative, not all zero.
 
     Returns:
-        Azimuth and elevation, degrees, of the weighted sum of the unit vectors; and the mean
+        Azimuth and elevation, in degrees, of the weighted sum of the unit vectors; and the mean
         squared distance from it, sr (half the squared radius for an even disc), including the size
         of the texels.
     """

@@ -161,7 +161,7 @@ class MaskingChanges(Remark):
         changed: Number of them whose turn changes at a cost.
         worst: The style that changes most.
         moved_deg: Largest change of a turn without a cost.
-        gained, lost: Titles of styles that come into reach and out of it.
+        gained, lost: Titles of styles that come into reach and go out of it.
     """
 
     styles: int

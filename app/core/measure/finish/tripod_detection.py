@@ -33,7 +33,7 @@ from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
 NADIR: Final = (0.0, -90.0)
-"""Azimuth and elevation of straight down, degrees."""
+"""Azimuth and elevation of straight down, in degrees."""
 
 _REACH_DEG: Final = 85.0
 _SIDE: Final = 340

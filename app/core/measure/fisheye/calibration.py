@@ -250,7 +250,7 @@ def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
 
 
 def _parallax_of(matches: _Matches) -> Float64:
-    """Smooth the residuals of the matches into a curve around the seam, degrees.
+    """Smooth the residuals of the matches into a curve around the seam, in degrees.
 
     The curve is 0 where nothing is known.
     """

@@ -32,8 +32,8 @@ class Pair:
     Attributes:
         field_deg: Angle of each image circle.
         blocks: Number of positions around the seam that agreed.
-        parallax: (1440,) float64. Angle between the two lenses' views of an object, degrees, around
-            the seam, clockwise from the top as seen by the front lens.
+        parallax: (1440,) float64. Angle between the two lenses' views of an object, in degrees,
+            around the seam, clockwise from the top as seen by the front lens.
         seam: (1440,) float64. Position of the seam, degrees toward the front, in the same order.
         gains: (2, 3) float64. Factors by lens and channel.
         falloff: Logarithm of a lens's light loss at 90 degrees from its axis. It is assumed to grow

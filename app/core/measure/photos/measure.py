@@ -108,7 +108,7 @@ class Photograph:
 
     @property
     def angles_deg(self) -> tuple[float, float, float] | None:
-        """Azimuth, elevation and roll clockwise, degrees."""
+        """Azimuth, elevation and roll clockwise, in degrees."""
         return None if self.rotation is None else angles_of(self.rotation @ _AXES)
 
 
@@ -117,7 +117,7 @@ class PhotosOptions(WayOptions):
     """Options for photos taken all around.
 
     Attributes:
-        fov_deg: Horizontal angle of a single wide panorama; None to estimate it.
+        fov_deg: Horizontal angle of a single wide panorama, or None to estimate it.
         unstitched: Whether pictures of two fisheye circles are measured as such.
     """
 
@@ -360,7 +360,7 @@ def _middle(oriented: Sequence[Photograph]) -> float:
 
 
 def _look_up(oriented: Sequence[Photograph]) -> tuple[Bytes, Bools]:
-    """Look up the same directions in small copies of all photos.
+    """Sample the same directions in small copies of all photos.
 
     Returns:
         Codes, (K, N, 3) uint8, and their visibility, (K, N).

@@ -97,7 +97,8 @@ def light_around(
         Radiance, (H, W, 3) float32 in the unit of the gains, 0 where unknown; the mask of known
         texels, (H, W); and the fraction of each texel, (H, W) float32, that all its photos clip.
 
-    Raises `Cancelled`.
+    Raises:
+        Cancelled: If the token is cancelled.
     """
     order = sorted(pictures, key=lambda picture: -picture.stops)
     lights = _lights(order, srgb_response().table if table is None else table)
@@ -113,7 +114,7 @@ def light_around(
 
 
 def _lights(pictures: Sequence[OrientedPicture], table: Float64) -> list[FrameLight]:
-    """Make the tables that convert photos to weights and light."""
+    """Build the tables that convert photos to weights and light."""
     stops = [picture.stops for picture in pictures]
     lights = []
     for index, picture in enumerate(pictures):

@@ -46,7 +46,7 @@ class LensExposure:
 
 @dataclass(frozen=True, slots=True)
 class XmpPose:
-    """Orientation from XMP (GPano), degrees; the compass heading is never used."""
+    """Orientation from XMP (GPano), in degrees; the compass heading is never used."""
 
     pitch_deg: float
     roll_deg: float

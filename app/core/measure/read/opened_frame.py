@@ -82,7 +82,9 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
 def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
     """Open a frame: keep it in memory (`hold`), or prepare it for reading by rows.
 
-    Raises `ProbeError` if the file is damaged or truncated, or the disk is full; `Cancelled`.
+    Raises:
+        ProbeError: If the file is damaged or truncated, or the disk is full.
+        Cancelled: If the token is cancelled.
     """
     places = sample_places(frame.shape)
     if half:

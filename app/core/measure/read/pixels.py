@@ -126,7 +126,9 @@ def open_frames(
     Frames are kept in memory if they take no more than `memory_bytes` together; otherwise they are
     read again by rows. Damaged ones are left out, each named in a warning.
 
-    Raises `ProbeError` if fewer than two can be read; `Cancelled`.
+    Raises:
+        ProbeError: If fewer than two can be read.
+        Cancelled: If the token is cancelled.
     """
     token = token or Token()
     hold = sum(frame.decoded_bytes for frame in bracket.frames) <= memory_bytes
@@ -178,7 +180,7 @@ def relaid(
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Align frames of a stack by `ways`; None leaves a frame as it is.
+    """Align frames of a stack by `ways`; an entry of None leaves a frame as it is.
 
     Proxies and samples are computed again for moved frames only. If the stack is not in memory, a
     moved frame is kept in a temporary file.
@@ -186,7 +188,9 @@ def relaid(
     Args:
         visibility: As in `FrameStack`.
 
-    Raises `ProbeError` if a file has been damaged in the meantime or the disk is full; `Cancelled`.
+    Raises:
+        ProbeError: If a file has been damaged in the meantime or the disk is full.
+        Cancelled: If the token is cancelled.
     """
     token = token or Token()
     proxies, sources = list(stack.proxies), list(stack.sources)

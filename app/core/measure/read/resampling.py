@@ -133,7 +133,8 @@ def light_in_bands(
         whole: Bands have a multiple of this many rows.
         band: Computes rows ``start..stop`` of light and shares, `samples` times as fine.
 
-    Raises `Cancelled`.
+    Raises:
+        Cancelled: If the token is cancelled.
     """
     fine = size[0] * samples, size[1] * samples
     reduction = Reduction.between(fine, size, panorama=True)
@@ -174,7 +175,7 @@ _MARGIN: Final = 2
 
 
 def azimuth_elevation(vector: Float64) -> tuple[float, float]:
-    """Return azimuth and elevation, degrees, of a vector, (3,)."""
+    """Return azimuth and elevation, in degrees, of a vector, (3,)."""
     x, y, z = (float(part) for part in vector)
     return float(np.degrees(np.arctan2(-x, z))), float(np.degrees(np.arctan2(y, np.hypot(x, z))))
 
@@ -184,7 +185,7 @@ class Chart:
     """A square picture of the sphere around a direction, `side` pixels wide.
 
     Attributes:
-        centre: Azimuth and elevation of the middle, degrees.
+        centre: Azimuth and elevation of the middle, in degrees.
         reach_deg: Angle from there to the middle of each edge, below 180.
     """
 
@@ -206,7 +207,7 @@ class Chart:
         return np.stack([right, up, direction(*self.centre)])
 
     def distances(self) -> FloatImage:
-        """Return the angle of each pixel from the middle, (side, side), degrees."""
+        """Return the angle of each pixel from the middle, (side, side), in degrees."""
         x, y = self._grid()
         return np.degrees(self._angle(np.hypot(x, y))).astype(np.float32)
 

@@ -104,7 +104,7 @@ def make_lamp(
     distance_m: float | None = None,
     camera: str = "",
 ) -> CapturedLamp:
-    """Make a lamp from a capture and a mask; repair it, and reduce it to at most `LARGEST`.
+    """Create a lamp from a capture and a mask, repaired and reduced to at most `LARGEST`.
 
     Args:
         radiance: (H, 2 H, 3) float32, linear Rec. 709. It is not changed.
@@ -181,7 +181,7 @@ def centring(light: FloatImage) -> Float64:
 
 
 def grey_lamp(lamp: CapturedLamp) -> CapturedLamp:
-    """Make a lamp grey, as in the paper's search."""
+    """Convert a lamp's light to grey, as in the paper's search."""
     grey = luminance(lamp.radiance)
     return replace(lamp, radiance=np.repeat(grey[..., None], 3, axis=2))
 

@@ -165,8 +165,8 @@ def restate_lamp(
     """Correct the distance or illuminance of a lamp.
 
     Args:
-        distance_m: From the probe to the lamp in the capture, in metres; None keeps it.
-        lux: Illuminance at that distance; None keeps it.
+        distance_m: From the probe to the lamp in the capture, in metres, or None to keep it.
+        lux: Illuminance at that distance, or None to keep it.
 
     Raises:
         CoreError: If a number is out of range, or the lamp cannot be read or written.

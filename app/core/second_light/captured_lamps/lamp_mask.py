@@ -92,7 +92,7 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
 def edit_mask(
     lamp: CapturedLamp, box: tuple[float, float, float, float], *, is_lamp: bool
 ) -> CapturedLamp:
-    """Set or clear a box in a lamp's mask: azimuth from and to, elevation from and to, deg.
+    """Set or clear a box in a lamp's mask: azimuth from and to, elevation from and to, in degrees.
 
     Raises:
         CoreError: If the mask would have no light left.
@@ -283,13 +283,13 @@ def _spots(mask: Bools) -> int:
 
 
 def _areas(picture: Float32) -> Float64:
-    """Solid angle of each texel, (H, W)."""
+    """Return the solid angle of each texel, (H, W), in steradians."""
     height, width = picture.shape
     return np.broadcast_to(solid_angles((height, width))[:, None], (height, width))
 
 
 def _median(values: Float32, weight: Float64) -> float:
-    """Weighted median, over every fourth texel of large panoramas."""
+    """Return the weighted median, over every fourth texel of large panoramas."""
     step = 2 if values.size > 1 << 18 else 1
     flat, weights = values[::step, ::step].ravel(), weight[::step, ::step].ravel()
     if not weights.sum() > 0.0:
