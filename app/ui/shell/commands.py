@@ -152,7 +152,7 @@ class Commands:
         self.guided = None
 
     def show_setting(self, key: str) -> None:
-        """Open the settings at a particular one."""
+        """Open the settings, scrolled to one of them."""
         self.ask("settings")
         item = None if self.overlay is None else self.overlay.body.itemAt(0)
         reveal = getattr(None if item is None else item.widget(), "reveal", None)

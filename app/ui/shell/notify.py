@@ -39,10 +39,10 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """A message.
+    """A message to the user, with its buttons.
 
     Attributes:
-        actions: tuple of (str, callable), one per button.
+        actions: Label and callable of each button.
     """
 
     moment: datetime

@@ -102,7 +102,7 @@ class TableHead(PaintedWidget):
         self.setAccessibleName(", ".join(c.title for c in self._columns if c.title))
 
     def sizeHint(self) -> QSize:
-        """Return the size of all columns."""
+        """Return the total size of the columns."""
         return QSize(sum(px(c.width or 120) for c in self._columns), px(_HEAD))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:

@@ -44,7 +44,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         """Show other pixels.
 
         Args:
-            pixels: (h, w), (h, w, 3) or (h, w, 4) uint8, or None. Grey; sRGB; or blue, green, red
+            pixels: (h, w), (h, w, 3) or (h, w, 4) uint8, or None. Grey, sRGB, or blue, green, red
                 and opacity with premultiplied colours. Azimuths run from −180° to 180°, shifted by
                 `setX`.
         """

@@ -63,7 +63,7 @@ class StyleCard(Card):
         self._tell()
 
     def show_state(self, state: CardState) -> None:
-        """Show another state."""
+        """Show the state of the card."""
         self.set_selected(state.chosen)
         if state != self.state:
             self.state = state

@@ -51,7 +51,7 @@ _OF_PICTURE: Final = (
     *("here", "here_exposed", "exposed_tip", "lamps_note", "marks"),
     *("ratio", "ratio_short", "ratio_tip", "glare", "glare_tip", "glare_strong"),
 )
-"""Fields measured in the picture here, which must change together with it."""
+"""Fields measured in the picture here, which are always updated together with it."""
 
 
 class DetailResolver:

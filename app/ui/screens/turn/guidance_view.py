@@ -109,7 +109,7 @@ class Pill(PaintedWidget):
 
 
 DESIGNED: Final = QSize(480, 804)
-"""Size of the column at which text has its designed size."""
+"""Size of the column for which the text sizes are designed."""
 
 _MODES: Final = (
     (tr("I walk around the sitter"), tr("Selfie: I turn myself")),
