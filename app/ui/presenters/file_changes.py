@@ -197,10 +197,10 @@ def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exc
 
 
 class OwnStyles:
-    """Changes the files of the user's styles and the model; the desk owns the only instance.
+    """Changes the files of the user's styles and the model; `PlaceController` owns one.
 
-    Files are changed one after the other, as described at `Desk.file_work`. Screens add their own
-    steps as callables, and the events inform all the other screens.
+    Files are changed one after the other (see `SerialQueue`). Screens add their own steps as
+    callables, and the events inform all the other screens.
 
     Attributes:
         leaving: Emits the name of a style before it is deleted, so that unsaved work can be
