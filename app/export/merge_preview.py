@@ -36,7 +36,7 @@ _GAP: Final = 22.0
 _ROW: Final = 26.0
 _MOST_ROWS: Final = 8
 _TAG_SIZE: Final = 22.0
-_NOTES_LEFT: Final = 0.52  # of the panorama's width
+_NOTES_LEFT: Final = 0.52  # left edge of the notes, as a fraction of the panorama's width
 
 
 def preview(

@@ -211,7 +211,8 @@ _GAP: Final = 17.0
 _TURN_TOP: Final = 138.0
 PLAN_AT: Final = (_RIGHT - PLAN_WIDTH, _TURN_TOP)
 _COLUMN: Final = PLAN_AT[0] - MARGIN - 20.0
-_PICTURE: Final = 224.0  # with two gaps, the whole width; images are aligned to whole pixels
+# side of a picture; three of them and two gaps fill the width, aligned to whole pixels
+_PICTURE: Final = 224.0
 _PICTURES_TOP: Final = _TURN_TOP + PLAN_HEIGHT + 18.0
 STRIP_AT: Final = (MARGIN, _PICTURES_TOP + _PICTURE + 18.0)
 _NOTES_TOP: Final = STRIP_AT[1] + STRIP_HEIGHT + 50.0

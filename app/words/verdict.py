@@ -19,7 +19,7 @@ from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import turn_words
 from app.words.styles import side_words
 
-_UNLIKE: Final = 10  # of 100; a lower match does not count as similarity
+_UNLIKE: Final = 10  # match of 100 below which a picture does not count as similar
 _SPOKEN_SIDES: Final = {
     "left": tr("light from the sitter’s left, camera right"),
     "right": tr("light from the sitter’s right, camera left"),

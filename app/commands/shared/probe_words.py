@@ -25,10 +25,10 @@ PARTS: Final = {
 }
 """Steps of a capture whose duration is printed."""
 
-_UNSTATED: Final = Exposure(0.0, known=False)  # of one photo
+_UNSTATED: Final = Exposure(0.0, known=False)  # stands for a photo that states nothing
 _NAME: Final = 28  # columns for a file's name
 _FRAME_ROW: Final = f"{{:{_NAME}}}  {{:>10}}  {{:>5}}  {{:>4}}  {{:>6}}  {{}}"
-_LEAST_SHARE: Final = 0.0005  # of all light, the least for a separate row in the table
+_LEAST_SHARE: Final = 0.0005  # minimum fraction of all light for a separate row in the table
 
 
 def probe_facts(probe: Measurement) -> dict[str, Any]:

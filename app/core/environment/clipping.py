@@ -25,12 +25,13 @@ from app.core.base.sphere import wrapped
 # Width of the band below the maximum; fewest texels in it; smallest ratio of these to the texels in
 # and below it.
 _BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
-_BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))  # for a single channel
-_BELOW: Final = 0.9  # of the band's lower end
+# the same for a single channel
+_BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))
+_BELOW: Final = 0.9  # fraction of the band's lower end that bounds the values just below it
 _LOSSY: Final = 0.02  # width on both sides of the common value
 _LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # fewest texels in the band; largest fraction of them above it
 _LEAST_PANEL: Final = 10  # texels; a small clipped lamp may have equally abrupt edges
-_NEAR: Final = 0.25  # of the plateau
+_NEAR: Final = 0.25  # fraction of the plateau that counts as nearly as bright
 _ALL: Final = -1  # stands for the largest of the three channels
 _ROWS: Final = 256
 _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)

@@ -50,8 +50,8 @@ MAX_WIDTH: Final = 16384
 
 MIN_WIDTH: Final = 16
 """Narrowest panorama read, in texels of 22.5 degrees each."""
-_LEAST_SEEN: Final = 0.1  # of the sphere
-_HALF: Final = 0.5  # of a texel; below this it counts as unseen
+_LEAST_SEEN: Final = 0.1  # minimum visible fraction of the sphere
+_HALF: Final = 0.5  # fraction of a texel below which it counts as unseen
 _READ_ROWS: Final = 512
 _EXR: Final = b"\x76\x2f\x31\x01"
 _TIFF: Final = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")

@@ -20,7 +20,7 @@ HALF_MOST: Final = 65504.0
 INFINITE: Final = 3e5
 """Likely radiance of infinite texels: suns beyond a half float have 1e5 to 1e6 if the sky has 1."""
 
-_MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
+_MOST_REPAIRED: Final = 0.03  # maximum damaged fraction of the sphere or of the light
 BAND_ROWS: Final = 64
 """Number of rows changed at once, to save memory."""
 

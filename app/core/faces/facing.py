@@ -32,7 +32,7 @@ Across a wider arc the light hardly changes.
 """
 
 _TURNS: Final = 128
-_FLOOR: Final = 0.05  # of the 90th percentile: darker values carry no information
+_FLOOR: Final = 0.05  # fraction of the 90th percentile; darker values carry no information
 _BRIGHT: Final = 90
 _LEAST_SEEN: Final = 0.5
 # Standard deviations of log luminance between faces: the part that is independent per pixel, then

@@ -32,7 +32,7 @@ _CLOSE: Final = 192  # side of the second network's input
 # of the first network's output: cells per side, candidates per cell
 _GRIDS: Final = ((16, 2), (8, 6))
 _CORNERS: Final = (33, 263)  # outer corners of the eyes
-_EYES: Final = slice(4, 8)  # in a candidate: centre, size, right eye, left eye, ...
+_EYES: Final = slice(4, 8)  # entries of a candidate: centre, size, right eye, left eye, ...
 _WORTH_A_LOOK: Final = 0.35
 _SAME: Final = 0.5  # fraction of the smaller box in common that makes two candidates one face
 _MOST: Final = 12
@@ -40,14 +40,15 @@ _ROOM: Final = 1.5  # side of a close-up relative to that of the face
 _LARGEST: Final = 1280  # longer side of the picture that is searched
 _SMALLEST_PART: Final = 240  # six times the side of a face of 40 pixels
 _STEP: Final = 2.4  # largest ratio between sizes of parts
-_STRIDE: Final = 0.6  # in sides of a part: any face too small for larger parts fits into an overlap
-_APART: Final = 0.05  # of the face's side: beyond it, the two passes disagree
+# step in sides of a part; any face too small for larger parts fits into an overlap
+_STRIDE: Final = 0.6
+_APART: Final = 0.05  # fraction of the face's side beyond which the two passes disagree
 _LEAST: Final = 0.37
 _LEAST_CONFIDENCE: Final = 0.5  # below this, the whole picture is searched again
 _LOOKS: Final = 5
 # relative to the detail of the sharpest face; below this, a face is out of focus
 _SHARP: Final = 0.35
-_STAYS: Final = 0.06  # of the face's side
+_STAYS: Final = 0.06  # fraction of the face's side by which stable landmarks may move
 _DARK: Final = 80.0  # mean of a well-exposed square
 _MOST_GAIN: Final = 8.0
 

@@ -22,7 +22,7 @@ FILLS: Final = (8.0, 4.0, 2.5)
 """Ratios of key and fill to fill."""
 
 _FILL_DEG: Final = 90.0
-_ASIDE_DEG: Final = (15.0, 85.0)  # of a key that can be distinguished from a fill
+_ASIDE_DEG: Final = (15.0, 85.0)  # azimuths at which a key can be distinguished from a fill
 _EVERY: Final = 3  # every third of the mirrored places
 _AT_ONCE: Final = 256
 _LEAST_SIZE_DEG: Final = 8.0  # a texel and a half

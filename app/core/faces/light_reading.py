@@ -29,28 +29,30 @@ Key: TypeAlias = Literal["front", "behind", "flat"]
 
 FRONTAL_DEG: Final = 10.0
 """Least yaw of a face that does not look into the lens."""
-_PAIRS: Final = 3.0  # of likeness, for differences between mirrored places with a fill
+_PAIRS: Final = 3.0  # weight, in likeness, of differences between mirrored places with a fill
 _PAIRS_ALONE: Final = 1.0
 _FILL_GAIN: Final = 0.6  # fraction of the difference without a fill that the fill must explain
-_UNSURE: Final = 0.3  # around that share both are likely
+_UNSURE: Final = 0.3  # width of the transition around that fraction
 _ALL_ALIKE: Final = 1e-3  # difference without a fill that is too small to compare
-_SOFT: Final = 0.003  # of correlation, by which the weight of a lamp falls to 1/e
+_SOFT: Final = 0.003  # difference in correlation at which the weight of a lamp falls to 1/e
 _ALIKE: Final = 0.01
 _BEHIND_DEG: Final = 91.0
 _BEHIND_RISE_DEG: Final = (-25.0, 75.0)  # lower or higher, the direction is known
 _PROFILE_DEG: Final = 50.0
-_WELL_BEHIND_DEG: Final = 100.0  # of a key beside a fill
+_WELL_BEHIND_DEG: Final = 100.0  # azimuth beyond which a key beside a fill is behind the sitter
 _LOPSIDED: Final = 0.02  # mean square difference of mirrored places; less is no rim
 _FLASH_RISE_DEG: Final = 10.0
 _LEAST_LIKE: Final = 0.55
 _LEAST_SEEN: Final = 0.35
 _LEAST_SHARE: Final = 0.3
 _HALF_SHARE: Final = 0.5
-_LEAST_SHADING: Final = 0.1  # of the mean, that the key explains
-_FLAT_CONTRAST: Final = 0.4  # of the mean, which make-up and shine reach in flat light
-_FAINT: Final = 0.35  # of the mean; with more contrast, something covers a part of the face
-_LIT_COST: Final = 0.2  # of likeness, per stop of difference in the lit fraction of the skin
-_LAMP: Final = 0.01  # of likeness, which each further lamp of a style must add
+_LEAST_SHADING: Final = 0.1  # minimum shading explained by the key, as a fraction of the mean
+# contrast that make-up and shine reach in flat light, as a fraction of the mean
+_FLAT_CONTRAST: Final = 0.4
+# fraction of the mean; with more contrast, something covers a part of the face
+_FAINT: Final = 0.35
+_LIT_COST: Final = 0.2  # likeness lost per stop of difference in the lit fraction of the skin
+_LAMP: Final = 0.01  # likeness that each further lamp of a style must add
 
 
 class Unread(Enum):

@@ -109,7 +109,7 @@ class PlaceSource:
 
     file_facts: Facts
     known_facts: Facts
-    version: str = ""  # of the file, as `read_json` states it
+    version: str = ""  # version of the file, as returned by `read_json`
 
 
 @dataclass(frozen=True, slots=True, eq=False)

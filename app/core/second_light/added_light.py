@@ -47,8 +47,9 @@ Columns: TypeAlias = Float16 | Float32
 # degrees of the lamp as seen from the skin, slightly more than a texel of T
 _PIECE_DEG: Final = 7.0
 _PIECES: Final = (2, 8)  # least and most pieces along each side
-_SKIN_M: Final = 0.1  # from the middle of the head, for the apparent size of a lamp
-_DOT_DEG: Final = 0.1  # of the lamp, for the area that it hides
+# metres from the centre of the head at which a lamp's apparent size is computed
+_SKIN_M: Final = 0.1
+_DOT_DEG: Final = 0.1  # degrees of the lamp per dot, for the area that it hides
 _DOTS: Final = (128, 512)  # least and most dots along each side
 _GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 _PIXELS: Final = 256
@@ -292,8 +293,8 @@ class AddedLight:
     """A lamp at all placements, for one head. Its arrays are read-only."""
 
     name: str
-    title: str  # of a captured lamp, or "" for one from numbers, whose name is its kind
-    distance_m: float | None  # from the middle of the head, or None if unknown
+    title: str  # title of a captured lamp, or "" for a preset, which is named by its kind
+    distance_m: float | None  # distance from the centre of the head in metres, or None if unknown
     # (576, 32, 64), fraction of each texel that the lamp hides, head frame
     alpha: Float32 = field(repr=False)
     # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, in cd/m2, or

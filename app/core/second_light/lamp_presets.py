@@ -71,7 +71,7 @@ _WHITE: Final = (1.0, 1.0, 1.0)
 _WARM: Final = (1.77, 0.83, 0.30)
 
 _EXPOSURE_CONSTANT: Final = 250.0  # lux seconds at ISO 100 and f/1, as for incident meters
-_GUIDE_NUMBER_M: Final = 40.0  # of a typical shoe-mount flash, ISO 100
+_GUIDE_NUMBER_M: Final = 40.0  # guide number of a typical shoe-mount flash in metres at ISO 100
 _FLASH_POWER: Final = 1.0 / 16.0
 _SHUTTER_S: Final = 1.0 / 160.0
 # Steady light that exposes like the flash: its lux seconds over the shutter time.
@@ -121,7 +121,7 @@ class NumbersLamp:
     """
 
     kind: str
-    distance_m: float  # from the middle of the head to the middle of the lamp, in metres
+    distance_m: float  # distance between the centres of head and lamp, in metres
     lux_at_1m: float  # illuminance on axis at one metre, in lux
     size_m: tuple[float, float]  # width and height, in metres
     round: bool = False

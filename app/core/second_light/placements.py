@@ -17,7 +17,7 @@ EAR_HEIGHT_M: Final = 1.2
 
 _CLEAR_M: Final = 0.05  # above the floor
 _SHOULDER_M: Final = (0.19, -0.27, -0.03)  # the left shoulder, from the middle of the head
-_ARM_M: Final = 0.75  # from the shoulder to the object in the hand
+_ARM_M: Final = 0.75  # metres from the shoulder to the object in the hand
 _BACK_M: Final = -0.35  # farthest reach of a hand behind the middle of the head
 # The trunk below the neck: half its width and depth, and the height of its top.
 _TRUNK_M: Final = (0.21, 0.13, -0.22)

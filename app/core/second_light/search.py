@@ -43,7 +43,7 @@ ALL: Final = TURNS * COUNT
 
 _STEP_DEG: Final = 360.0 / TURNS
 _TILT_DEG: Final = float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
-_WEAK: Final = 0.1  # of the face's mean: a weaker lamp cannot shape it
+_WEAK: Final = 0.1  # fraction of the face's mean below which a lamp cannot shape it
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,8 @@ from app.core.styles.style import Style, StyleLamp
 
 _LOBE_POWER: Final = 20.0
 _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
-_MISSING: Final = 0.25  # of the brightest lobe; a lamp two stops weaker does not shape a face
+# fraction of the brightest lobe; a lamp two stops weaker does not shape a face
+_MISSING: Final = 0.25
 _EVEN: Final = 3.0  # brightest lobe over mean radiance of a place without a main light
 _OPPOSITE_DEG: Final = 150.0
 _TALL_DEG: Final = 20.0  # degrees; a style's lamp also works this much higher or lower

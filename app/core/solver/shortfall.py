@@ -47,13 +47,14 @@ class Cause(StrEnum):
     """Fault of a place's light that keeps a style out of reach."""
 
     EVEN = "even light"
-    NO_LIGHT = "no light from there"  # at any turn, from the direction of a lamp of the style
+    # no light at any turn from the direction of one of the style's lamps
+    NO_LIGHT = "no light from there"
     ONE_SIDE = "light from one side"
     ONE_LAMP = "one of two lamps"
     APART = "lamps at different turns"
     FILLED = "filled shadows"
     SPOILED = "spoiled pattern"
-    NO_TURN = "no turn"  # for painted weights, which have no lamps
+    NO_TURN = "no turn"  # used for painted weights, which have no lamps
     WEAK_LAMP = "weak lamp"  # the second light, at its strongest
 
 

@@ -43,7 +43,7 @@ from app.core.styles.style import Style
 from app.core.styles.style_pack import StylePack
 from app.core.styles.styles import RARE
 
-_EVEN = 0.7  # of the target's contrast
+_EVEN = 0.7  # fraction of the target's contrast below which the light is even
 _SAME_DEG = 2.0  # turns nearer than this give the same picture
 
 

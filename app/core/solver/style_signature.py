@@ -29,11 +29,11 @@ NO, NEARLY, YES = range(3)
 EXPLAINS: Final = 5.0
 """Points of match by which a style of the same grade must be ahead to explain a picture better."""
 
-_BLACK: Final = 1 / 256  # of the brightest part of the head: darker areas count as black
-_NOTHING: Final = 2.0**-40  # of the brightest area: no light
+_BLACK: Final = 1 / 256  # fraction of the head's brightest part below which an area counts as black
+_NOTHING: Final = 2.0**-40  # fraction of the brightest area below which there is no light
 _VISIBLE: Final = 0.1  # stops: a shallower relation is invisible
-_SHARE: Final = 0.7  # of the depth of a target under the photographer's lamps
-_POINTS: Final = 20.0  # of match, equivalent to one stop
+_SHARE: Final = 0.7  # minimum fraction of a target's depth to keep under the photographer's lamps
+_POINTS: Final = 20.0  # points of match that are equivalent to one stop
 _LIT_AREAS: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
 
 

@@ -29,7 +29,7 @@ from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_index, find_peak, 
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.style_signature import NEARLY, NO, YES, grades
 
-_PRICE_SHARE: Final = ARC_SHARE / 3  # of the largest quality, if the rule goes by quality
+_PRICE_SHARE: Final = ARC_SHARE / 3  # fraction of the largest quality, if quality decides
 
 Objective: TypeAlias = Literal["picture", "paper"]
 

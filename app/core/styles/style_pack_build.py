@@ -24,7 +24,8 @@ from app.core.styles.style_pack import Float16, PackHeader, StylePack, judged_re
 from app.core.text import tr
 
 _MAX_RANK: Final = 256
-_TOLERANCE: Final = 0.003  # of the contrast under any single relevant texel
+# maximum missing fraction of the contrast under any single relevant texel
+_TOLERANCE: Final = 0.003
 # texels with less than this fraction of the strongest contrast are irrelevant
 _RELEVANT: Final = 0.003
 _BASIS_DIGITS: Final = 12  # binary digits; changes match by less than 0.02 points

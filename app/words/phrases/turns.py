@@ -206,7 +206,7 @@ def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> s
 
     Examples:
         >>> taken_words(93, 96, 0), taken_words(96, 96, 0)
-        ('In the light, 3° short of the best', 'In the best light')
+        ('In the light, 3° short of the best turn', 'In the best light')
         >>> taken_words(73, 96, 6), taken_words(123, 96, 12, rough=True)
         ('6° short of the light', 'About 12° too far')
     """
@@ -225,7 +225,7 @@ def likeness_words(match: int, best: int) -> str:
 
     Examples:
         >>> likeness_words(81, 82), likeness_words(84, 82)
-        ('match 81 of best 82', 'match 84, chosen 82')
+        ('match 81 of best 82', 'match 84, best possible 82')
     """
     if match > best:
         # Another turn matches better than the best one, but its light is too flat.

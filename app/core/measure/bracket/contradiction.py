@@ -200,7 +200,8 @@ _FEWEST: Final = 64  # usable pixels
 _USUAL_SHARE: Final = 0.68
 _MISFIT: Final = 4.0
 _MOST_SLACK: Final = 0.8
-_SHARED: Final = 0.05  # of the picture, that two frames must both expose well to be compared
+# minimum fraction of the picture that two frames must both expose well to be compared
+_SHARED: Final = 0.05
 _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place, whatever their tone curves
 
 

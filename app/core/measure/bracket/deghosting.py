@@ -42,7 +42,7 @@ _BLACK: Final = 8  # a code below it is an upper limit rather than a value
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region
 _SEEDS: Final = 4  # number of such proxy pixels that a region needs, in pixels of the horizon
 _GROWTH: Final = 6  # proxy pixels that a region may grow by the stricter test
-_CLOSING: Final = 0.008  # of the width: largest gap in a region that is closed
+_CLOSING: Final = 0.008  # largest gap in a region that is closed, as a fraction of the width
 _MAJORITY: Final = 0.5  # fraction of a region's contradictions that a vote must settle
 # Weight, in votes, of an agreement by inequality, a good exposure and a clipped pixel.
 _WEAK_VOTE: Final = 0.25

@@ -55,7 +55,7 @@ _OPEN: Final = (24, 232)  # codes that are neither black nor clipped
 _LEVELS: Final = 12
 _MOST_LEVELS: Final = (0.1, 0.9)
 _FEWEST: Final = 60  # samples of a level
-_LEAST_SHARE: Final = 0.02  # of the pixels, that a pair must share
+_LEAST_SHARE: Final = 0.02  # minimum fraction of the pixels that a pair must share
 _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place
 _ONE_IN: Final = 3  # at most one in this many frames is foreign
 

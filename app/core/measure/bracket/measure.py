@@ -41,8 +41,8 @@ from app.core.measure.read.opened_frame import Opener, open_frame
 from app.core.text import tr
 
 _BLACK: Final = 0.0024  # linear: code 8, which compression can make of black
-_HALF: Final = 0.5  # of a texel
-_MOST_BLIND: Final = 0.9  # of the sphere
+_HALF: Final = 0.5  # fraction of a texel
+_MOST_BLIND: Final = 0.9  # maximum unseen fraction of the sphere
 
 
 def measure(

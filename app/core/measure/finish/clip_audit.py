@@ -106,7 +106,7 @@ _FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind an apparent windo
 _PART_GAINS: Final = (3.0, 6.0)
 _WIDE_DEG: Final = 20.0
 _PART_ROWS, _PART_COLUMNS = 6, 16  # blocks of 30 x 22.5 degrees
-_PART_SHARE: Final = 0.02  # of all clipped light
+_PART_SHARE: Final = 0.02  # minimum fraction of all clipped light for a part to be tried alone
 
 
 @dataclass(frozen=True, slots=True)

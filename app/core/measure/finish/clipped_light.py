@@ -44,7 +44,7 @@ DOUBT: Final = 0.036
 """Doubt above which a style's turn is in doubt."""
 
 _COLOURED_STOPS: Final = 1.0
-_BRIGHTER_STOPS: Final = 2.0  # for the alternative that clipped light is brighter still
+_BRIGHTER_STOPS: Final = 2.0  # stops by which the brighter alternative exceeds the estimate
 _UNSURE: Final = 0.11  # doubt added for a picture that does not match at all
 _CLIPPED: Final = 0.947  # linear light of code 249: JPEG changes 255 by several
 _WHITE: Final = 0.83  # least channel of white, relative to the largest
@@ -53,8 +53,8 @@ _AREAS: Final = 8
 _LEAST_SR: Final = 5e-5
 _COLUMNS: Final = 512
 _GLOW: Final = (2.0, 2.0)  # factor at its edge, and the power of 1 + depth in degrees
-_MOST_CLIPPED: Final = 0.9  # of the sphere
-_LEAST_LIGHT: Final = 0.004  # of what saturates the frame: code 13
+_MOST_CLIPPED: Final = 0.9  # maximum clipped fraction of the sphere
+_LEAST_LIGHT: Final = 0.004  # fraction of the frame's saturation, code 13
 
 
 def told_clipped(merged: MergedLight, name: str) -> MergedLight:

@@ -34,7 +34,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 _MOST_STOPS = 20.0
-_HALF: Final = 0.5  # of a texel: with a larger filled share, it counts as a gap
+_HALF: Final = 0.5  # fraction of a texel; if more of it was filled, it counts as a gap
 
 
 def apply_gains(

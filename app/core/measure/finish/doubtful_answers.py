@@ -34,11 +34,11 @@ from app.core.styles.style_pack import StylePack
 _COLUMNS: Final = 2048
 _FEW_STOPS: Final = 2.0
 _WHOLE: Final = 2  # further alternatives for all clipped light
-_GIVEN_UP: Final = 0.05  # of a curve's range
+_GIVEN_UP: Final = 0.05  # fraction of a curve's range
 _FAR_TURNS: Final = 2  # turns of the grid: 11 degrees
-_FACTORS: Final = (0.0, 4.0)  # of the filled light
+_FACTORS: Final = (0.0, 4.0)  # factors of the filled light
 _BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, each of which may hide a lamp
-_LEAST_GAP: Final = 0.03  # of a block
+_LEAST_GAP: Final = 0.03  # minimum fraction of a block
 _LEAST_STRENGTH: Final = 0.3
 _WIDE: Final = 0.2  # fraction of all light that the whole gap may add
 _LAMP: Final = 0.2  # fraction of all light that a lamp in a block may add

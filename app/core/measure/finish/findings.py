@@ -33,7 +33,7 @@ from app.core.measure.read.frame import MergedLight
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
 _WORTH_SAYING: Final = 3
-_SHAPES: Final = 0.15  # of a place's light: less does not shape a face
+_SHAPES: Final = 0.15  # fraction of a place's light; less does not shape a face
 # Upper limits of such sources, cd/m2: a sunlit cloud through a window; a bare bulb.
 _WINDOW_CD_M2: Final = 50_000.0
 _LAMP_CD_M2: Final = 2_000_000.0
@@ -41,16 +41,16 @@ _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
 
 # Classification of lights by position, size, and brightness relative to their surroundings.
 _WINDOW_DEG: Final = (6.0, 60.0)  # size
-_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # of its centre
+_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # elevation range of its centre in degrees
 _BELOW_DEG: Final = -2.0  # its upper edge, for light entirely below the horizon
 _GROUND_DEG: Final = -15.0  # centre of ground, which approaches the horizon only far away
 _GROUND_SIZE_DEG: Final = 10.0
-_BARE: Final = 50.0  # of the mean of the sphere: a brighter area is a source, not ground
-_TUBE: Final = 100.0  # of that mean: a strip this bright is a tube, not a gap in a wall
+_BARE: Final = 50.0  # times the mean of the sphere; a brighter area is a source, not ground
+_TUBE: Final = 100.0  # times that mean; a strip this bright is a tube, not a gap in a wall
 _HIGH_DEG: Final = 30.0  # centre of a wide area: a higher one is sky or ceiling
 _SKY_DEG: Final = 10.0
-_GLOW: Final = 5.0  # of its surroundings: a dimmer area is not a window in front of an open sky
-_OPEN: Final = 5.0  # of the ground, for the upper hemisphere: outdoors
+_GLOW: Final = 5.0  # times its surroundings; a dimmer area is not a window in front of an open sky
+_OPEN: Final = 5.0  # times the ground; a brighter upper hemisphere means outdoors
 _SUN_DEG: Final = 2.5  # including the blur of a picture
 _BLUER: Final = 1.5  # blue over red of the sky, relative to that of its sun
 _HEMISPHERE_DEG: Final = 15.0
@@ -205,7 +205,8 @@ def _about(
     return replace(about, remedy=Remedy.DARKER_FRAMES, frames=count, room_stops=room)
 
 
-_NEAR: Final = 0.985  # of the clip level: the second highest code, and rounding in files
+# fraction of the clip level that allows for the second highest code and rounding in files
+_NEAR: Final = 0.985
 _MASK_COLUMNS: Final = 1024  # columns of the mask; partly covered texels count as visible
 _LEAST_SHARE: Final = 0.0005
 

@@ -13,7 +13,7 @@ from app.core.measure.finish.lamp_detection import Source
 class Remedy(StrEnum):
     """Ways to determine a clipped lamp's brightness."""
 
-    SKY = "sky"  # for the sun: the clearness of the sky
+    SKY = "sky"  # for the sun, set the clearness of the sky
     GAIN = "gain"  # the camera is at its darkest
     DARKER_FRAMES = "darker frames"
 

@@ -40,7 +40,7 @@ _EXTINCTION: Final[dict[SkyWord, float]] = {"clear": 0.21, "hazy": 0.50, "thin c
 
 # Wavelengths (micrometres) that represent the Rec. 709 primaries in the colour of sunlight.
 _WAVELENGTHS: Final = (0.611, 0.549, 0.464)
-_WHITE_AIR_MASS: Final = 1.5  # of sunlight that is white in a daylight white balance
+_WHITE_AIR_MASS: Final = 1.5  # air mass of sunlight that is white in a daylight white balance
 _REDDEST_AIR_MASS: Final = 8.0  # beyond, three wavelengths do not define a colour
 
 

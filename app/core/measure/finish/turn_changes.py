@@ -16,7 +16,7 @@ from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import Objective
 from app.core.styles.style_pack import StylePack
 
-_FREE: Final = 0.01  # of a curve's range; a turn that loses less counts as unchanged
+_FREE: Final = 0.01  # fraction of a curve's range; a turn that loses less counts as unchanged
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,12 +29,12 @@ from app.core.measure.fisheye.lens_pair import (
 )
 from app.core.measure.read.frame import MergedLight
 
-_INSIDE: Final = 0.99  # of the radius
+_INSIDE: Final = 0.99  # fraction of the radius that is used
 _FIELDS: Final = (186.0, 190.0, 194.0, 198.0, 202.0, 206.0, 210.0)
 _SEARCH: Final = 10  # samples, in both directions
 _BLOCK: Final = 60  # samples: 15 degrees
 _LEAST_SCORE: Final = 0.6
-_SPREAD_DEG: Final = 0.4  # of matches, from parallax
+_SPREAD_DEG: Final = 0.4  # standard deviation of matches in degrees, caused by parallax
 _TILT_DEG: Final = 0.7
 _PRIOR_WEIGHT: Final = 0.3  # weight, in matches, of zero parallax where nothing is known
 _ALIKE_DEG: Final = 1.25

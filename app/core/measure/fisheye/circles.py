@@ -129,17 +129,19 @@ _BRIGHTEST: Final = 1e6
 _WHITE, _BRIGHTER = 0.85, 8.0  # fraction of unclipped pixels; factor of the second exposure
 _CONTENT: Final = 0.02  # lit fraction of a row or column from which it counts as content
 _ANGLES: Final = 240
-_REACH: Final = (0.55, 1.42)  # of half a half's side: range of the rims, and the far corners
-_RADII: Final = (0.72, 1.17)  # of half a half's side: including a margin, to cut-off circles
+# fractions of half a half's side: the range of the rims, and the far corners
+_REACH: Final = (0.55, 1.42)
+# fractions of half a half's side, with a margin, down to cut-off circles
+_RADII: Final = (0.72, 1.17)
 _CORNER: Final = 1.2
 _DARKEST: Final = 48  # codes: stray light around a circle is no brighter
-_STEP: Final = 10  # from there to the least code inside
-_ON_RIM: Final = 0.015  # of the radius
-_LEAST_SHARE: Final = 0.3  # of the angles at which the rim must be visible
-_LEAST_SECTORS: Final = 5  # of eight, in which it must be visible
-_MOST_OUTSIDE: Final = 0.004  # of the pixels outside that may be bright
-_MOST_APART: Final = 0.04  # of the circles' radii
-_LEAST_PIXELS: Final = 32  # of a box's shorter side
+_STEP: Final = 10  # codes from there to the lowest code inside
+_ON_RIM: Final = 0.015  # fraction of the radius within which a point is on the rim
+_LEAST_SHARE: Final = 0.3  # minimum fraction of the angles at which the rim must be visible
+_LEAST_SECTORS: Final = 5  # minimum number of eight sectors in which it must be visible
+_MOST_OUTSIDE: Final = 0.004  # maximum fraction of the pixels outside that may be bright
+_MOST_APART: Final = 0.04  # maximum difference as a fraction of the circles' radii
+_LEAST_PIXELS: Final = 32  # minimum length of a box's shorter side in pixels
 _AROUND: Final = 1.05  # radii
 _PICTURE: Final = 0.02  # linear light; darker areas may be anything
 

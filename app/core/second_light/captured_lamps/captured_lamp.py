@@ -47,7 +47,8 @@ class CapturedLamp:
     alpha: Float32 = field(repr=False)
     # luminance of radiance 1, in cd/m2, or None if the exposure is unknown
     white_cd_m2: float | None = None
-    distance_m: float | None = None  # from the probe to the lamp, in metres, or None if unknown
+    # distance from the probe to the lamp in metres, or None if unknown
+    distance_m: float | None = None
     camera: str = ""
 
     @property

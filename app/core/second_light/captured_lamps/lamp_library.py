@@ -52,7 +52,7 @@ class LampEntry:
 
     name: str
     title: str
-    distance_m: float | None  # of the capture, in metres
+    distance_m: float | None  # distance from the lamp in the capture, in metres
     lux: float | None  # illuminance at that distance, or None if the exposure is unknown
     camera: str
     picture: Path | None  # small sRGB picture

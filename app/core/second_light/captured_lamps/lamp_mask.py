@@ -35,7 +35,7 @@ _BRIDGE_DEG: Final = 0.75  # degrees, half of the largest gap between the parts 
 _LARGEST: Final = 0.2  # fraction of the sphere
 _STEADY: Final = 0.15  # change of the area within half a stop
 _HOLDS: Final = 0.7  # fraction of the squared light, which favours bright parts over wide ones
-_RING_DEG: Final = 1.0  # around the edge, for its two sides' levels
+_RING_DEG: Final = 1.0  # degrees around the edge in which the levels of both sides are measured
 _DARK: Final = 10.0  # factor by which a lamp should be brighter than the room
 _BURNT: Final = 0.01
 

@@ -32,7 +32,7 @@ LEAST_VISIBLE: Final = 0.7
 
 _EDGES: Final = ("edge", "outline")
 _SAME_PLACE_M: Final = 0.004
-_LEFT_OUT: Final = 1e-5  # of the contrast that the search basis of a view leaves out
+_LEFT_OUT: Final = 1e-5  # fraction of the contrast that a view's search basis leaves out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +117,7 @@ def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
     visibility = seen_from(view, shape.positions).astype(np.float64)
     areas = pack.areas.reshape(len(AREAS), -1)[:, shape.pixels].astype(np.float64)
     share = (areas @ visibility) / np.maximum(areas.sum(axis=1), 1e-30)
-    share[AROUND] = 0.0  # from the side, another background is behind the sitter
+    share[AROUND] = 0.0  # seen from the side, another background is behind the sitter
     hidden = {
         name for name, part in zip(AREAS, share.tolist(), strict=True) if part < LEAST_VISIBLE
     }

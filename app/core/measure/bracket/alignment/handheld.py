@@ -42,9 +42,9 @@ _FEWEST: Final = 400
 # perspective; lenses and rolling shutters add a little scale and shear.
 _SHIFT, _TURN, _SCALE, _SHEAR, _TILT = 0.1, 0.02, 0.003, 0.002, 0.005
 _LEAST_PX: Final = 0.4  # smaller shifts, in pixels, are not worth resampling
-_BETTER: Final = 0.95  # of the differences: moving a frame must leave no more
+_BETTER: Final = 0.95  # maximum fraction of the differences that may remain after moving a frame
 _LEAST_MIDDLE_PX: Final = 0.5
-_FARTHEST: Final = 0.08  # of the longer side
+_FARTHEST: Final = 0.08  # maximum shift as a fraction of the longer side
 # a pixel's noise is correlated with its neighbours': errors are three times as large
 _NEIGHBOURS: Final = 9.0
 
@@ -244,7 +244,8 @@ def _between(first: list[Bytes], second: list[Bytes]) -> tuple[Float64, float]:
     """Return the homography from one picture to another, and its standard error in pixels."""
     matrix, error = np.eye(3), math.inf
     one = alike = other = first[-1]
-    up = np.diag([2.0, 2.0, 1.0])  # to pictures twice as large; pixel centres at integers
+    # scales to pictures twice as large, with pixel centres at integers
+    up = np.diag([2.0, 2.0, 1.0])
     for number, (one, other) in enumerate(zip(first, second, strict=True)):
         matrix = up @ matrix @ np.linalg.inv(up) if number else matrix
         prior = _precision(number >= len(first) - 2)

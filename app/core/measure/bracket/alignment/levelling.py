@@ -39,7 +39,7 @@ _LEAN_DEG: Final = 3.0
 _STEEP: Final = 0.9  # closer to the zenith, every edge is nearly upright
 _SECTORS: Final = 12
 _MOST_SECTORS: Final = 6
-_CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
+_CLEARLY: Final = 1.25  # minimum ratio, since in woods and crowds the sums differ by chance
 
 
 @dataclass(frozen=True, slots=True)

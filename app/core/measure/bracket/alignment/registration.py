@@ -29,12 +29,13 @@ from app.core.base.sphere import angle_of, from_vector, positions
 # code of the brightest channel of an area mean, from which nothing is compared
 _CLIPPED: Final = 248
 _BLACK: Final = 4
-_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
+# fraction of the most usable frame's pixels that a reference frame needs
+_MIDDLE_SHARE: Final = 0.6
 _COARSE: Final = 84  # columns of the coarsest size
 _BINS: Final = 32
 _STEPS: Final = 8
 _CLOSE_RAD: Final = (2e-3, 4e-4, 5e-5)  # size of a step that ends the search, coarse to fine
-_NEAR_DEG: Final = 0.3  # of the coarsest size's result: the finest can start from there
+_NEAR_DEG: Final = 0.3  # degrees from the coarsest result within which the finest level can start
 _NUDGE_RAD: Final = math.radians(1.0)
 _STARTS_RAD: Final = math.radians(5.0)
 _LEAST_POINTS: Final = 150
@@ -46,7 +47,8 @@ _TRUSTED_CONTRAST: Final = 1.15
 _PARTS: Final = 8
 _LEAST_SEEN: Final = 40
 _MOST_SEEN: Final = 12_000
-_FEW_BAD: Final = 25  # of 255, of the pixels behind a coarse one
+# of 255, the invalid part of the pixels behind a coarse one that still counts as few
+_FEW_BAD: Final = 25
 _POLAR: Final = 0.25  # cosine of elevation
 
 

@@ -264,7 +264,7 @@ def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
 
 def _quantiles(rows: Int64, shares: tuple[float, ...]) -> list[Float64]:
     """Return quantiles of each histogram row, interpolated within a code, (R,) each."""
-    running = np.concatenate([[0], np.cumsum(rows)])  # over all rows, end to end
+    running = np.concatenate([[0], np.cumsum(rows)])  # cumulative counts over all rows, end to end
     first = np.arange(len(rows)) * 256
     before, count = running[first], running[first + 256] - running[first]
     results = []

@@ -212,7 +212,7 @@ _OWN_FLOOR_CODES: Final = 0.3
 _ALIKE: Final = 16.0
 _OWN_CAUCHY: Final = 3.0
 _OWN_ROUNDS: Final = 8
-_LEAST_RISE: Final = 0.2  # of sRGB's rise between two codes
+_LEAST_RISE: Final = 0.2  # minimum rise between two codes, as a fraction of sRGB's
 
 
 def recover_own_curves(
