@@ -1,1 +1,1 @@
-"""Locate a camera in the panorama: headings, the sitter, views, alignment."""
+"""Localization of a camera in the panorama: headings, the sitter, views, alignment."""

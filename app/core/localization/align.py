@@ -217,7 +217,7 @@ def _aligned(
 def _turn_error(
     matrix: Float64, size: tuple[int, int], width: int, angles: tuple[float, float, float]
 ) -> float:
-    """Return goal minus view, deg: the background behind the sitter against the target's middle."""
+    """Return goal minus view in degrees, from the background behind the sitter."""
     fov, sitter, view_fov = angles
     lens = Lens(view_fov, size)
     column = size[0] / 2.0 + math.tan(math.radians(sitter)) * lens.focal_px

@@ -40,7 +40,7 @@ CLOSE_DEG: Final = 3.0
 """Largest error of a heading that counts as right, in degrees."""
 
 LEAST_CONFIDENCE: Final = 0.8
-"""Least confidence of a heading that is shown."""
+"""Minimum confidence for a heading to be shown."""
 
 PLACE_SIGNS: Final = ("one", "points", "support", "spread", "share", "strays")
 LINE_SIGNS: Final = (
@@ -251,7 +251,7 @@ class CameraPrior:
 
     @property
     def lens_known(self) -> bool:
-        """Whether the field of view is known."""
+        """Whether the field of view is certain."""
         return self.lens is not None
 
 
@@ -278,7 +278,7 @@ class Stand:
         return straightened(rays, self.lens)
 
     def error_deg(self, question: CameraPrior) -> float:
-        """Return the standard error of the heading, deg, including that of the camera's unknowns.
+        """Return the standard error of the heading in degrees, including the camera's uncertainty.
 
         With a wrong lens, the background behind the sitter stays in place, and the axis beside it
         moves. If the sitter's position is unknown, a sideways offset looks like a turn of the near

@@ -153,7 +153,7 @@ def _seal(panorama: Bytes, values: bytes) -> bytes:
 def _squarely_seen(
     features: Features, lens: Lens, azimuth_deg: float, pitch_deg: float
 ) -> tuple[Features, Float64]:
-    """Keep only the points that no other view shows closer to its axis."""
+    """Keep only points that no other view shows closer to that view's axis."""
     vectors = bearings(lens, azimuth_deg, pitch_deg, features.places.astype(np.float64))
     azimuth = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
     away = np.abs((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)

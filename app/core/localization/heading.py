@@ -172,7 +172,7 @@ class Heading:
 
 
 UNSURE: Final = Heading("unsure", None)
-"""No heading was found."""
+"""A heading without a match."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -98,10 +98,11 @@ def _likely_lens(farthest: float, shape: float) -> float:
 
 
 CAMERA_M: Final = 1.5
-"""Default distance from the sitter to the camera, m: a head-and-shoulders portrait."""
+"""Default distance from the sitter to the camera in metres, as for a head-and-shoulders portrait.
+"""
 
 BACKGROUND_M: Final = 5.0
-"""Assumed distance from the sitter to the background, m: that of a large room.
+"""Assumed distance from the sitter to the background in metres, as in a large room.
 
 In the demo place, the median distance behind the sitter is 4 to 6 m indoors, and 10 to 17 m in the
 court.

@@ -21,7 +21,7 @@ Size: TypeAlias = tuple[int, int]
 """Columns and rows."""
 
 LEAST_INLIERS: Final = 12
-"""Fewest agreeing points; fewer may be chance."""
+"""Minimum number of agreeing points; fewer may agree by chance."""
 
 _REPROJECTION: Final = 0.008  # of the picture's width
 _ITERATIONS: Final = 3000
@@ -64,7 +64,7 @@ class Alignment:
 
 
 UNSURE: Final = Alignment("unsure", None, 0, 0.0, None, 0.0)
-"""No alignment was found."""
+"""An alignment without a match."""
 
 
 def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignment:
@@ -165,7 +165,7 @@ def _enough(start: Float32, stop: Float32, count: int, share: float, width: int)
 def _refined(
     matrix: Float64, start: Float32, stop: Float32, sizes: tuple[Size, Size]
 ) -> Float64 | None:
-    """Refine the fit to the agreeing points; None if they leave the view's corners too uncertain.
+    """Refine the fit to the agreeing points, or return None if the view's corners stay uncertain.
 
     Gauss-Newton on the first eight elements, with weights that depend on the spread of the
     residuals; the remaining error is propagated to the corners.

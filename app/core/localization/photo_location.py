@@ -201,7 +201,7 @@ def search_photo(
     *,
     mirrored: bool | None = None,
 ) -> PhotoSearch:
-    """Search for a photo in the panorama, first with all that is known about it, then with less.
+    """Search for a photo in the panorama, first with all metadata, then with less of it.
 
     Args:
         fov_deg: Horizontal field of view, in degrees, if the user stated it. That of EXIF is only

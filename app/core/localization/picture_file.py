@@ -190,7 +190,7 @@ class PictureFile:
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view from the focal length, deg; wrong for a cropped picture.
+        """Horizontal field of view in degrees from the focal length; wrong for a cropped picture.
 
         The focal length refers to the frame's diagonal (CIPA DCG-001).
         """
@@ -404,7 +404,7 @@ def _small(picture: Bytes, longest: int) -> Bytes:
 
 
 def _raw_said(path: Path) -> dict[str, Any]:
-    """Return the tags of the raw file itself if it is a TIFF: previews often have none."""
+    """Return the tags of the raw file itself if it is a TIFF, since previews often have none."""
     source = open_image(path)
     if source is None:
         return dict.fromkeys(_TAGS)

@@ -136,7 +136,7 @@ def fit(
     outlook: Outlook | None = None,
     tries: int = 1200,
 ) -> CameraPose | None:
-    """Find the rotation of a camera that looks at the sitter, or beside them.
+    """Find the rotation of a camera that points at the sitter, or beside them.
 
     Args:
         rays: (N, 2) float64. Points in the camera's picture plane, x / z and y / z (right and
@@ -165,7 +165,7 @@ def fit(
 def rescaled(
     pose: CameraPose, rays: Float64, bearings: Float64, factor: float, outlook: Outlook
 ) -> CameraPose | None:
-    """Refine a pose once the lens is known better.
+    """Refine a pose after a better estimate of the lens.
 
     Args:
         rays: (N, 2) float64. Points in the picture plane of the old lens.

@@ -142,7 +142,7 @@ def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
 
 
 def _head_of(face: Face) -> _HeadBox:
-    """Return the head around a face; its middle is between the ears."""
+    """Return the head around a face; its centre is midway between the ears."""
     right, left, forehead, chin = face.landmarks[list(_HEAD_MARKS)].astype(np.float64)
     up = forehead - chin
     tall = _CROWN * float(np.linalg.norm(up))

@@ -101,7 +101,7 @@ class Company:
     searched_s: float = -math.inf
 
     def due(self, now_s: float) -> bool:
-        """Return whether to search again: while a person is visible, always; else now and then."""
+        """Return whether to search again: always with a visible person, else occasionally."""
         return self.sitter is not None or now_s - self.looked_s >= _LOOK_AGAIN_S
 
     def near(self, now_s: float) -> Sitter | None:
@@ -204,7 +204,7 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
 
 ASKED_DEG: Final = 8.0
-"""Least distance to the arc, in degrees; nobody walks for less."""
+"""Minimum distance to the arc, in degrees; nobody walks for less."""
 
 STILL_S: Final = 4.0
 """Time for which the camera must have been still, in seconds."""
@@ -285,7 +285,7 @@ def watch(
 
 
 def _same(state: Stillness, picture: Float32, heading_deg: float | None) -> bool:
-    """Return whether the camera is still where it came to a stop."""
+    """Return whether the camera is still at the position where it came to a stop."""
     before = state._picture
     if before is None or before.shape != picture.shape:
         return False

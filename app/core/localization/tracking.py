@@ -60,7 +60,7 @@ _NO_SITTER: Final = 0.7  # factor for the confidence: the sitter may be anywhere
 
 @dataclass(frozen=True, slots=True)
 class Seeing:
-    """The functions that analyse a picture; replaced in tests and simulations."""
+    """The functions that analyse a picture, which tests and simulations replace."""
 
     heading: Callable[..., Heading] = find_heading
     sitter: Callable[[Bytes, float, Sitter | None], Sitter | None] = find_sitter
@@ -286,7 +286,7 @@ def _seen_twice(heading_deg: float, memory: TrackMemory, now_s: float) -> bool:
 
 
 def _beyond_doubt(heading: Heading, memory: TrackMemory, now_s: float) -> bool:
-    """Return whether one picture is enough: it is certain, and nothing contradicts it."""
+    """Return whether one picture is enough because it is certain and nothing contradicts it."""
     steady = memory.steady
     is_tracking = steady is not None and memory.misses < _PATIENCE
     fresh = steady is not None and now_s - steady.time_s <= _FORGET_S

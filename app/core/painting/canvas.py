@@ -142,7 +142,7 @@ class Region:
 
     @property
     def empty(self) -> bool:
-        """Whether it is empty."""
+        """Whether the region is empty."""
         return self.left >= self.right or self.top >= self.bottom
 
     @property

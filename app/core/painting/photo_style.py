@@ -83,7 +83,7 @@ _WHY: Final = {
 
 
 def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
-    """Return the key and fill that light a face in this way; see `photo_lamps`."""
+    """Return the studio key and fill that light a face in this way; see `photo_lamps`."""
     azimuth, elevation, size = light.azimuth_deg, light.elevation_deg, light.softness_deg
     if light.key == "behind":
         raise StyleError(

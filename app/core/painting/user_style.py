@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 
 MAX_BYTES: Final = 12_000_000
-"""Largest file that is read; the largest canvas takes 8.4 MB unpacked."""
+"""Largest file that is read, in bytes; the largest canvas takes 8.4 MB unpacked."""
 
 _CHANNELS: Final = ("weights", "ignore")
 _EXR: Final = b"\x76\x2f\x31\x01"
@@ -158,7 +158,7 @@ class UserStyle:
 
     @property
     def copy_of(self) -> str:
-        """Name of the built-in style that it is a copy of; empty once it was painted on."""
+        """Name of the built-in style that this style copies; empty once it has been painted on."""
         return self.origin if self.untouched and self.origin in NAMES else ""
 
     @property

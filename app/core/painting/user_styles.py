@@ -249,7 +249,7 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
 
 
 def _alone_in(folder: Path) -> AbstractContextManager[bool]:
-    """Keep other processes from writing styles: two would choose the same free name."""
+    """Keep other processes from writing styles, since two could choose the same free name."""
     try:
         make_folder(folder)
     except OSError as error:

@@ -15,16 +15,16 @@ from datetime import datetime
 from typing import Final, Literal, TypeAlias
 
 Kind: TypeAlias = Literal["sun", "sky", "windows", "lamps", "unknown"]
-"""Source of a place's light: the sun, the sky without it, windows, lamps only, or unknown."""
+"""Main light of a place: the sun, the sky without it, windows, only lamps, or unknown."""
 
 State: TypeAlias = Literal["fresh", "ageing", "old", "unknown"]
-"""Whether the light is still valid; ageing: not for long; unknown: the clocks contradict."""
+"""Validity of the light; ageing means not for much longer, unknown that the clocks disagree."""
 
 AGAIN_DEG: Final = 5.0
-"""Motion of the sun after which the light is old: about half a tolerance arc."""
+"""Motion of the sun, in degrees, after which the light is old: about half a tolerance arc."""
 
 AGAIN_MINUTES: Final = 20.0
-"""Time in the sun after which the light is old in any case: shadows move too."""
+"""Minutes of sunlight after which the light is old in any case, because shadows move."""
 
 DAY_MINUTES: Final = 24 * 60.0
 """Time after which daylight has changed completely."""

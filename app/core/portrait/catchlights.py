@@ -100,7 +100,7 @@ def catchlights(
 
 
 def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
-    """Return the sitter's eyes, the head's half that shows each, and a mask of its `glass`."""
+    """Return each eye with its half of the head and a mask of the pixels of its `glass`."""
     first = np.ones(len(head.glass), bool)
     if not head.yaw_deg:
         return [(eye, side, first) for eye, side in zip(EYES, head.halves, strict=True)]
@@ -123,7 +123,7 @@ def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bool
 def _source(
     findings: Findings, ways: Float64, weight: Float64, turn_deg: float
 ) -> tuple[Source, str]:
-    """Name the source that a spot mirrors: the lamp with most of its light.
+    """Name the light source reflected in a spot: the lamp that contributes most of its light.
 
     Args:
         ways: (n, 3). Directions in the sitter's frame that the spot's pixels mirror.

@@ -181,7 +181,7 @@ def _cells_around(places: list[tuple[Lamp, float]], ways: Float32) -> Float32:
 
 
 def _both_halves(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
-    """Return the soft light of each cell, (G, 6): for the head's first half, and mirrored."""
+    """Return the soft light of each cell, (G, 6), for the first half and its mirror image."""
     soft = soft_light(light, turn_deg)
     return np.concatenate([soft, soft[mirrored_cells()]][:: head.halves[0]], axis=1)
 

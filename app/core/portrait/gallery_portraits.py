@@ -119,7 +119,7 @@ def framing(
     room: float = 1.0,
     above: float | None = None,
 ) -> Framing:
-    """Return the framing of a head; it depends on proportions, not on size.
+    """Return the framing of a head, which depends on proportions but not on size.
 
     Args:
         picture: Side of the head's square picture, in pixels.
@@ -202,7 +202,7 @@ def _light_values(light: LightSource) -> Floats:
 
 @lru_cache(maxsize=64)
 def _studio(style: Style | None) -> Float64:
-    """Return a style's own lamps, moved far away, (32, 64); even light if it has none."""
+    """Return a style's own lamps at a large distance, (32, 64), or even light if it has none."""
     if style is None or not style.lamps:
         return np.ones(SHAPE)
     return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))

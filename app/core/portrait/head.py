@@ -121,7 +121,7 @@ class Head:
 
     @cached_property
     def views(self) -> list[ViewTables]:
-        """Search tables of the views from the side; empty for a head baked without them."""
+        """Search tables of the views from the side, or none for a head baked without them."""
         try:
             # Only other lamps ask again: the views themselves take 20 MB.
             if self.published is None:
@@ -247,11 +247,11 @@ class Head:
 
     @property
     def may_be_full(self) -> bool:
-        """Whether it ships, and so may have a portrait at full size; no file is read."""
+        """Whether the head is built in, and so may have a full-size portrait; reads no file."""
         return not self.name.endswith(".npz")
 
     def may_be_full_at(self, size: Size) -> bool:
-        """Return whether pictures of a size may be drawn at full size; no file is read."""
+        """Return whether pictures of a size may be drawn at full size; reads no file."""
         return max(size) >= FULL_SIZE and self.may_be_full
 
     def full_at(self, size: Size) -> bool:
@@ -371,7 +371,7 @@ def _away(head: PortraitHead, frame: Framing) -> Float32:
 
 @lru_cache(maxsize=1)
 def _draw(head: PortraitHead, skin: PortraitSkin, light: Facing) -> Float32:
-    """Return the full-size picture of a place, cached: it is shown, measured, or relit."""
+    """Return the full-size picture of a place, cached for display, measuring and relighting."""
     return portrait_picture(head, skin, _of_place(light.light), light.turn_deg)
 
 
@@ -381,7 +381,7 @@ def _of_place(light: PlaceLight) -> PortraitLight:
 
 
 def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
-    """Return the names of all heads: those that ship, then the user's own.
+    """Return the names of all heads: the built-in ones, then the user's own.
 
     Args:
         folder: Folder of the user's heads.
@@ -392,7 +392,7 @@ def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
 
 
 def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
-    """Load a shipped head by name, or another by the path of its transport.
+    """Load a built-in head by name, or another by the path of its transport.
 
     Raises:
         TransportError: If it is unreadable or incomplete.

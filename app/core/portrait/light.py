@@ -36,7 +36,7 @@ _WIDEST: Final = math.radians(11.0)
 """Radius of a studio's lamp up to which nodes know its visible share."""
 _LEAST_RADIUS: Final = 0.0046
 SHARP: Final = 8
-"""Number of lamps with sharp shadows; further ones are part of the soft light."""
+"""Number of lamps with sharp shadows; all others are part of the soft light."""
 GLINTS: Final = 4
 """Number of lamps that skin reflects individually."""
 ROUGHNESS: Final = 0.3

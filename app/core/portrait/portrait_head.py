@@ -206,7 +206,7 @@ class Wide:
 
 @dataclass(frozen=True, eq=False)
 class PortraitHead:
-    """A head as the portrait's camera sees it.
+    """A head as seen by the portrait's camera.
 
     Attributes:
         inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
@@ -294,7 +294,7 @@ class PortraitHead:
         return first
 
     def _of(self, inside: Bools, edge: Bools, first: Indices) -> PortraitHead:
-        """Return some of its pixels, with the nodes that they need; `first` as in `_first`."""
+        """Return a subset of the pixels, with the nodes that they need; `first` as in `_first`."""
         four = first[edge][:, None] + np.arange(4)
         samples = np.concatenate([first[inside], four.ravel()])
         place = np.full(len(self.three), -1)
@@ -406,7 +406,7 @@ class PortraitSkin:
         return np.concatenate([self.share, self.share], axis=2)
 
     def fits(self, nodes: SkinNodes, visible_count: int) -> bool:
-        """Return whether it is valid for that number of visible nodes and all nodes."""
+        """Return whether the data match the numbers of visible nodes and of all nodes."""
         return (
             self.share.shape == (*self.source.shape, 3)
             and self.source.shape[1] == visible_count

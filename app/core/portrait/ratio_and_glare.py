@@ -242,10 +242,11 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
 Level: TypeAlias = Literal["none", "noticeable", "strong"]
 
 NOTICEABLE: Final = 0.04
-"""Least L_v / L_b that a sitter notices: that of the sun in a clear sky, 45 degrees away."""
+"""Smallest L_v / L_b that a sitter notices: that of the sun in a clear sky, 45 degrees away."""
 
 STRONG: Final = 0.10
-"""Least L_v / L_b that makes a sitter squint: that of the sun in a clear sky, 33 degrees away."""
+"""Smallest L_v / L_b that makes a sitter squint: that of the sun in a clear sky, 33 degrees away.
+"""
 
 _WIDEST: Final = 512
 _BARE: Final = 50.0  # times the background
