@@ -4,8 +4,7 @@ Measure the light of a place, ask how far to turn for each studio style, and ren
 
     import turnlight
 
-    environment = turnlight.read_environment("cafe.exr")
-    for result in turnlight.solve(environment):
+    environment = turnlight.read_environment("cafe.exr") for result in turnlight.solve(environment):
         print(result.title, result.turn_refined_deg, result.grade)
 
 Angles are degrees, positive clockwise seen from above. At turn 0 the sitter faces the middle
@@ -187,8 +186,7 @@ def solve(
         objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
             quality C of the paper.
         yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left;
-            or
-            ``short``, ``broad`` or ``auto`` to search for the best yaw.
+            or ``short``, ``broad`` or ``auto`` to search for the best yaw.
         front_deg: Azimuth of the photographer in the panorama in degrees, from which turns count.
 
     Returns:
@@ -241,8 +239,7 @@ def render(
         turn_deg: Azimuth of the panorama that the sitter faces, in degrees.
         head: A built-in head, or the path of a baked ``T.npz``.
         yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
-            left;
-            the nearest baked view is used.
+            left; the nearest baked view is used.
         height: Height of a portrait with hair and background, 64 to 2048 pixels, or None for the
             small picture of the transport on black.
         plain: Leave out the hair, colours and background of a portrait.

@@ -97,8 +97,7 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
 
     Returns:
         ``{"styles": [{name, title, side, side_words, note, lamps, paper}]}``. Angles are in
-        degrees,
-        and azimuths are positive toward the sitter's left.
+        degrees, and azimuths are positive toward the sitter's left.
     """
     return {
         "styles": [

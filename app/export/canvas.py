@@ -224,8 +224,7 @@ class Page:
 
         Args:
             dashes: Lengths of dash and gap in logical pixels, measured between the centres of the
-                round
-                ends.
+                round ends.
         """
         pen = QPen(_ink(colour, opacity), width)
         pen.setCapStyle(Qt.PenCapStyle.RoundCap)

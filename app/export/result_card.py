@@ -51,8 +51,7 @@ class CardData:
 
     Attributes:
         draw: Function that renders the head at a size given in rows and columns, as sRGB: first
-            under
-            the studio lamps, then at this place at the best turn.
+            under the studio lamps, then at this place at the best turn.
     """
 
     style: StyleResult

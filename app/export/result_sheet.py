@@ -79,8 +79,7 @@ def draw_sheet(
         draw: Function that renders a style by name, as for `CardData.draw`.
         front_deg: Panorama azimuth from which turns are counted, in degrees.
         places: Origin of the light in words by style name, for styles without a side; by default
-            that
-            of the built-in styles.
+            that of the built-in styles.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.

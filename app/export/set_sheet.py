@@ -160,12 +160,11 @@ def assemble(
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 environment as measured.
         face_picture: The environment around the nose at the turn, as input for a transport.
         draw: Function as in `SetSheet`, whose first argument is the linear picture of the head
-            here,
-            (N, N, 3).
+            here, (N, N, 3).
         front_deg: Panorama azimuth of the photographer, in degrees.
         turn_deg: A turn other than the best one, in degrees. Match and strength are then
-            interpolated
-            between the turns of the grid, and the arc is that of the peak it belongs to.
+            interpolated between the turns of the grid, and the arc is that of the peak it belongs
+            to.
         sun: Panorama azimuth and elevation of the sun in degrees, if known.
         findings: The lamps of the place; by default they are detected in `radiance`.
         catchlights: The catchlights in the eyes, or None if no picture shows the eyes.

@@ -56,12 +56,10 @@ class GuideWords:
 
     Attributes:
         number_words: Text beside the large number, "to go" or "back"; empty if the number is the
-            whole
-            turn.
+            whole turn.
         headline: The direction in large type, "You are in the light", "Hold it", or the problem.
         walk, company: Instructions such as "Walk to your left" and "The sitter turns with you.";
-            empty
-            if there is nothing to do.
+            empty if there is nothing to do.
         light: The status pill: "Not in the light yet", "You are in the light", "Too far".
         spoken: The instruction as spoken text.
         sitter: Instruction about the nose; empty if the nose should point at the lens.

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 _MAX_EVENTS = 2000
 # Below this fraction of their starting weight, paths end by Russian roulette: they cost more than
-# they
-# add.
+# they add.
 _FAINT = 0.25
 
 

@@ -41,8 +41,7 @@ _WELL_DEG: Final = 3.0  # distance inside the arc that the nose is sent to
 # a head sways by this much, so it is not reliably lit closer to the arc's ends
 _SWAYS_DEG: Final = 1.5
 # A face's yaw has an error of 1.5 degrees, on a head that sways. In an arc this narrow, the mean of
-# the
-# faces since the last movement decides.
+# the faces since the last movement decides.
 _NARROW_DEG: Final = 10.0
 _STILL_S: Final = 2.5  # time span that these faces must cover
 _KEPT_S: Final = 6.0

@@ -292,8 +292,7 @@ class Registration:
     tilt_deg: float  # difference in lean, in degrees
     error_deg: float  # standard error, in degrees; infinite if nothing was found
     # median angle by which objects moved because of the camera's new position: 2 degrees are about
-    # 7 cm
-    # with walls 2 m away
+    # 7 cm with walls 2 m away
     shift_deg: float
     points: int
     trusted: bool

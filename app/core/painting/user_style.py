@@ -309,8 +309,7 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
 
     Returns:
         (N, N, 3) float32: under the environment max(F, 0), linear Rec. 709 on black, largest value
-        1;
-        all black if nothing is painted.
+        1; all black if nothing is painted.
     """
     glow = np.maximum(weights.preintegrated(transport), 0.0)
     light = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)

@@ -298,14 +298,12 @@ class AddedLight:
     # (576, 32, 64), fraction of each texel that the lamp hides, head frame
     alpha: Float32 = field(repr=False)
     # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, in cd/m2, or
-    # None for
-    # a near lamp from numbers, which is not an environment
+    # None for a near lamp from numbers, which is not an environment
     light: Float32 | None = field(repr=False)
     # (576, P), luminance of the head under the lamp alone, in the same unit
     pictures: Float32 = field(repr=False)
     # (3,), radiance of the face of a lamp from numbers, linear Rec. 709, in cd/m2, or 0 for a
-    # captured
-    # one
+    # captured one
     glow: Float64 = field(repr=False)
     absolute: bool  # whether all values are in cd/m2; otherwise in a unit of the capture
     hidden: HiddenTexels = field(repr=False)

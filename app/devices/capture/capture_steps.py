@@ -149,8 +149,7 @@ class Capture:
 
         Raises:
             DeviceError: If the camera does not answer, is busy or is a different one. The settings
-                then
-                still have to be restored.
+                then still have to be restored.
             Cancelled: If the token is cancelled.
         """
         job = self._job

@@ -80,16 +80,15 @@ def fetch_file(
 
     Args:
         report: Function called about ten times a second with the bytes received, the size of the
-            file,
-            and the rate in bytes per second since the first byte of this attempt (0 before it).
+            file, and the rate in bytes per second since the first byte of this attempt (0 before
+            it).
         check: Function that returns whether a file is complete; by default the file is decoded. The
             structure of the JPEG and its size are checked first.
 
     Raises:
         DownloadFailed: After several attempts, with one of these codes: "interrupted" for a lost
             connection; "bad-answers" for invalid replies; "damaged", "damaged-on-camera" or
-            "too-long"
-            for a bad file; "disk-full", "disk" or "other-file" if it cannot be written.
+            "too-long" for a bad file; "disk-full", "disk" or "other-file" if it cannot be written.
         CameraRefused: If a retry would be pointless.
         Cancelled: If the token is cancelled.
     """

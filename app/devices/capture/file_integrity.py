@@ -53,8 +53,7 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
 
     Raises:
         CaptureFailed: If the frames are not a bracket because the exposures are equal, or the
-            camera
-            tone-mapped them.
+            camera tone-mapped them.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
     if names := rendered_frames(headers):
@@ -160,8 +159,7 @@ def jpeg_end(data: bytes) -> int | None:
 
     Returns:
         The number of bytes including the end marker, or None if the data is not a JPEG or stops
-        before
-        the marker.
+        before the marker.
 
     Examples:
         >>> jpeg_end(bytes.fromhex("ffd8 ffe00004abcd ffda0002 1234ff00 ffd9 99"))

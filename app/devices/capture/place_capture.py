@@ -58,8 +58,7 @@ class CaptureOrder:
         naming: Function that names a place without a name.
         pack: Head and styles, or None for the generic head.
         first: (h, 2 h, 3) uint8 or None. Display panorama of the place if it is captured again,
-            used
-            to register the new panorama.
+            used to register the new panorama.
     """
 
     places: Path

@@ -56,8 +56,7 @@ def connect(job: CaptureJob) -> None:
 
     Raises:
         DeviceError: If nothing answers, the device is not the camera of this session, or its
-            firmware
-            is too old.
+            firmware is too old.
     """
     job.board.show(Stage.CONNECTING, tr("Connecting to the camera"))
     # A camera refuses most commands until a preview that was just closed has ended.

@@ -120,8 +120,7 @@ class Board:
         Args:
             part: Completed fraction of the stage, 0 to 1.
             **changes: Other fields of `Status`; by default `seconds_left` is None, `seeking` False
-                and
-                `timer_s` 0.
+                and `timer_s` 0.
         """
         low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))
         fraction = low + (high - low) * min(max(part, 0.0), 1.0)

@@ -33,8 +33,7 @@ class CameraModel:
     Attributes:
         shape: Rows and columns of its full-size panorama.
         base_iso: Lowest ISO, at which `full_well` electrons saturate a pixel of the panorama; at
-            twice
-            the ISO, half as many do.
+            twice the ISO, half as many do.
         channel_gains: Amplification of red, green and blue for a neutral picture; it makes red and
             blue noisier.
         lens_words: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.

@@ -135,8 +135,7 @@ class Command:
 
     Attributes:
         act: Function that takes the camera and the parameters, and returns the results to add to
-            name
-            and state, or a complete reply. It may raise `CommandRefused`.
+            name and state, or a complete reply. It may raise `CommandRefused`.
     """
 
     act: Action
@@ -156,8 +155,7 @@ def command_status(camera: CameraBody, body: Parameters) -> Reply:
 
     Raises:
         CommandRefused: With the code missingParameter if there is no id, or invalidParameterValue
-            if
-            the id is unknown.
+            if the id is unknown.
     """
     job = camera.shooter.find(str(_parameter(body, "id")))
     if job is None:

@@ -30,11 +30,11 @@ def add_sensor_noise(
 ) -> None:
     """Replace light with the sensor's counts, adding shot noise and read noise and clipping.
 
-    With W electrons at saturation, a pixel that expects n electrons counts a Poisson number of
-    them plus Gaussian read noise of standard deviation r: mean n, variance n + r^2, third moment
-    n. One normal number z gives all three by the Cornish-Fisher expansion,
-    n + s z + n / (6 s^2) (z^2 - 1) with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49),
-    which is a Gaussian where n is large, and ten times as fast as sampling a Poisson distribution.
+    With W electrons at saturation, a pixel that expects n electrons counts a Poisson number of them
+    plus Gaussian read noise of standard deviation r: mean n, variance n + r^2, third moment n. One
+    normal number z gives all three by the Cornish-Fisher expansion, n + s z + n / (6 s^2) (z^2 - 1)
+    with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49), which is a Gaussian where n is large,
+    and ten times as fast as sampling a Poisson distribution.
 
     Args:
         share: NDArray[np.float32], (..., W, 3), contiguous. Light as a fraction of saturation;
@@ -146,8 +146,7 @@ class FrameView:
     Attributes:
         shape: Rows and columns of the frame.
         texels: (H, columns, 3) float32. The environment with an extra row at each pole, resampled
-            to
-            the columns of the frame.
+            to the columns of the frame.
         rows: The two rows mixed for each row of the frame, with their weights.
     """
 

@@ -67,8 +67,7 @@ class OptionStore:
 
         Raises:
             CommandRefused: With the code invalidParameterName if an option does not exist or is
-                read-only,
-                or invalidParameterValue if a value is not allowed.
+                read-only, or invalidParameterValue if a value is not allowed.
         """
         before = copy.deepcopy(self.values), dict(self._manual)
         try:

@@ -146,8 +146,7 @@ class Storage:
 
         Raises:
             CommandRefused: With the code invalidParameterValue if a file is missing, there are too
-                many,
-                or a value has the wrong type.
+                many, or a value has the wrong type.
         """
         if list(urls) in (["all"], ["image"]):
             self.files.clear()

@@ -181,8 +181,7 @@ class OscClient:
 
         Raises:
             DeviceError: With the code "not-a-file" if any entry is not the URL of a file on this
-                camera;
-                nothing is deleted then. Some keywords would delete all files of a kind.
+                camera; nothing is deleted then. Some keywords would delete all files of a kind.
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(

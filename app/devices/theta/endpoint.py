@@ -67,8 +67,7 @@ class Endpoint:
 
         Raises:
             DeviceError: With the code "bad-address" if the text is not an address, uses https or
-                contains a
-                password.
+                contains a password.
         """
         address = text.strip()
         rest = _without_scheme(address).partition("/osc/")[0].rstrip("/")
@@ -258,8 +257,7 @@ def check_address(text: str) -> Endpoint:
 
     Raises:
         DeviceError: With the code "bad-address" if the text is not an address, or no single camera
-            can
-            have that address.
+            can have that address.
     """
     endpoint = Endpoint.parse(text)
     address = None

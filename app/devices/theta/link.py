@@ -54,8 +54,7 @@ class Link:
 
     Args:
         adapter: Adapter that sends the requests; real connections by default. It must return bytes
-            as
-            they arrive.
+            as they arrive.
     """
 
     def __init__(

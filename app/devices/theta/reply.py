@@ -199,8 +199,7 @@ def judge_stream(reply: Incoming) -> None:
 
     Raises:
         CameraRefused: If the reply is an HTTP error (404 is "notFound") or an error object instead
-            of
-            the file.
+            of the file.
         NotACamera: If the reply is a redirect or a web page.
         BadReply: If the reply is anything else.
     """

@@ -37,13 +37,11 @@ def parse_json(data: bytes) -> JsonValue:
 
     Args:
         data: JSON in UTF-8. Invalid characters become "�", because one badly encoded description
-            must
-            not make a whole listing unusable. Of duplicate keys, the last one counts.
+            must not make a whole listing unusable. Of duplicate keys, the last one counts.
 
     Raises:
         BadReply: If the data is not JSON, exceeds the limits, or contains NaN, an infinity or a
-            number
-            of more than 40 characters.
+            number of more than 40 characters.
     """
     if len(data) > MAX_BYTES:
         raise BadReply(tr("The camera's answer is too large."), _HINT, "too-large")

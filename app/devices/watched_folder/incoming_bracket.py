@@ -41,8 +41,7 @@ class Grouping:
 
     Args:
         quiet_s: Seconds without arrivals after which a bracket is complete. Frames taken further
-            apart
-            than this, not counting their exposures, belong to different brackets.
+            apart than this, not counting their exposures, belong to different brackets.
     """
 
     def __init__(self, quiet_s: float) -> None:

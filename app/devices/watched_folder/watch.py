@@ -104,8 +104,7 @@ class WatchedFolder:
 
         Returns:
             The photos completed since the last call, in shooting order. A file that changes
-            afterwards is
-            returned again.
+            afterwards is returned again.
 
         Raises:
             Unreachable: With the code "no-folder" if the folder cannot be read for half a minute.

@@ -70,8 +70,7 @@ class Address:
 
         Raises:
             WebcamError: With the code "bad-address" if the text is not an address, or has another
-                scheme,
-                a user name or a password.
+                scheme, a user name or a password.
         """
         address = text.strip()
         if not address:

@@ -39,8 +39,7 @@ class _SourceView:
         visible: (H, W) uint8. 255 where the background is visible.
         sitter: (H, W, 4) uint8. Sitter premultiplied by alpha, and alpha.
         depth: (h, w) float32. Depth along the optical axis in metres at half size; behind the
-            sitter,
-            that of the surrounding background.
+            sitter, that of the surrounding background.
     """
 
     behind: Bytes = field(repr=False)

@@ -120,8 +120,7 @@ def clock_words(turn_deg: float) -> str:
 
     Args:
         turn_deg: Turn in degrees, positive clockwise. Half-way between two hours it is rounded to
-            the
-            even one.
+            the even one.
 
     Examples:
         >>> clock_words(96.0), clock_words(-30.0), clock_words(7.0), clock_words(180.0)

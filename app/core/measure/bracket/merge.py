@@ -36,8 +36,7 @@ SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
 
 # Pixels per band: enough to keep the interpreter's fraction of the work small, few enough to keep
-# the
-# planes of a band in the cache.
+# the planes of a band in the cache.
 _BAND_PIXELS: Final = 240_000
 # Size of the rows of all frames that are read together if they are not in memory.
 _READ_BYTES: Final = 48 << 20
