@@ -54,6 +54,9 @@ _STOPPING: Final = tr(
 _MOST_DELAY_S: Final = 10
 _SAY_AGAIN_S: Final = 5.0
 
+MAY_MOVE: Final = tr("You may move now.")
+RESTORED: Final = tr("The camera’s own settings were restored.")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``capture``."""
@@ -117,9 +120,7 @@ def run(args: argparse.Namespace) -> int:
             if session.journal.finished:
                 untaken = capture.give_back()
                 facts = {"session": str(session.folder), "warnings": [untaken] if untaken else []}
-                return answer(
-                    args, facts, untaken or tr("The camera’s own settings were restored.")
-                )
+                return answer(args, facts, untaken or RESTORED)
             result = capture.run()
     say(*sentences((*result.warnings, *result.probe.notes)))
     times = ", ".join(
@@ -145,7 +146,7 @@ class StatusTeller:
     def __call__(self, status: Status) -> None:
         """Print whatever has changed in `status`."""
         if status.may_move and not self._free:
-            say(tr("You may move now."))
+            say(MAY_MOVE)
         self._free = status.may_move
         if status.metered and self._pack is not None:
             words = rough_words(answers_of(decode(status.metered), self._pack))

@@ -59,6 +59,9 @@ STRIP_WIDTH: Final = 706.0
 TOP_DEG: Final = 62.0
 BOTTOM_DEG: Final = -52.0
 STRIP_HEIGHT: Final = 224.0
+STAY: Final = tr("You and the sitter stay where you are.")
+ANY_TURN: Final = tr("Good at any turn.")
+OUT_OF_REACH: Final = tr("Out of reach here. {reason}.")
 _ACROSS: Final = 360.0 / STRIP_WIDTH
 _ROWS: Final = (STRIP_HEIGHT - 30.0, 8.0, STRIP_HEIGHT - 56.0, 34.0, STRIP_HEIGHT - 82.0, 60.0)
 _LENS: Final = Lens(BACKGROUND_TALL_DEG, (100, 100))
@@ -300,7 +303,7 @@ def _draw_turn(canvas: Page, sheet: SetSheet) -> float:
         canvas.text((end, y + 66.0), clock_words(turn), 15, 400, Print.INK, room=room)
     canvas.text((end, y + 47.0), words, 17, 600, Print.INK)
     walk, company = walking_words(way, Mode.WALK)
-    text = tr("You and the sitter stay where you are.")
+    text = STAY
     if sheet.yaw_deg:
         text = tr("You stay where you are.")
     if walk:
@@ -308,7 +311,7 @@ def _draw_turn(canvas: Page, sheet: SetSheet) -> float:
     canvas.text((MARGIN, y + 98.0), text, 17, 600, Print.INK, room=_COLUMN)
     good = tr("Good from {arc}.", arc=arc_words(sheet.arc_deg))
     if ends_of(sheet.arc_deg) is None:
-        good = tr("Good at any turn.")
+        good = ANY_TURN
     text = f"{company} {good}".strip()
     canvas.text((MARGIN, y + 119.0), text, 13, 400, Print.DIM, room=_COLUMN)
     return y + 133.0
@@ -339,7 +342,7 @@ class _Fact:
 def _facts(sheet: SetSheet) -> list[_Fact]:
     facts = []
     if sheet.reason is not None:
-        text = tr("Out of reach here. {reason}.", reason=sheet.reason)
+        text = OUT_OF_REACH.format(reason=sheet.reason)
         facts.append(_Fact(tr("Reach"), text, alarm=True))
     if sheet.yaw_deg:
         facts.append(_Fact(tr("You"), f"{lens_words(sheet.yaw_deg)}."))

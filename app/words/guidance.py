@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.core.base.angles import Direction, whole
 from app.core.guidance.guide import NOSE_DEG, Guide, Phase
@@ -12,19 +12,29 @@ from app.core.text import tr
 from app.words.phrases import turns
 from app.words.phrases.directions import lens_words, nose_words, sitter_words
 
-# In order: on target, nearly there, before. Only one number at a time, as large type already shows
-# the distance.
-_IN_LIGHT: Final = (
+
+class PillWords(NamedTuple):
+    """Texts of the pill: on target, nearly there, before.
+
+    Without a number, since large type already shows the distance.
+    """
+
+    here: str
+    near: str
+    before: str
+
+
+IN_LIGHT: Final = PillWords(
     tr("You are in the light"),
     tr("Nearly in the light"),
     tr("Not in the light yet"),
 )
-_AT_GOAL: Final = (
+AT_GOAL: Final = PillWords(
     tr("You are at the goal"),
     tr("Nearly at the goal"),
     tr("Not at the goal yet"),
 )
-_FOR_LAMP: Final = (
+FOR_LAMP: Final = PillWords(
     tr("Right for the lamp"),
     tr("Almost in position for the lamp"),
     tr("Not right for the lamp yet"),
@@ -36,18 +46,22 @@ DIRECTIONS: Final[dict[Direction, str]] = {
     "none": "",
 }
 """Direction shown beside a number; empty if there is none."""
-_NOSE_TO: Final = {
+NOSE_TO: Final = {
     Mode.WALK: (tr("nose to their left"), tr("nose to their right")),
     Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
 }
-_STILL: Final = tr("Hold still")
-_MEASURING: Final = tr("Measuring the nose")
-_TROUBLE: Final = {
+TOO_FAR: Final = tr("Too far")
+HOLD: Final = tr("Hold it")
+ARC_IN_LIGHT: Final = tr("in the light")
+ARC_FOR_LAMP: Final = tr("right for the lamp")
+STILL: Final = tr("Hold still")
+MEASURING: Final = tr("Measuring the nose")
+TROUBLE: Final = {
     Phase.LOST: tr("Point the camera past the sitter at the background."),
     Phase.LEFT: tr("The camera has not moved. Carry it with you, pointed past the sitter."),
     Phase.AWAY: tr("Webcam disconnected. Plug it back in to continue."),
 }
-_TROUBLE_LINES: Final = {**_TROUBLE, Phase.LEFT: tr("The camera has not moved.")}
+_TROUBLE_LINES: Final = {**TROUBLE, Phase.LEFT: tr("The camera has not moved.")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +95,8 @@ def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> G
         mode: Who moves.
         missing: Reason why there is no heading, "No webcam" by default.
     """
-    if guidance.phase in _TROUBLE:
-        sentence = _TROUBLE[guidance.phase]
+    if guidance.phase in TROUBLE:
+        sentence = TROUBLE[guidance.phase]
         return GuideWords(headline=sentence, spoken=sentence)
     if guidance.now is None:
         return _by_eye(guidance, mode, missing or tr("No webcam"))
@@ -98,23 +112,23 @@ def arc_words(guidance: Guide) -> str:
     """Name the arc of the goal; return "" if it has none."""
     if not guidance.has_arc:
         return ""
-    return tr("right for the lamp") if guidance.lamp else tr("in the light")
+    return ARC_FOR_LAMP if guidance.lamp else ARC_IN_LIGHT
 
 
 def _turning(guidance: Guide, mode: Mode) -> GuideWords:
     walk, company = ("", "") if guidance.hold else turns.walking_words(guidance.direction, mode)
     direction, number_words = DIRECTIONS[guidance.direction], tr("to go")
     # A goal without an arc, such as a style out of reach or a custom turn, has no light to be in.
-    here, near, before = _IN_LIGHT if guidance.has_arc else _AT_GOAL
+    here, near, before = IN_LIGHT if guidance.has_arc else AT_GOAL
     if guidance.lamp:
-        here, near, before = _FOR_LAMP
+        here, near, before = FOR_LAMP
     headline, light = here if guidance.inside else direction, here
     numbers = {"left": guidance.number, "direction": direction, "walk": walk, "here": here}
     if guidance.hold and guidance.lamp:
         headline = tr("Now {lamp}. Then take the picture", lamp=guidance.lamp)
         spoken = f"{headline}."
     elif guidance.hold:
-        headline = tr("Hold it")
+        headline = HOLD
         spoken = tr("Take the picture. {here}. Hold it.", here=here)
     elif guidance.inside and guidance.lamp:
         spoken = tr("{here}. {left}° to the best turn, {direction}. {walk}.", **numbers)
@@ -122,10 +136,10 @@ def _turning(guidance: Guide, mode: Mode) -> GuideWords:
         spoken = tr("Take the picture. {here}. {left}° to the best turn, {direction}.", **numbers)
     elif guidance.phase is Phase.NOSE:
         off, light, walk, company = guidance.further, near, "", ""
-        headline = _NOSE_TO[mode][off < 0] if off else _MEASURING
-        spoken = f"{nose_words(off, mode) if off else _STILL}."
+        headline = NOSE_TO[mode][off < 0] if off else MEASURING
+        spoken = f"{nose_words(off, mode) if off else STILL}."
     elif guidance.beyond:
-        light, number_words = tr("Too far"), tr("back")
+        light, number_words = TOO_FAR, tr("back")
         spoken = tr("Too far. {left}° back, {direction}. {walk}.", **numbers)
     else:
         light = near if (guidance.until_light or 0) <= _NEARLY_DEG else before
@@ -168,5 +182,5 @@ def _for_sitter(guidance: Guide, mode: Mode) -> str:
         return f"{nose_words(off if abs(off) > NOSE_DEG else 0, mode)}."
     # Large type already shows the distance.
     words = sitter_words(guidance.further if wrong else guidance.yaw, mode, further=wrong)
-    words = _STILL if wrong and not guidance.further else words
+    words = STILL if wrong and not guidance.further else words
     return f"“{words}.”" if mode is Mode.WALK else f"{words}."

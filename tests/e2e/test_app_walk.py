@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
+from app.words.guidance import HOLD, IN_LIGHT
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -105,7 +107,7 @@ def test_four_clicks_and_a_minute_lead_to_the_turn(walked: dict[str, Any]) -> No
 
 
 def test_arrow_keys_alone_lead_into_the_light(walked: dict[str, Any]) -> None:
-    assert "You are in the light" in walked["arrived"] or "Hold it" in walked["arrived"]
+    assert IN_LIGHT.here in walked["arrived"] or HOLD in walked["arrived"]
 
 
 def test_dragging_and_painting_stay_smooth() -> None:

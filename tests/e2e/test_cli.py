@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -154,16 +155,12 @@ def test_names_that_steer_a_terminal_are_shown_as_escapes(tmp_path: Path) -> Non
     name = os.fsdecode(b"red\x1b[31m\xff\xc2\x9b\ntwo.exr")
     done = turnlight("solve", name, cwd=tmp_path)
     assert done.returncode == 2
-    assert done.stderr == (
-        "turnlight: There is no file red\\u001b[31m\\udcff\\u009b\\ntwo.exr. Check the name.\n"
-    )
+    escaped = r"red\u001b[31m\udcff\u009b\ntwo.exr"
+    assert re.fullmatch(f"turnlight: .*{re.escape(escaped)}.*\n", done.stderr)
     (tmp_path / name).write_bytes(b"v/1\x01" + bytes(100))
     done = turnlight("solve", name, cwd=tmp_path)
     assert done.returncode == 2
-    assert done.stderr == (
-        "turnlight: red\\u001b[31m\\udcff\\u009b\\ntwo.exr is damaged or incomplete. "
-        "Copy or export it again.\n"
-    )
+    assert re.fullmatch(f"turnlight: {re.escape(escaped)} .*\n", done.stderr)
 
 
 def test_what_libraries_say_of_a_damaged_file_stays_with_them(tmp_path: Path) -> None:

@@ -118,7 +118,7 @@ def test_table(
     (line,) = (line for line in lines if line.startswith("  other"))
     assert line.split()[1:] == ["500.000", "500x;", "so"]
     assert any("10.0 GB/s" in line and "render.rgb: SIFT." in line for line in lines)
-    assert "Not timed, since not installed or not wanted: skylibs." in lines
+    assert any(line.endswith(": skylibs.") for line in lines)
     assert lines[-2:] == [
         "solve.quality: 1.0 times faster than plain, not 100; 1 ms, not 0.05",
         "Bars are missed.",

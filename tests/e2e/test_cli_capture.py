@@ -19,6 +19,7 @@ import pytest
 
 from app.cli import main
 from app.commands import capture as command
+from app.commands.capture import MAY_MOVE, RESTORED
 from app.core.base.imaging.images import write_exr
 from app.core.base.paths import resources
 from app.core.base.progress import Token
@@ -100,7 +101,7 @@ def test_an_interrupted_capture_is_gone_on_with_to_its_end(scene: Path, tmp_path
         said = ""
         for line in process.stderr:
             said += line
-            if "You may move now." in line:
+            if MAY_MOVE in line:
                 break
         process.send_signal(signal.SIGINT)
         code, out, err = finish(process)
@@ -248,7 +249,7 @@ def test_a_finished_session_gives_its_camera_back_what_it_owes(
         session.update(serial="")
         assert main(["capture", *map(str, words)]) == 0
         told = capsys.readouterr()
-        assert told.out == "The camera’s own settings were restored.\n"
+        assert told.out == f"{RESTORED}\n"
         assert "not restored yet" in told.err
         assert Session.open(folder).journal.settings_to_restore == {}
         assert "already finished" in refused(capsys, 2, *words)

@@ -16,9 +16,11 @@ from app.core.base.angles import wrap
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.imaging.images import write_exr
 from app.core.environment.environment import read_environment
+from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.styles.styles import NAMES
+from app.words.out_of_reach import reason_line
 from tests.helpers.probes import place as lamps
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
@@ -155,7 +157,7 @@ def test_the_table_is_aligned_and_says_why(
     column = top.index("direction")
     assert all(row[column - 1] == " " for row in rows)
     below = next(row for row in rows if row.startswith("Below "))
-    assert "No strong light from below here: match" in below
+    assert reason_line(LightShortfall(Cause.NO_LIGHT, "match", 0.0, 45.0, Origin.BELOW)) in below
     reached = sum(len(row.rstrip()) < top.index("reason") for row in rows)
     assert any(line.startswith(f"{reached} of {len(NAMES)}") for line in lines)
 

@@ -16,7 +16,7 @@ from app.core.places.place import Place
 from app.core.solver.lens.lens_search import solve_lens
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.ui.screens.styles.lamps_and_lens_view import LensSheet
-from app.words.phrases.directions import LENS_CHOICES
+from app.words.phrases.directions import LENS_CHOICES, aside_words
 from tests.helpers.styles_screen import Table, head, scene_light
 from tests.ui.test_screen_styles import Shown
 
@@ -114,7 +114,7 @@ def test_pictures_are_of_the_face_turned_aside(shown: Shown) -> None:
     assert other.here is not None
     assert aside.target is not None
     assert np.abs(aside.here.astype(int) - other.here.astype(int)).mean() > 5
-    assert "nose 30° to their left" in aside.side.lower()
+    assert aside_words(30.0) in aside.side.lower()
 
 
 def test_a_gain_is_named(shown: Shown) -> None:

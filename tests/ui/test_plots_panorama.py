@@ -377,9 +377,9 @@ class TestMarker:
         QTest.mouseRelease(view, LEFT, pos=QPoint(715, 100))
 
     def test_selfie_mode_has_other_words(self, view: PanoramaView) -> None:
-        view.set_marker_words("You face this way now")
-        assert view.grip.text == "You face this way now"
-        assert view.grip.accessibleName() == "You face this way now"
+        view.set_marker_words("You face this way")
+        assert view.grip.text == "You face this way"
+        assert view.grip.accessibleName() == "You face this way"
 
 
 def test_what_is_made_ready_ahead_shows_nothing_until_there_is_a_picture(qtbot: QtBot) -> None:

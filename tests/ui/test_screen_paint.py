@@ -31,8 +31,10 @@ from app.core.solver.transport import load_named
 from app.core.styles.style_pack_file import load_named_pack
 from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama
+from app.ui.presenters.window_model import NO_LIGHT
 from app.ui.screens.paint import face_view as face_module
 from app.ui.screens.paint.canvas import CanvasMode
+from app.ui.screens.paint.face_view import SITTERS_LEFT, SITTERS_RIGHT
 from app.ui.screens.paint.screen_view import PaintScreen
 from app.ui.screens.paint.tools_view import ToolColumn, ToolStrip
 from app.ui.shell.jobs import QtRunner
@@ -124,7 +126,7 @@ def test_left_half_of_the_picture_is_the_sitters_right_and_says_so(
     monkeypatch.setattr(face_module, "draw_tag", noted)
     booth.face.grab()
     middle = booth.face.width() / 2
-    assert tags["Sitter’s right (camera left)"] < middle < tags["Sitter’s left (camera right)"]
+    assert tags[SITTERS_RIGHT] < middle < tags[SITTERS_LEFT]
     # Brighter on the side called the sitter's left: they turn clockwise from a lamp in front.
     booth.presenter.tools.change(strength=1.0)
     booth.drag((0.7, 0.3), (0.7, 0.6))
@@ -422,7 +424,7 @@ def test_without_light_the_column_says_so_and_leads_to_probe(qtbot: QtBot, tmp_p
         for one in booth.screen.live.findChildren(QAbstractButton)
         if one.isVisible() and one.text() == "Go to Probe"
     ]
-    assert booth.screen.live._numbers._sentence.text() == "No light measured yet."
+    assert booth.screen.live._numbers._sentence.text() == NO_LIGHT
     panorama = booth.screen.live.findChild(WeightPanorama)
     assert panorama is not None
     assert not panorama.isVisible()

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.screens.probe.capture.capture import Running
+from app.ui.screens.probe.capture.notice import DISCONNECTED
 from app.ui.screens.probe.screen import BEAT_MS, SLOW_BEAT_MS
 from app.ui.screens.probe.screen_view import ProbeScreen
 from app.ui.screens.probe.ways import WAYS
@@ -168,7 +169,7 @@ class TestCapture:
         click(qtbot, screen.camera.capture)
         banner = screen.camera.banner
         assert banner.isVisible()
-        assert banner.accessibleName().startswith("Camera disconnected after frame 2 of 3.")
+        assert banner.accessibleName().startswith(DISCONNECTED.format(here=2, total=3))
         assert banner.button(1).text() == "Merge these two"
         click(qtbot, banner.button(1))
         assert len(screen.camera.frames.views) == 2

@@ -24,10 +24,17 @@ from app.core.portrait.gallery_portraits import framing
 from app.core.portrait.light import portrait_light
 from app.core.storage.item_library import DamagedItem
 from app.core.styles.lamps import Studio
-from app.ui.presenters.window_model import Step
-from app.ui.screens.styles.cards import CardState
-from app.ui.screens.styles.cards_view import CompareSheet, DamagedCard, StyleCard, card_size
+from app.ui.presenters.window_model import NEEDS_LIGHT, NO_LIGHT, Step
+from app.ui.screens.styles.cards import CANNOT_READ, CardState
+from app.ui.screens.styles.cards_view import (
+    CompareSheet,
+    DamagedCard,
+    PaintCard,
+    StyleCard,
+    card_size,
+)
 from app.ui.screens.styles.detail_view import picture_sizes
+from app.ui.screens.styles.files import LIKE_PHOTO
 from app.ui.screens.styles.gallery_view import layout_for
 from app.ui.screens.styles.lamps_and_lens_view import LampsSheet
 from app.ui.screens.styles.screen_view import StylesScreen, detail_width
@@ -228,7 +235,7 @@ class TestGrid:
         shown.press(KEY.Key_Tab)
         focus = QApplication.focusWidget()
         assert focus is not None
-        assert focus.accessibleName() == "Paint a new style"
+        assert isinstance(focus, PaintCard)
         stops = [c for c in shown.view.findChildren(StyleCard) if tabbed(c)]
         assert [card.state.key for card in stops] == [shown.chosen]
 
@@ -304,7 +311,7 @@ class TestGrid:
         shown.table.model.update(damaged_styles=(DamagedItem(file, CoreError("It is empty.")),))
         card = shown.view.findChild(DamagedCard)
         assert isinstance(card, DamagedCard)
-        assert "This style cannot be read. Its file is untouched." in card.accessibleName()
+        assert CANNOT_READ in card.accessibleName()
         QTest.mouseClick(card.button, Qt.MouseButton.LeftButton)
         assert [Path(one) for one in opened] == [file.parent]
         shown.table.model.update(damaged_styles=())
@@ -648,7 +655,7 @@ class TestDetail:
         menu = shown.view.detail.findChild(Menu)
         assert isinstance(menu, Menu)
         words = [action.text().split("\t")[0] for action in menu.actions()]
-        first, last = ["Save set sheet…", "Copy numbers"], "A new style like a photo…"
+        first, last = ["Save set sheet…", "Copy numbers"], LIKE_PHOTO
         assert words == [*first, "Import style…", last]
         menu.actions()[1].trigger()
         assert "Match " in QGuiApplication.clipboard().text()
@@ -765,19 +772,19 @@ class TestLamps:
         assert detail._note.text() == own_lamps_words(Studio(None, 2.0))
         shown.table.presenter.choose("left-loop")
         shown.settle()
-        assert "its own lamps" not in detail._note.text()
+        assert detail._note.text() != own_lamps_words(Studio(None, 2.0))
 
     def test_without_a_place_it_says_why_not(self, qtbot: QtBot, tmp_path: Path) -> None:
         button = Shown(qtbot, Table(tmp_path).open()).view.gallery.lamps
         assert not button.isEnabled()
-        assert button.toolTip() == "Needs the light of a place."
+        assert button.toolTip() == NEEDS_LIGHT
 
 
 class TestLayouts:
     def test_no_light(self, qtbot: QtBot, tmp_path: Path) -> None:
         shown = Shown(qtbot, Table(tmp_path).open())
         detail = shown.view.detail
-        assert detail.words._missing.text() == "No light measured yet."
+        assert detail.words._missing.text() == NO_LIGHT
         assert detail.words._missing.isVisible()
         assert not detail.words._turn.isVisible()
         QTest.mouseClick(detail.main, Qt.MouseButton.LeftButton)

@@ -17,10 +17,15 @@ from shiboken6 import isValid
 
 from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
+from app.core.guidance.guide import Phase
+from app.core.guidance.who_moves import Mode
 from app.core.localization.photo_location import PhotoLocation
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.window_model import Step
-from app.ui.screens.turn.live.question_view import CameraQuestion
+from app.ui.screens.turn.guidance import TAKE
+from app.ui.screens.turn.live.live_view import LOOKS_WORDS
+from app.ui.screens.turn.live.question_view import NAMES, CameraQuestion
+from app.ui.screens.turn.live_column_view import DEMO_CAMERA
 from app.ui.screens.turn.photos import check_job as photo_check
 from app.ui.screens.turn.photos.photos import ShotRow, ShotsState
 from app.ui.screens.turn.photos.photos_view import ShotsSheet
@@ -31,6 +36,8 @@ from app.ui.widgets.buttons import IconButton
 from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.labels import Text
 from app.ui.widgets.surfaces import Menu
+from app.words.guidance import IN_LIGHT, TROUBLE, trouble_line
+from app.words.phrases.turns import taken_words, turn_words, walking_words
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig, frame_of
 
@@ -109,10 +116,10 @@ def test_what_the_presenter_says_is_on_the_screen(make: Callable[..., Shown]) ->
     shown.turn_to(shown.rig.goal - 40.0)
     said = words_on(shown)
     assert said["direction"] == "clockwise"
-    assert said["walk"] == "Walk to your left"
+    assert said["walk"] == walking_words("clockwise", Mode.WALK)[0]
     assert said["number"] == "40° to go"
     assert said["arrow"] == "clockwise"
-    assert said["pill"] == "Not in the light yet"
+    assert said["pill"] == IN_LIGHT.before
     shown.turn_to(shown.rig.goal - 4.0)
     assert words_on(shown)["number"] == "4° to the best"
     assert shown.screen.column._pill.filled
@@ -125,7 +132,7 @@ def test_segmented_by_mouse_and_by_keyboard(make: Callable[..., Shown]) -> None:
     assert mode is not None
     click(mode.part("selfie"), Qt.MouseButton.LeftButton)
     assert shown.rig.model.settings.mode == "selfie"
-    assert words_on(shown)["walk"] == "Turn to your right"
+    assert words_on(shown)["walk"] == walking_words("clockwise", Mode.SELFIE)[0]
     press(mode, Qt.Key.Key_Left)
     assert shown.rig.model.settings.mode == "walk"
 
@@ -148,7 +155,7 @@ def test_the_question_is_answered_by_keyboard(make: Callable[..., Shown]) -> Non
     question = shown.screen.left.question
     assert question is not None
     names = [answer.accessibleName() for answer in question.answers.values()]
-    assert names == ["The camera looks at the sitter", "The camera looks at me, the photographer"]
+    assert names == [NAMES[looks][1] for looks in ("sitter", "me")]
     chain = focus_chain(shown.screen)
     assert chain.index(question.answers["sitter"]) < chain.index(shown.screen.left.strip)
     press(question.answers["sitter"], Qt.Key.Key_Return)
@@ -162,15 +169,15 @@ def test_lost_says_what_to_do_and_left_behind_too(make: Callable[..., Shown]) ->
     shown.tick(40)
     column = shown.screen.column
     assert column._pages.currentIndex() == 1
-    assert column._sentence.text() == "Point the camera past the sitter at the background."
-    assert column._advice.text().startswith("Or go by eye until Live looks like Goal: ")
+    assert column._sentence.text() == TROUBLE[Phase.LOST]
+    assert turn_words(shown.rig.goal) in column._advice.text()
     shown.turn_to(20.0)
     track = shown.rig.presenter._tracker.track
     assert track is not None
     shown.rig.presenter._tracker.track = replace(track, left_behind=True)
     shown.tick()
-    assert column._sentence.text().startswith("The camera has not moved.")
-    assert shown.screen.left.tools.quality.text() == "The camera has not moved."
+    assert column._sentence.text() == TROUBLE[Phase.LEFT]
+    assert shown.screen.left.tools.quality.text() == trouble_line(Phase.LEFT)
 
 
 def test_the_frame_is_what_the_camera_sees_and_the_number_the_sitters(
@@ -210,7 +217,7 @@ def test_the_photo_is_asked_for_and_told_of(
     photo = write_photo(tmp_path / "IMG_7.jpg", np.full((300, 400, 3), 90, np.uint8))
     monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(photo)], ""))
     click(line.opener, Qt.MouseButton.LeftButton)
-    assert line.words == "In the light, 3° short of the best."
+    assert line.words == f"{taken_words(turn, turn + 3, 0)}."
     # All of it can be read: two lines at most, in the room that there is.
     assert len(line._words._broken(line._words.width())) <= 2
     assert line.lister.isVisible()
@@ -233,7 +240,7 @@ def test_alignment_by_mouse_and_opacity_by_keyboard(make: Callable[..., Shown]) 
     shown = make()
     align, overlay = shown.screen.left.tools.align, shown.screen.left.tools.opacity
     assert not align.isEnabled()
-    assert align.toolTip() == "There is no live picture to lay over the goal."
+    assert align.toolTip() != ""
     shown.turn_to(shown.rig.goal - 10.0)
     click(align, Qt.MouseButton.LeftButton)
     shown.tick(2)
@@ -260,7 +267,7 @@ def test_arrows_move_the_demo_camera_from_anywhere_free(make: Callable[..., Show
     assert simulated.turn_deg == 10.0
     demo = shown.screen.left.demo
     assert demo is not None
-    assert demo.accessibleName() == "Demo: camera position"
+    assert demo.accessibleName() == DEMO_CAMERA
     assert demo.accessibleDescription() == "clockwise"
     press(demo, Qt.Key.Key_Left)
     assert simulated.turn_deg == 9.0
@@ -312,7 +319,7 @@ def test_webcams_can_be_chosen_from_a_menu(make: Callable[..., Shown]) -> None:
     menu = shown.screen.left.findChild(Menu)
     assert menu is not None
     actions = {action.text(): action for action in menu.actions()}
-    assert {"Webcam 1", "Webcam 2", "It looks at the sitter", "It looks at me"} <= set(actions)
+    assert {"Webcam 1", "Webcam 2", *(words for _, words in LOOKS_WORDS)} <= set(actions)
     actions["Webcam 2"].trigger()
     menu.close()
     assert shown.rig.model.settings.webcam == 1
@@ -463,8 +470,8 @@ def test_in_the_light_the_whole_column_is_green_and_says_so(
         assert QColor(image.pixel(1340, y)) == theme().c.okfill != plain
     said = words_on(shown)
     # Never by the colour alone.
-    assert (said["direction"], said["arrow"]) == ("Take the picture", "check")
-    assert said["pill"] == "You are in the light"
+    assert (said["direction"], said["arrow"]) == (TAKE, "check")
+    assert said["pill"] == IN_LIGHT.here
     assert str(opener.kind) == "primary"
     shown.turn_to(shown.rig.goal - 40.0)
     assert QColor(shown.image().pixel(1340, 400)) == plain

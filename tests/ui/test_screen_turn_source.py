@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -14,7 +15,7 @@ from PySide6.QtWidgets import QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.devices.webcam import LiveSource, WebcamError, WebcamState
-from app.ui.screens.turn.live.source_view import SourceSheet
+from app.ui.screens.turn.live.source_view import NO_VIDEO, SourceSheet
 from app.ui.theme import apply, set_theme
 from tests.unit.test_presenter_turn_sources import PHONE, Rig, shot
 
@@ -91,7 +92,7 @@ def test_a_network_camera_by_keys(shown: Shown) -> None:
     assert shown.sheet.lens.isVisible()
     shown.rig.others[-1].send(shot())
     shown.tick()
-    assert shown.sheet.status == "Live, 128 × 72, 24 frames per second"
+    assert re.findall("[0-9]+", shown.sheet.status) == ["128", "72", "24"]
 
 
 def test_the_password_appears_when_it_is_wanted(shown: Shown) -> None:
@@ -121,7 +122,7 @@ def test_a_video_is_chosen_in_a_dialog(
 ) -> None:
     shown.choose("video")
     files = shown.sheet.files
-    assert files.name.text() == "No video chosen yet."
+    assert files.name.text() == NO_VIDEO
     assert "in a loop" in files.how.text()
     asked: list[tuple[object, ...]] = []
     names = ["", str(tmp_path / "missing.mp4")]
@@ -134,7 +135,7 @@ def test_a_video_is_chosen_in_a_dialog(
     shown.press(files.choose)
     assert not files.trouble.isVisible()
     shown.press(files.choose)
-    assert "missing.mp4 is not there" in files.trouble.text()
+    assert "missing.mp4" in files.trouble.text()
     assert "*.mp4" in str(asked[0][-1])
 
 
@@ -168,7 +169,7 @@ def test_the_resolution(shown: Shown) -> None:
 def test_one_that_knows_its_field_of_view_is_not_asked(shown: Shown) -> None:
     shown.rig.webcams[0].fov_deg = 60.0
     shown.tick()
-    assert shown.sheet.lens.width_text.text() == "60°, reported by the camera"
+    assert shown.sheet.lens.width_text.text().startswith("60°")
     assert not shown.sheet.lens.how.isVisible()
 
 

@@ -166,7 +166,7 @@ def words(column: QVBoxLayout) -> None:
         cells = [Cell(name, letter=letter, strong=True), Cell("47°"), Cell("clipped", "hatch")]
         table.addWidget(TableRow(LAMPS, cells))
     text = (
-        "It gives most of the light here, so turns may be a few degrees off. Two darker "
+        "Most of the light comes from it, and turns are rough. Two darker "
         "frames (−4 and −6 EV, 6 s) mend that. Keep the camera where it is."
     )
     title = "The window is still clipped at −2 EV."
@@ -202,7 +202,7 @@ def gallery() -> QWidget:
             column.addWidget(cards())
         elif number == 1:
             choices(column)
-            column.addWidget(Empty("No light measured yet.", "Go to Probe"))
+            column.addWidget(Empty("Nothing here yet.", "Go to Probe"))
         else:
             words(column)
             fields(column)
@@ -247,7 +247,7 @@ def test_everything_paints_in_every_theme(
     whole.show()
     toasts = Toasts(whole)
     toasts.tell("Draft kept", kind="done", actions=[("Continue", lambda: None)])
-    toasts.tell("Camera disconnected after frame 2 of 3. Both frames are saved.", kind="error")
+    toasts.tell("The camera went away after frame 2 of 3. Both are here.", kind="error")
     qtbot.wait(10)
     image = picture_of(whole, dpr)
     assert image.save(str(tmp_path / f"widgets-{name}-{dpr:.0f}x.png"))

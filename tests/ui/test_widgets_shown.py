@@ -26,7 +26,7 @@ from app.ui.widgets.surfaces import Card, Divider
 
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]
 LAMPS = [Column("Lamp"), Column("Azimuth", 88), Column("Share", 120)]
-LONG = "It gives most of the light here, so turns may be a few degrees off."
+LONG = "Most of the light comes from it, and turns may be a few degrees off."
 
 
 def canvas(width: int, height: int, ground: str = "#808080") -> QImage:
@@ -54,7 +54,7 @@ def everything() -> list[QWidget]:
         TableHead(LAMPS),
         TableRow(LAMPS, [Cell("Window"), Cell("47°"), Cell("3 %")]),
         Banner("warning", "The window is clipped."),
-        Empty("No light measured yet."),
+        Empty("Nothing here yet."),
         Icon("check", says="done"),
     ]
 

@@ -207,7 +207,7 @@ def test_settings_are_found_by_what_somebody_may_call_them(app: App, robot: Robo
     assert not shown()
     labels = app.commands.overlay.findChildren(QLabel) if app.commands.overlay else []
     said = [label.text() for label in labels if label.isVisible()]
-    assert "No setting fits “xylophone”. Try another word for it." in said
+    assert any("“xylophone”" in text for text in said)
     robot.press(Qt.Key.Key_Escape)
     robot.press(Qt.Key.Key_Escape)
     assert app.commands.overlay is None

@@ -20,23 +20,29 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QFileDialog
 
+from app.core.base.atomic_files import DiskTrouble
 from app.core.base.paths import resources
+from app.core.painting.user_style import not_saved
 from app.core.painting.user_styles import list_user_styles
 from app.core.places.place_folder import read_place
 from app.core.places.place_list import list_places
+from app.core.places.remarks import LightMissing
 from app.core.storage.settings_file import FILE, read_settings
 from app.core.styles.styles import NAMES
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
 from app.ui.plots.guidance import BigDegrees
+from app.ui.presenters.saving import TROUBLE_WORDS
 from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.canvas_view import PaintCanvas
+from app.ui.screens.probe.capture.notice import DISCONNECTED, KEPT
 from app.ui.screens.styles.cards_view import DamagedCard, StyleCard
 from app.ui.screens.turn.live.live_view import Well
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
 from app.words.phrases.quantities import place_name
+from app.words.remarks import remark_words
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.cameras import Rig
 from tests.helpers.fragile_webcam import FragileWebcam
@@ -131,9 +137,9 @@ def test_the_camera_goes_away_in_the_middle_and_comes_back(home: Path, tmp_path:
         robot.wait(lambda: app.model.camera is not None, "the camera")
         robot.wait(lambda: not app.runner.running("camera-state"), "the camera's state")
         robot.click("Capture")
-        until(robot, lambda: robot.find("Camera disconnected after frame 2 of 3."), "the notice")
-        notice = robot.find("Camera disconnected after frame 2 of 3.").accessibleName()
-        assert "Both frames are saved. Reconnect and take the third" in notice
+        lost = DISCONNECTED.format(here=2, total=3)
+        until(robot, lambda: robot.find(lost), "the notice")
+        assert f" {KEPT[2]} " in robot.find(lost).accessibleName()
         (folder,) = (place.folder for place in list_places(home / "places"))
         frames = sorted(path.name for path in folder.rglob("originals/*.JPG"))
         assert len(frames) == 2
@@ -163,7 +169,7 @@ def test_a_capture_cut_off_is_offered_at_the_next_start(home: Path, tmp_path: Pa
         offered = f"“{place_name(datetime.now().astimezone())}” of"
         until(robot, lambda: robot.find(offered), "the offer")
         offer = robot.find(offered).accessibleName()
-        assert "is not finished. 2 of 3 frames are here." in offer
+        assert " 2 of 3 " in offer
         robot.click("Merge these two")
         robot.wait(lambda: bool(app.model.results), "the answers")
         works(app, robot)
@@ -218,7 +224,7 @@ def test_a_place_that_cannot_be_kept_is_kept_once_there_is_room(home: Path) -> N
             app.place_controller.move_front(40.0)
             sentence = say(app, robot, "are not saved")
             assert "“studio”" in sentence
-            assert "the disk is full" in sentence
+            assert TROUBLE_WORDS[DiskTrouble.FULL] in sentence
             assert "Free some space" in sentence
             assert (folder / "place.json").read_bytes() == before
             works(app, robot)
@@ -269,8 +275,7 @@ def test_settings_that_cannot_be_kept_count_and_are_kept_later(home: Path) -> No
     with opened(home) as (app, robot):
         with full_disk():
             app.commands.change("theme", "light")
-            sentence = say(app, robot, "settings were not saved")
-            assert "They apply until you quit." in sentence
+            say(app, robot, "settings were not saved")
             assert theme().name == "light"
             works(app, robot)
         assert read_settings(home / FILE)[0].theme != "light"
@@ -335,8 +340,8 @@ def test_a_painted_style_without_room_stays_on_the_canvas(home: Path) -> None:
         robot.write("Window light")
         with full_disk():
             robot.press(Qt.Key.Key_Return)
-            sentence = say(app, robot, "Not saved: the disk is full.")
-            assert "Your strokes are safe. Free some space, then save again." in sentence
+            sentence = say(app, robot, "the disk is full")
+            assert not_saved(OSError(errno.ENOSPC, "")).hint in sentence
             assert (presenter.canvas.weights == painted).all()
             assert half_written(home) == []
         # The name is still there to be taken once more.
@@ -389,7 +394,7 @@ def no_sense(folder: Path) -> None:
     [
         (cut_off, "Part of this place cannot be read", True),
         (no_sense, "Part of this place cannot be read", True),
-        (no_light, "The light of this place is missing. Capture here again.", False),
+        (no_light, remark_words(LightMissing()), False),
         (broken_light, "", False),
     ],
 )

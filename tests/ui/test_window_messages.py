@@ -11,7 +11,10 @@ from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLineEdit, QWidget
 
 from app.core.base import atomic_files as files
+from app.core.base.atomic_files import DiskTrouble
 from app.core.places.place_list import list_places
+from app.ui.presenters.saving import TROUBLE_WORDS
+from app.ui.presenters.window_frame import NOT_SAVED
 from app.ui.presenters.window_model import Step
 from app.ui.shell.jobs import JobLine
 from app.ui.shell.notify import Notify
@@ -62,14 +65,14 @@ def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(
         assert foot(robot) == "Place saved."
         app.place_controller.open_paths([text])
         robot.wait(lambda: not app.runner.running("open"), "the drop")
-        assert foot(robot) == "Opening notes.txt failed."
+        assert "notes.txt" in foot(robot)
         assert app.window._toasts.count == 1
         assert sees(robot, "Messages, 1 unread")
         # Another theme makes the window anew, and the error is still there.
         app.commands.change("theme", "light")
         robot.settle()
-        assert sees(robot, "Turnlight cannot read any of this.")
-        assert foot(robot) == "Opening notes.txt failed."
+        assert sees(robot, "Turnlight cannot read")
+        assert "notes.txt" in foot(robot)
         robot.click("Messages, 1 unread")
         assert sees(robot, "Close")
         assert sees(robot, "Messages")
@@ -97,7 +100,10 @@ def test_a_panorama_on_a_full_disk_is_shown_and_saved_elsewhere_with_one_button(
     with opened(home) as (app, robot):
         monkeypatch.setattr(files, "_flush", full)
         open_light(app, robot)
-        robot.wait(lambda: foot(robot) == "This place is not saved: the disk is full.", "the foot")
+        robot.wait(
+            lambda: foot(robot) == NOT_SAVED.format(reason=TROUBLE_WORDS[DiskTrouble.FULL]),
+            "the foot",
+        )
         places = [text for text in told_of(app.notify) if "studio" in text]
         assert len(places) == 1
         robot.click("Save elsewhere…")

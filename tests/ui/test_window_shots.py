@@ -17,6 +17,7 @@ from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
 from app.core.places.files.shots import is_frame, read_shots
 from app.ui.presenters.window_model import Step
+from app.ui.screens.turn.photos.photos import DROP_WORDS, REMOVED
 from app.ui.screens.turn.photos.photos_view import ShotsLine, ShotsSheet
 from app.ui.shell.start import App
 from app.ui.shell.window_frame import DropVeil
@@ -86,7 +87,7 @@ def test_a_dropped_photo_says_at_which_turn_it_was_taken(
     turn = wrap(goal_of(app) - short)
     before = app.model.place_folder
     photo = write_photo(tmp_path / f"IMG_{short}.jpg", taken_from(turn, aim).picture, 6)
-    assert drop(app, [photo]) == "Drop the photo you took, a film of the turn, or a panorama"
+    assert drop(app, [photo]) == DROP_WORDS
     until(robot, lambda: "best" in line(robot).words or "°" in line(robot).words, "answer")
     until(robot, lambda: "Looking" not in line(robot).words, "the end")
     assert before is not None
@@ -145,7 +146,7 @@ def test_the_button_opens_one_and_the_list_removes_it(
     names = [text.text() for text in sheet.findChildren(Text)]
     assert any("wall.jpg" in name for name in names)
     robot.click("Remove wall.jpg")
-    gone = "wall.jpg removed from this place. Your own file is untouched."
+    gone = REMOVED.format(name="wall.jpg")
     robot.wait(lambda: any(m.text == gone for m in app.notify.messages), "the message")
     robot.settle()
     assert "not found" not in line(robot).words

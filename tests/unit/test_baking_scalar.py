@@ -16,6 +16,8 @@ import numpy as np
 import pytest
 
 from app.core.base.paths import resources
+from app.core.base.progress import Progress, Task
+from app.words.progress import progress_words
 from tests.helpers.meshes import sphere, write_obj
 
 needs_llvm = pytest.mark.llvm
@@ -266,7 +268,7 @@ def test_the_command_bakes_in_scalar_from_mesh_to_files_that_solve(tmp_path: Pat
     done = python(CLI, *words, "--quality", "draft", "--front-only", "--json", "-o", target)
     assert done.returncode == 0, done.stderr
     assert "No LLVM" in done.stderr
-    assert "Following light through the skin" in done.stderr
+    assert progress_words(Progress(Task.FOLLOWING_LIGHT)) in done.stderr
     facts = json.loads(done.stdout)
     transport = load_transport(target)
     assert facts["sha256"] == transport.digest

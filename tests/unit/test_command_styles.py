@@ -11,6 +11,7 @@ import pytest
 from app.commands import styles as command
 from app.core.base.errors import StyleError
 from app.core.styles.styles import NAMES, load_styles
+from app.words.phrases.directions import SIDES
 
 
 def run(*words: str) -> int:
@@ -52,7 +53,7 @@ def test_table_names_every_style_and_both_sides(capsys: pytest.CaptureFixture[st
     for name in NAMES:
         assert any(line.startswith(f"{name} ") for line in lines)
     (line,) = (line for line in lines if line.startswith("left-split "))
-    assert "sitter’s left (camera right)" in line
+    assert SIDES["left"] in line
     assert "+90°" in line
     assert "−35°" in command.as_table([s for s in load_styles() if s.name == "clamshell"])
 

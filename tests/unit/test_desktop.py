@@ -129,7 +129,7 @@ def test_all_that_is_missing_is_named_at_once(monkeypatch: pytest.MonkeyPatch) -
             "too old for Turnlight's libraries: GLIBC_2.34",
         ),
         ("/lib/x86_64-linux-gnu/libEGL.so.1: file too short", "install --reinstall libegl1"),
-        ("libmystery.so.2: cannot open shared object file", "Install the package that has it."),
+        ("libmystery.so.2: cannot open shared object file", "Install the package"),
         ("libQt6Gui.so.6: undefined symbol: _ZN7qt_oops", "undefined symbol"),
     ],
 )

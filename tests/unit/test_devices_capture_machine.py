@@ -22,7 +22,7 @@ from app.devices.capture.capture_steps import ENVIRONMENT
 from app.devices.capture.exposures import bracket, metering
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
-from app.devices.errors import CameraNotReady, CaptureFailed
+from app.devices.errors import CameraNotReady, CaptureFailed, not_written
 from app.devices.simulated.scene import Scene
 from app.words.remarks import sentences
 from tests.faulty_camera.models import PERSONALITIES, personality_named
@@ -483,6 +483,6 @@ def test_a_full_disk_while_metering_is_named(
     monkeypatch.setattr(metering, "open", full, raising=False)
     with pytest.raises(CaptureFailed, match=r"Cannot write into .*: no space left") as caught:
         made.shoot()
-    assert caught.value.hint == "Free some disk space, then try again."
+    assert caught.value.hint == not_written(CaptureFailed, tmp_path, OSError(errno.ENOSPC, "")).hint
     assert caught.value.code == "disk"
     assert asked(made, "takePicture") == 1

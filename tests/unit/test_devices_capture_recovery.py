@@ -13,6 +13,7 @@ from app.core.base.progress import Token
 from app.devices.capture.reconnection import (
     NOT_NOW,
     PATIENCE_S,
+    RECONNECTED,
     REJOIN_S,
     Contact,
     find_frames,
@@ -176,7 +177,7 @@ def test_the_search_is_counted_down() -> None:
     assert left == sorted(left, reverse=True)
     assert max(a - b for a, b in itertools.pairwise(left)) <= 1.0 + 1e-6
     assert 170.0 < left[0] < 180.0
-    assert said[-1] == ("Reconnected to the camera", None, False)
+    assert said[-1] == (RECONNECTED, None, False)
 
 
 def test_a_camera_that_stays_away_is_given_up_after_three_minutes() -> None:

@@ -73,7 +73,7 @@ class Wire:
         assert path == "/osc/info"
         answers = self.net.hosts.get(self.host)
         if not answers:
-            raise Unreachable("Nothing answers at the camera's address.")
+            raise Unreachable("No answer.")
         assert isinstance(answers, list)
         answer = answers.pop(0) if len(answers) > 1 else answers[0]
         if isinstance(answer, Exception):
@@ -161,17 +161,17 @@ def test_nobody_hears_of_the_router_at_home_when_there_is_a_camera() -> None:
 
 
 def test_a_camera_that_is_busy_is_asked_again_until_the_time_is_over() -> None:
-    busy = CameraRefused("The camera is busy.", "Wait.", "serviceUnavailable", 503)
+    busy = CameraRefused("Busy.", "Wait.", "serviceUnavailable", 503)
     net = Net().at("192.168.1.1", busy, busy, theta())
     assert search(net).cameras[0].serial == "10010104"
 
     result = search(Net().at("192.168.1.1", busy))
     assert result.cameras == ()
-    assert result.notes == ("At 192.168.1.1: The camera is busy. Wait.",)
+    assert result.notes == (f"At 192.168.1.1: {busy}",)
 
 
 def test_the_announced_name_gives_the_user_name_before_the_password() -> None:
-    net = Net().at("10.0.0.9", PasswordNeeded("The camera needs its user name and password."))
+    net = Net().at("10.0.0.9", PasswordNeeded("Needs a password."))
     result = search(net, Advert("THETAYL00105377", ("10.0.0.9",), 80))
     (camera,) = result.cameras
     assert camera.needs_password
@@ -308,13 +308,15 @@ def test_ipv6_is_asked_only_where_there_is_nothing_else() -> None:
 
 
 def test_a_deaf_network_is_said() -> None:
+    deaf = Unreachable("No network.", "Type it.", "no-mdns")
+
     def browse(found: object, stop: object) -> None:
-        raise Unreachable("The network cannot be searched for cameras.", "Type it.", "no-mdns")
+        raise deaf
 
     net = Net().at("192.168.1.1", theta())
     result = discover(VirtualClock(), link_factory=net, browse=browse)
     assert len(result.cameras) == 1
-    assert result.notes == ("The network cannot be searched for cameras. Type it.",)
+    assert result.notes == (str(deaf),)
 
 
 def test_addresses_that_swallow_everything_cost_bounded_time() -> None:
@@ -325,7 +327,7 @@ def test_addresses_that_swallow_everything_cost_bounded_time() -> None:
         def get(self, path: str) -> Any:
             if not release.wait(PATIENCE_S):
                 overdue.append(path)
-            raise Unreachable("The camera did not answer in time.")
+            raise Unreachable("Too late.")
 
         def close(self) -> None:
             pass

@@ -25,6 +25,7 @@ from app.devices.errors import (
     NotACamera,
     PasswordNeeded,
     Unreachable,
+    not_written,
 )
 from app.devices.theta.messages import FileEntry
 
@@ -387,7 +388,10 @@ def test_a_folder_that_is_gone_is_a_sentence(bench: Bench) -> None:
     with pytest.raises(DownloadFailed, match=r"Cannot write into .*gone: no such file") as caught:
         bench.fetch(plain())
     assert caught.value.code == "disk"
-    assert caught.value.hint == "Check the folder and its disk, then try again."
+    assert (
+        caught.value.hint
+        == not_written(DownloadFailed, bench.folder, OSError(errno.ENOENT, "")).hint
+    )
 
 
 def test_a_disk_that_fills_up_meanwhile_is_said_as_for_every_file_of_a_capture(
@@ -399,7 +403,10 @@ def test_a_disk_that_fills_up_meanwhile_is_said_as_for_every_file_of_a_capture(
     monkeypatch.setattr("app.devices.capture.download.os.replace", full)
     with pytest.raises(DownloadFailed, match=r"Cannot write into .*: no space left") as caught:
         bench.fetch(plain())
-    assert caught.value.hint == "Free some disk space, then try again."
+    assert (
+        caught.value.hint
+        == not_written(DownloadFailed, bench.folder, OSError(errno.ENOSPC, "")).hint
+    )
     assert caught.value.code == "disk"
 
 

@@ -23,10 +23,30 @@ from app.core.guidance.guide import (
     guide,
 )
 from app.core.guidance.who_moves import Mode
-from app.words.guidance import arc_words, guide_words
+from app.words.guidance import (
+    ARC_IN_LIGHT,
+    AT_GOAL,
+    HOLD,
+    IN_LIGHT,
+    MEASURING,
+    NOSE_TO,
+    STILL,
+    TOO_FAR,
+    TROUBLE,
+    arc_words,
+    guide_words,
+)
+from app.words.phrases.directions import lens_words, nose_words, sitter_words
+from app.words.phrases.turns import goal_words, walking_words
 
 REMBRANDT = Goal(95.6, (79.2, 110.6))
 TURN = st.floats(-360.0, 360.0)
+WALK_LEFT, WALK_RIGHT = (
+    walking_words(direction, Mode.WALK)[0] for direction in ("clockwise", "counter-clockwise")
+)
+RIGHT_ON_THE_SPOT, LEFT_ON_THE_SPOT = (
+    walking_words(direction, Mode.SELFIE)[0] for direction in ("clockwise", "counter-clockwise")
+)
 
 
 def walk(goal: Goal, turns: Iterable[float | None]) -> list[Guide]:
@@ -47,18 +67,17 @@ def test_the_mock_up() -> None:
     assert (shown.goal, shown.now, shown.to_go, shown.number) == (96, 73, 23, 23)
     assert words.number_words == "to go"
     assert words.headline == shown.direction == "clockwise"
-    assert words.walk == "Walk to your left"
-    assert words.company == "The sitter turns with you."
-    assert (shown.until_light, words.light) == (6, "Nearly in the light")
-    assert arc_words(shown) == "in the light"
+    assert (words.walk, words.company) == walking_words("clockwise", Mode.WALK)
+    assert (shown.until_light, words.light) == (6, IN_LIGHT.near)
+    assert arc_words(shown) == ARC_IN_LIGHT
     assert shown.phase is Phase.TURN
 
 
 def test_selfie_has_words_of_its_own() -> None:
-    assert guide_words(at(REMBRANDT, 73.3), Mode.SELFIE).walk == "Turn to your right"
+    assert guide_words(at(REMBRANDT, 73.3), Mode.SELFIE).walk == RIGHT_ON_THE_SPOT
     back = at(Goal(-40.0, (-50.0, -30.0)), 0.0)
-    assert guide_words(back, Mode.SELFIE).walk == "Turn to your left"
-    assert guide_words(back).walk == "Walk to your right"
+    assert guide_words(back, Mode.SELFIE).walk == LEFT_ON_THE_SPOT
+    assert guide_words(back).walk == WALK_RIGHT
 
 
 @given(TURN, st.lists(TURN, min_size=1, max_size=12), st.floats(2.0, 90.0), st.floats(2.0, 90.0))
@@ -115,7 +134,7 @@ def test_across_the_seam() -> None:
     goal = Goal(-175.0, (170.0, -160.0))
     shown = at(goal, 160.0)
     assert (shown.to_go, shown.direction, shown.until_light) == (25, "clockwise", 10)
-    assert guide_words(at(goal, 159.0)).light == "Not in the light yet"
+    assert guide_words(at(goal, 159.0)).light == IN_LIGHT.before
     inside = at(goal, 175.0)
     assert inside.inside
     assert inside.to_go == 10
@@ -125,16 +144,13 @@ def test_across_the_seam() -> None:
 def test_inside_and_hold() -> None:
     inside = at(REMBRANDT, 92.0)
     assert inside.phase is Phase.INSIDE
-    assert guide_words(inside).headline == "You are in the light"
-    assert guide_words(inside).spoken.startswith(
-        "Take the picture. You are in the light. 4° to the best"
-    )
-    assert (inside.number, guide_words(inside).walk) == (4, "Walk to your left")
+    assert guide_words(inside).headline == IN_LIGHT.here
+    assert (inside.number, guide_words(inside).walk) == (4, WALK_LEFT)
     for turn in (94.0, 96.0, 98.0):
         hold = at(REMBRANDT, turn)
         assert hold.phase is Phase.HOLD
-        assert (guide_words(hold).headline, guide_words(hold).walk) == ("Hold it", "")
-        assert guide_words(hold).light == "You are in the light"
+        assert (guide_words(hold).headline, guide_words(hold).walk) == (HOLD, "")
+        assert guide_words(hold).light == IN_LIGHT.here
 
 
 def test_past_the_end_of_the_arc_is_too_far() -> None:
@@ -150,8 +166,8 @@ def test_past_the_end_of_the_arc_is_too_far() -> None:
         Phase.INSIDE,
         Phase.BEYOND,
     ]
-    assert (seen[6].until_light, guide_words(seen[6]).light) == (6, "Too far")
-    assert guide_words(seen[6]).walk == "Walk to your right"
+    assert (seen[6].until_light, guide_words(seen[6]).light) == (6, TOO_FAR)
+    assert guide_words(seen[6]).walk == WALK_RIGHT
     assert seen[6].to_go == -21
 
 
@@ -162,8 +178,8 @@ def test_in_the_light_is_not_left_by_a_tremble() -> None:
     assert [one.inside for one in seen] == inside
     # The number is never held back, and one who is told to be in the light gets no other words.
     assert [one.number for one in seen] == [14, 16, 14, 16, 17, 16, 15, 16]
-    assert {guide_words(one).light for one in seen if one.inside} == {"You are in the light"}
-    assert (seen[4].until_light, guide_words(seen[4]).light) == (2, "Too far")
+    assert {guide_words(one).light for one in seen if one.inside} == {IN_LIGHT.here}
+    assert (seen[4].until_light, guide_words(seen[4]).light) == (2, TOO_FAR)
     holds = [one.hold for one in walk(REMBRANDT, [93.0, 94.0, 93.0, 92.0, 93.0])]
     assert holds == [False, True, True, False, False]
 
@@ -174,7 +190,7 @@ def test_another_goal_is_not_entered_by_the_old_ones_lock() -> None:
     assert (shown.inside, shown.until_light, guide_words(shown).light) == (
         False,
         1,
-        "Nearly in the light",
+        IN_LIGHT.near,
     )
 
 
@@ -184,7 +200,7 @@ def test_a_camera_left_behind_says_nothing_of_the_turn() -> None:
     shown, memory = guide(REMBRANDT, Reading(96.0, 0.1, left_behind=True), memory)
     assert shown.phase is Phase.LEFT
     assert (shown.number, shown.now, shown.inside) == (None, None, False)
-    assert guide_words(shown).headline.startswith("The camera has not moved.")
+    assert guide_words(shown).headline == TROUBLE[Phase.LEFT]
     # It is picked up: what it sees counts from now on, and no old number comes back.
     shown, memory = guide(REMBRANDT, Reading(None, 0.2), memory)
     assert shown.phase is Phase.LOST
@@ -194,13 +210,13 @@ def test_a_camera_left_behind_says_nothing_of_the_turn() -> None:
 
 def test_going_back_out_where_one_came_in_is_not_too_far() -> None:
     seen = walk(REMBRANDT, [60.0, 85.0, 73.0])
-    assert (seen[-1].until_light, guide_words(seen[-1]).light) == (6, "Nearly in the light")
+    assert (seen[-1].until_light, guide_words(seen[-1]).light) == (6, IN_LIGHT.near)
 
 
 def test_leaving_from_a_start_inside_is_too_far_either_way() -> None:
     for turn in (73.0, 117.0):
         shown = walk(REMBRANDT, [96.0, turn])[-1]
-        assert (shown.until_light, guide_words(shown).light) == (6, "Too far")
+        assert (shown.until_light, guide_words(shown).light) == (6, TOO_FAR)
 
 
 def test_a_leap_over_the_arc_is_too_far_and_far_away_is_not() -> None:
@@ -231,7 +247,7 @@ def test_lost_for_a_second() -> None:
     shown, memory = guide(REMBRANDT, Reading(None, 11.0), memory)
     assert shown.phase is Phase.LOST
     assert (shown.number, shown.now, shown.to_go) == (None, None, None)
-    assert guide_words(shown).headline == "Point the camera past the sitter at the background."
+    assert guide_words(shown).headline == TROUBLE[Phase.LOST]
     shown, memory = guide(REMBRANDT, Reading(74.0, 11.1), memory)
     assert shown.number == 22
 
@@ -242,15 +258,15 @@ def test_no_number_before_the_first_heading() -> None:
 
 def test_without_a_webcam() -> None:
     shown, _ = guide(REMBRANDT, Reading(None, 0.0, HeadingSource.NONE))
-    assert guide_words(shown).headline == "No webcam. Turn 96° clockwise, toward 3 o’clock"
+    assert guide_words(shown).headline.endswith(goal_words(96.0))
     assert (shown.number, guide_words(shown).number_words, guide_words(shown).walk) == (
         96,
         "",
-        "Walk to your left",
+        WALK_LEFT,
     )
     assert shown.now is None
     ready, _ = guide(Goal(0.0), Reading(None, 0.0, HeadingSource.NONE))
-    assert guide_words(ready).headline == "No webcam. No turn needed"
+    assert guide_words(ready).headline.endswith(goal_words(0.0))
 
 
 def test_without_a_heading_it_counts_from_where_the_photo_was_taken() -> None:
@@ -258,15 +274,15 @@ def test_without_a_heading_it_counts_from_where_the_photo_was_taken() -> None:
     assert (shown.number, shown.direction, guide_words(shown).walk) == (
         12,
         "counter-clockwise",
-        "Walk to your right",
+        WALK_RIGHT,
     )
-    assert guide_words(shown).headline == "No webcam. Turn 12° counter-clockwise, toward 3 o’clock"
+    assert guide_words(shown).headline.endswith(goal_words(-12.0, 108.3))
 
 
 def test_unplugged_and_back() -> None:
     shown, memory = guide(REMBRANDT, Reading(73.0, 0.0))
     shown, memory = guide(REMBRANDT, Reading(73.0, 0.1, HeadingSource.AWAY), memory)
-    assert guide_words(shown).headline == "Webcam disconnected. Plug it back in to continue."
+    assert guide_words(shown).headline == TROUBLE[Phase.AWAY]
     assert shown.number is None
     shown, memory = guide(REMBRANDT, Reading(None, 0.2, HeadingSource.STARTING), memory)
     assert (shown.phase, shown.number) == (Phase.STARTING, 96), "the number stands at once"
@@ -281,7 +297,7 @@ def test_a_turn_of_ones_own_counts_by_itself(arc: tuple[float, float] | None) ->
     goal = Goal(96.0, arc)
     assert (at(goal, 93.0).until_light, guide_words(at(goal, 93.0)).light) == (
         1,
-        "Nearly at the goal",
+        AT_GOAL.near,
     )
     assert at(goal, 94.0).hold
     assert at(goal, 15.0).inside is False
@@ -291,7 +307,7 @@ def test_a_turn_of_ones_own_counts_by_itself(arc: tuple[float, float] | None) ->
 def test_any_turn_will_do() -> None:
     shown = at(Goal(10.0, (-180.0, 180.0)), -100.0)
     assert shown.inside
-    assert arc_words(shown) == "in the light"
+    assert arc_words(shown) == ARC_IN_LIGHT
 
 
 # -- nose and lens apart -----------------------------------------------------------------------
@@ -314,74 +330,65 @@ def test_where_one_stands_and_what_one_says_are_told_while_one_walks() -> None:
     assert (shown.number, shown.direction, guide_words(shown).walk) == (
         56,
         "clockwise",
-        "Walk to your left",
+        WALK_LEFT,
     )
-    assert guide_words(shown).company == (
-        "Stand 30° to the sitter’s right of their nose.\n“Nose 30° to your left, eyes to me.”"
-    )
+    assert guide_words(shown).company == f"{lens_words(30.0)}.\n“{sitter_words(30.0)}.”"
     other = at(Goal(96.0, yaw_deg=-15.0), 40.0)
-    assert guide_words(other).company == (
-        "Stand 15° to the sitter’s left of their nose.\n“Nose 15° to your right, eyes to me.”"
-    )
+    assert guide_words(other).company == f"{lens_words(-15.0)}.\n“{sitter_words(-15.0)}.”"
     alone = guide_words(at(ASIDE, 40.0), Mode.SELFIE)
-    assert alone.company == ("The camera turns with you.\nNose 30° to your left, eyes to the lens.")
+    _, company = walking_words("clockwise", Mode.SELFIE)
+    assert alone.company == f"{company}\n{sitter_words(30.0, Mode.SELFIE)}."
 
 
 def test_without_a_face_it_goes_by_words_that_come_before_the_picture() -> None:
     held = at(ASIDE, 96.0)
     assert (held.phase, guide_words(held).company) == (
         Phase.HOLD,
-        "“Nose 30° to your left, eyes to me.”",
+        f"“{sitter_words(30.0)}.”",
     )
-    assert guide_words(held).spoken.startswith(
-        "“Nose 30° to your left, eyes to me.” Take the picture."
-    )
+    assert guide_words(held).spoken.startswith(f"“{sitter_words(30.0)}.” ")
     by_eye, _ = guide(ASIDE, Reading(None, 0.0, HeadingSource.NONE))
-    assert guide_words(by_eye).spoken.endswith(
-        "Walk to your left. “Nose 30° to your left, eyes to me.”"
-    )
+    assert guide_words(by_eye).spoken.endswith(f"{WALK_LEFT}. “{sitter_words(30.0)}.”")
 
 
 @pytest.mark.parametrize(
-    ("yaw", "number", "direction", "headline"),
+    ("yaw", "number", "direction", "further"),
     [
-        (18.0, 12, "counter-clockwise", "nose to their left"),
-        (0.4, 30, "counter-clockwise", "nose to their left"),
-        (41.0, 11, "clockwise", "nose to their right"),
+        (18.0, 12, "counter-clockwise", 1),
+        (0.4, 30, "counter-clockwise", 1),
+        (41.0, 11, "clockwise", -1),
     ],
 )
 def test_a_nose_that_is_off_is_the_one_thing_left_to_turn(
-    yaw: float, number: int, direction: str, headline: str
+    yaw: float, number: int, direction: str, further: int
 ) -> None:
     (shown,) = faced([yaw])
     assert shown.phase is Phase.NOSE
     assert (shown.number, shown.direction, guide_words(shown).headline) == (
         number,
         direction,
-        headline,
+        NOSE_TO[Mode.WALK][further < 0],
     )
-    side = headline.removeprefix("nose to their ")
-    assert guide_words(shown).spoken == f"Nose {number}° further to their {side}."
-    assert guide_words(shown).company == f"“Nose further to your {side}, eyes to me.”"
+    assert guide_words(shown).spoken == f"{nose_words(further * number)}."
+    assert guide_words(shown).company == f"“{sitter_words(further, further=True)}.”"
     # Where one stands is right; the light is not.
     assert (shown.to_go, guide_words(shown).walk, shown.inside, shown.hold) == (0, "", False, False)
-    assert guide_words(shown).light == "Nearly in the light"
-    assert guide_words(shown, Mode.SELFIE).headline == f"nose to your {side}"
+    assert guide_words(shown).light == IN_LIGHT.near
+    assert guide_words(shown, Mode.SELFIE).headline == NOSE_TO[Mode.SELFIE][further < 0]
 
 
 def test_while_one_walks_the_nose_is_told_beside_the_way() -> None:
     (shown,) = faced([18.0], turn=40.0)
     assert (shown.phase, shown.number) == (Phase.TURN, 56)
-    assert guide_words(shown).company.endswith("\nNose 12° further to their left.")
+    assert guide_words(shown).company.endswith(f"\n{nose_words(12.0)}.")
     (right,) = faced([27.0], turn=40.0)
-    assert guide_words(right).company.endswith("\nThe nose is right.")
+    assert guide_words(right).company.endswith(f"\n{nose_words(0.0)}.")
 
 
 @pytest.mark.parametrize("off", [-float(NOSE_DEG), 0.0, float(NOSE_DEG)])
 def test_so_near_the_nose_is_right(off: float) -> None:
     (shown,) = faced([30.0 - off])
-    assert (shown.phase, guide_words(shown).company) == (Phase.HOLD, "The nose is right.")
-    assert guide_words(shown).spoken.startswith("Take the picture.")
+    assert (shown.phase, guide_words(shown).company) == (Phase.HOLD, f"{nose_words(0.0)}.")
 
 
 def test_the_number_of_the_nose_stays_while_a_face_is_read_a_little_otherwise() -> None:
@@ -457,7 +464,7 @@ def test_a_sitter_is_asked_to_hold_still_while_it_is_found_out() -> None:
         guide_words(shown).spoken,
         guide_words(shown).light,
     )
-    assert said == ("Measuring the nose", "“Hold still.”", "Hold still.", "Nearly in the light")
+    assert said == (MEASURING, f"“{STILL}.”", f"{STILL}.", IN_LIGHT.near)
 
 
 def test_a_nose_that_sways_out_is_not_lit_though_the_number_is_steady() -> None:

@@ -8,6 +8,7 @@ from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide, HeadingSource, Reading, guide
 from app.core.guidance.walk_plan import PlanDrawing, PlanMark, plan_of
 from app.core.guidance.who_moves import Mode
+from app.words.phrases.directions import direction_words
 from app.words.plan import plan_words
 
 GOAL = Goal(96.0, (79.0, 111.0))
@@ -34,9 +35,9 @@ def test_everybody_is_where_they_are() -> None:
     assert (plan.way, plan.nose_deg, plan.arc_deg) == ((40.0, 56.0), 40.0, (79.0, 111.0))
     assert "nose" not in plan_words(plan).labels
     # 36 deg counter-clockwise of where the sitter looks at the goal is at their left.
-    assert plan_words(plan, "Walk to your left").description == (
-        "Walk to your left. At the goal, light: in front, sitter’s left (camera right)"
-    )
+    described = plan_words(plan, "Go.").description
+    assert described.startswith("Go.")
+    assert described.endswith(direction_words(-36.0, 0.0, of_sitter=True))
 
 
 @pytest.mark.parametrize(
@@ -69,7 +70,7 @@ def test_who_is_lost_is_drawn_nowhere() -> None:
 def test_one_mark_where_the_goal_is_reached() -> None:
     plan = plan_of(shown_at(96.0), GOAL, Mode.WALK)
     assert set(turns_of(plan)) == {"now", "start", "nose", "background"}
-    assert plan_words(plan, "You are in the light").description == "You are in the light"
+    assert plan_words(plan, "Here.").description == "Here."
 
 
 def test_the_longer_way_is_drawn_as_it_is_walked() -> None:

@@ -23,7 +23,13 @@ from app.core.measure.finish.findings import (
     sources_of,
 )
 from app.core.measure.finish.lamp_detection import Source, find_lights
-from app.core.measure.finish.remarks import BlindMatters, MaybeSun, MoreLampsClipped
+from app.core.measure.finish.remarks import (
+    BlindMatters,
+    LampClipped,
+    MaybeSun,
+    MoreLampsClipped,
+    Remedy,
+)
 from app.core.measure.finish.restoration import restore
 from app.core.measure.read.frame import MergedLight
 from app.core.solver.solve import solve_all
@@ -388,11 +394,13 @@ def test_advice_knows_the_cameras_floor() -> None:
     window[200:290, 700:780] = 100.0
     merged = named(window)
     lights = find_lights(merged)
-    words = [remark_words(advise(merged, lights, None, room)[0]) for room in (None, 0.2, 2.0, 9.0)]
-    assert words[0].endswith("is clipped. Shoot two darker frames.")
-    assert "cannot expose darker" in words[1]
-    assert "2 EV darker. Shoot one darker frame." in words[2]
-    assert words[3].endswith("Shoot two darker frames.")
+    told = [advise(merged, lights, None, room)[0] for room in (None, 0.2, 2.0, 9.0)]
+    asked = [
+        (one.remedy, one.frames, one.room_stops) for one in told if isinstance(one, LampClipped)
+    ]
+    darker = Remedy.DARKER_FRAMES
+    assert [asked[0], *asked[2:]] == [(darker, 2, None), (darker, 1, 2.0), (darker, 2, None)]
+    assert asked[1][0] is Remedy.GAIN
 
 
 def test_many_clipped_lamps_are_summed_up() -> None:

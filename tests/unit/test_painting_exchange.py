@@ -134,7 +134,7 @@ def test_newer_and_mixed_up_styles_are_said(style: UserStyle, tmp_path: Path) ->
     file = packed(
         tmp_path / "n.turnstyle", [("style.toml", newer), ("weights.exr", parts["weights.exr"])]
     )
-    assert "newer Turnlight (format 7). Update Turnlight." in refused(tmp_path / "friend", file)
+    assert "(format 7)" in refused(tmp_path / "friend", file)
     other = tmp_path / "other.exr"
     write_layers(other, style.weights[::-1], style.ignore)
     mixed = [("style.toml", parts["style.toml"]), ("weights.exr", other.read_bytes())]

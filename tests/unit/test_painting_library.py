@@ -30,6 +30,7 @@ from app.core.painting.user_styles import (
     update_user_style,
 )
 from app.core.styles.styles import NAMES, load_styles
+from app.words.phrases.directions import SIDES
 from app.words.styles import full_title
 from tests.helpers.synthetic import lambert_sphere_transport
 
@@ -69,7 +70,7 @@ def test_a_style_comes_back_as_it_was(tmp_path: Path) -> None:
     assert not damaged
     assert len(styles) == 1
     assert same(styles[0], saved)
-    assert full_title(saved.style) == "My Rembrandt, sitter’s left (camera right)"
+    assert full_title(saved.style) == f"My Rembrandt, {SIDES['left']}"
     assert saved.style.lamps == ()
     again = from_user_style(saved, lambert_sphere_transport())
     assert not again.touched
@@ -188,8 +189,8 @@ def test_a_full_disk_loses_nothing(
             save_user_style(tmp_path, canvas(2), "Other")
         with pytest.raises(StyleError, match="Not saved"):
             update_user_style(tmp_path, style, canvas(2))
-    assert found.value.hint.startswith("Your strokes are safe")
-    assert (found.value.message == "Not saved: the disk is full.") == (number != errno.EIO)
+    assert "strokes" in found.value.hint
+    assert ("disk is full" in found.value.message) == (number != errno.EIO)
     assert everything(tmp_path) == kept
 
 
@@ -233,8 +234,8 @@ def test_damaged_styles_are_listed_and_left_alone(tmp_path: Path) -> None:
     reasons = {entry.path.stem: entry.reason for entry in damaged}
     assert set(reasons) == set(texts)
     assert damaged
-    assert "newer Turnlight (format 2). Update Turnlight." in reasons["newer"]
-    assert "old format (0)" in reasons["older"]
+    assert "(format 2)" in reasons["newer"]
+    assert "format (0)" in reasons["older"]
     assert "missing" in reasons["lonely"]
     assert everything(tmp_path) == kept
 

@@ -13,6 +13,7 @@ from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.portrait.ratio_and_glare import NOTICEABLE, STRONG, eye_light, glare, light_flow
+from app.words.phrases.directions import SIDES, face_direction_words
 from app.words.portrait.face_light import flow_words, glare_sentence
 from tests.helpers.synthetic import lamp_environment
 
@@ -48,13 +49,10 @@ def test_sides_are_the_sitters_own_and_named_twice() -> None:
     found = glare(lamp(78.0, 20.0, 60.0), 90.0)
     assert found.level == "strong"
     assert (found.azimuth_deg, found.elevation_deg) == pytest.approx((12.0, 20.0), abs=0.7)
-    assert glare_sentence(found) == (
-        "At this turn, a bright lamp shines into the sitter’s eyes: "
-        "12° to the sitter’s left (camera right), 20° up. Expect squinting."
-    )
+    assert f" {face_direction_words(12.0, 20.0)}" in glare_sentence(found)
     mirrored = glare(lamp(102.0, 20.0, 60.0), 90.0)
     assert mirrored.azimuth_deg == pytest.approx(-found.azimuth_deg, abs=0.2)
-    assert "sitter’s right (camera left)" in glare_sentence(mirrored)
+    assert SIDES["right"] in glare_sentence(mirrored)
 
 
 def test_the_sun_is_named_where_it_is_known() -> None:

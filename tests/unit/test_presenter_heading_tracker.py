@@ -19,6 +19,7 @@ from app.core.faces.finder import Face
 from app.core.faces.light_reading import FaceLight
 from app.core.faces.pose import HeadPose
 from app.core.faces.shot_check import Check
+from app.core.guidance.who_moves import Mode
 from app.core.localization import tracking
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading
@@ -28,9 +29,12 @@ from app.core.portrait.head import Head
 from app.core.solver.style_signature import Grade
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
+from app.ui.screens.turn.guidance import TAKE
 from app.ui.screens.turn.live import alignment, face, heading_tracker
 from app.ui.screens.turn.live.alignment import Aligner
 from app.ui.screens.turn.live.heading_tracker import HeadingTracker
+from app.words.guidance import NOSE_TO
+from app.words.phrases.directions import nose_words
 from tests.helpers.turn_rig import UNSEEN, Rig, frame_of, read_heading, read_sitter
 
 Bytes = NDArray[np.uint8]
@@ -93,7 +97,7 @@ class Bench:
     def _build(self, panorama: Bytes, *_: Any) -> object:
         self.built.append(panorama)
         if panorama.max() == 0:
-            raise CoreError("There is nothing in this panorama.", "Turn by the number.")
+            raise CoreError("There is nothing in this panorama.", "Go by it.")
         return self.index or object()
 
     def _find(self, picture: Bytes, index: Any, fov_deg: float | None, **how: Any) -> Heading:
@@ -538,10 +542,10 @@ def test_live_the_face_says_how_far_the_nose_is_off(aside: Rig, faces: list[Chec
     assert (column.number, column.sign, column.direction, column.inside) == (
         12,
         "counter-clockwise",
-        "nose to their left",
+        NOSE_TO[Mode.WALK][0],
         False,
     )
-    assert column.announced == "Nose 12° further to their left."
+    assert column.announced == f"{nose_words(12.0)}."
     # The head is where it should be looked for, so it is no head that is turned away.
     assert state.style.face == "Live face 71: nearly"
     goal = wrap(aside.goal)
@@ -549,8 +553,8 @@ def test_live_the_face_says_how_far_the_nose_is_off(aside: Rig, faces: list[Chec
     faces.append(shown(28.0, "yes", 88.0))
     held = aside.turn_to(aside.goal).guidance
     assert (held.direction, held.company, held.inside) == (
-        "Take the picture",
-        "The nose is right.",
+        TAKE,
+        f"{nose_words(0.0)}.",
         True,
     )
 

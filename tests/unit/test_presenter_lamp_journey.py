@@ -22,6 +22,8 @@ from app.ui.screens.light.placement.pictures import portrait_with
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.registry import screen
 from app.ui.screens.turn.photos.check_job import shot_context
+from app.ui.screens.turn.screen import BACK
+from app.words.guidance import FOR_LAMP
 from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
 from tests.helpers.turn_rig import Rig
@@ -90,11 +92,11 @@ def test_at_the_goal_the_lamp_is_told_in_the_words_of_the_light_screen(way: Jour
     goal = way.turn.goal
     shown = way.turn.turn_to(wrap(goal - 40.0)).guidance
     assert shown.phase is Phase.TURN
-    assert shown.pill == "Not right for the lamp yet"
+    assert shown.pill == FOR_LAMP.before
     at_goal = way.turn.turn_to(goal).guidance
     assert at_goal.phase is Phase.HOLD
     assert at_goal.inside
-    assert at_goal.sentence == f"Now h{told.hold[1:]}. Then take the picture."
+    assert f" h{told.hold[1:]}. " in at_goal.sentence
     lamp = next(mark for mark in way.turn.state.plan.marks if mark.kind == "lamp")
     assert wrap(whole(goal) - lamp.turn_deg) == pytest.approx(way.held.azimuth_deg)
     assert at_goal.spoken == at_goal.sentence
@@ -127,7 +129,7 @@ def test_the_way_back_leads_to_the_lamp_where_it_was_held(way: Journey) -> None:
     told = way.light.resolve().hold.hold
     way.go()
     back = next(one for one in way.turn.presenter.actions() if one.key == "turn-back")
-    assert (back.words, back.hint) == ("Back to the lamp", "lamp")
+    assert back.words == BACK[Step.LIGHT][0]
     assert screen(Step.LIGHT).done(way.turn.model)
     back.run()
     assert way.turn.model.step is Step.LIGHT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,13 +16,17 @@ from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import LampPlacement
 from app.core.solver.lens.lens_wish import LensWish
 from app.ui.presenters.window_model import Step
-from app.ui.screens.light.brightness import BRIGHTNESS
+from app.ui.screens.light.brightness import BRIGHTNESS, STATED
+from app.ui.screens.light.detail import verdict_at
 from app.ui.screens.light.lamp import DISTANCES_M
 from app.ui.screens.light.placement import answers as placed
 from app.ui.screens.light.placement import jobs as work
-from app.ui.screens.light.placement.answers import Answers
-from app.ui.screens.light.screen import LightPresenter
+from app.ui.screens.light.placement.answers import Answers, LampPosition
+from app.ui.screens.light.screen import STILL_SHOWING, TRYING, LightPresenter
+from app.ui.screens.light.style_list import BETTER, NOW_POSSIBLE, STILL_OUT, STRONGER, TOO_WEAK
+from app.ui.screens.light.two_steps import move_words
 from app.words.out_of_reach import too_soft_words
+from app.words.phrases.directions import SIDES, lens_words
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light
 
@@ -57,7 +62,7 @@ def test_it_asks_how_bright_it_is_and_nothing_is_tried_before(rig: LightRig) -> 
     assert rig.state.asks
     assert rig.hands == []
     rig.presenter.scale.choose("cellar")
-    assert rig.state.lamp.brightness == "30 lx at the face, set by you"
+    assert rig.state.lamp.brightness == STATED.format(lux="30 lx")
     assert rig.state.bright.key == "cellar"
     assert rig.view.last.hold.hold
     light = scene_light()
@@ -84,8 +89,8 @@ def test_a_measured_place_is_not_asked_about(rig: LightRig) -> None:
 
 def test_the_list_has_the_rescued_first_then_the_better(rig: LightRig) -> None:
     rig.start()
-    assert keys(rig, "Now possible with this lamp") == ["badger", "below"]
-    assert keys(rig, "Better with this lamp") == ["left-split"]
+    assert keys(rig, NOW_POSSIBLE) == ["badger", "below"]
+    assert keys(rig, BETTER) == ["left-split"]
     first = rig.state.sections[0]
     assert first.count == "2 of 2"
     row = first.rows[0]
@@ -99,8 +104,8 @@ def test_a_style_out_of_reach_stays_in_front_even_if_it_is_not_rescued(rig: Ligh
     rig.start()
     rig.model.choose("flat")
     assert rig.state.detail.key == "flat"
-    assert keys(rig, "Still out of reach") == ["flat"]
-    assert rig.state.detail.verdict_words == "out of reach, under 45"
+    assert keys(rig, STILL_OUT) == ["flat"]
+    assert rig.state.detail.verdict_words == verdict_at(30.0, 100.0)[1]
 
 
 def test_words_name_both_steps(rig: LightRig) -> None:
@@ -108,11 +113,11 @@ def test_words_name_both_steps(rig: LightRig) -> None:
     rig.presenter.choose("left-split")
     hold = rig.state.hold
     assert hold.turn == "Turn 56° counter-clockwise"
-    assert hold.hold.startswith("Hold the phone screen to the sitter’s left (camera right)")
+    assert hold.hold.startswith(f"Hold the phone screen to the {SIDES['left']}")
     assert hold.hold.endswith("raised 5°, at full power")
     assert hold.hold_line.startswith("30 cm from the middle of the head, about ")
     rig.presenter.choose("right-split")
-    assert "to the sitter’s right (camera left)" in rig.state.hold.hold
+    assert SIDES["right"] in rig.state.hold.hold
 
 
 def test_turn_first_goes_to_the_turn_of_the_lamp(rig: LightRig) -> None:
@@ -133,7 +138,9 @@ def test_moving_the_lamp_moves_words_numbers_and_match_but_not_the_best(rig: Lig
     assert state.detail.after == "42"
     assert state.detail.verdict == "out"
     assert state.detail.best_title == "Best place: 62"
-    assert state.detail.best_line == "Move the lamp 20° toward the camera and lower it by 20°."
+    assert state.detail.best_line == move_words(
+        LampPosition(-94.0, 4.0), LampPosition(*state.heads.best)
+    )
     assert dict(state.detail.numbers)["Lamp azimuth"] == "−94°"
     assert state.hold.turn == "Turn 56° counter-clockwise"
     rig.presenter.go_best()
@@ -175,8 +182,8 @@ def test_while_another_lamp_is_tried_nobody_is_told_to_hold_the_old_one(rig: Lig
     rig.runner.held.add("light-lamp")
     rig.presenter.take_lamp("panel")
     hold = rig.state.hold
-    assert hold.hold == "Trying the LED panel all around the head…"
-    assert hold.hold_line == "Still showing the phone screen."
+    assert hold.hold == TRYING.format(lamp="the LED panel")
+    assert hold.hold_line == STILL_SHOWING.format(lamp="the phone screen")
     assert not hold.turn_works
     rig.runner.release("light-lamp")
     assert rig.state.hold.hold.startswith("Hold the LED panel ")
@@ -199,8 +206,8 @@ def test_a_lens_that_may_stand_elsewhere_is_told_where(
     rig.model.update(place=replace(place, said_white_cd_m2=40.0))
     detail, hold = rig.state.detail, rig.state.hold
     assert asked == [(detail.key, LensWish("short", (10.0, 50.0)))]
-    assert detail.best_line == "The lamp is there. Short, nose 30° to their left: match 71."
-    assert hold.hold_line.endswith("Stand 30° to the sitter’s right of their nose.")
+    assert detail.best_line.endswith("30° to their left: match 71.")
+    assert hold.hold_line.endswith(f"{lens_words(30.0)}.")
 
 
 def test_the_lens_is_asked_for_from_where_the_photographer_stands(
@@ -228,7 +235,7 @@ def test_a_style_that_is_too_soft_says_so(rig: LightRig) -> None:
     rig.saved = {"badger": (20.0, 46.0)}
     rig.weak.add("badger")
     rig.start()
-    (part,) = [one for one in rig.state.sections if one.title == "Still out of reach"]
+    (part,) = [one for one in rig.state.sections if one.title == STILL_OUT]
     assert part.rows[0].line == too_soft_words(12.0, 20.0)
 
 
@@ -249,15 +256,16 @@ def test_late_answers_for_a_lamp_that_was_put_away_are_not_shown(rig: LightRig) 
 def test_a_weak_lamp_says_what_it_does_from_nearer_by(rig: LightRig) -> None:
     rig.saved = {"badger": (20.0, 40.0)}
     rig.start()
-    assert rig.state.note == "This lamp is too weak at 30 cm. Try a stronger one."
+    assert rig.state.note == f"{TOO_WEAK.format(distance='30 cm')} {STRONGER}"
     rig.presenter.choose("badger")
     badger = rig.presenter.front
     assert badger is not None
     assert badger.name == "badger"
     rig.nearer = replace(badger, match=51.0, attainable=True)
     rig.presenter.move_away(DISTANCES_M.index(0.35))
-    assert rig.state.note == "This lamp is too weak at 35 cm. At 20 cm it brings badger to 51."
-    assert rig.state.note_action == "Hold it at 20 cm"
+    assert rig.state.note.startswith(TOO_WEAK.format(distance="35 cm"))
+    assert re.findall("[0-9]+", rig.state.note) == ["35", "20", "51"]
+    assert "20 cm" in rig.state.note_action
     rig.presenter.come_closer()
     assert DISTANCES_M[rig.state.lamp.distance] == 0.2
 
@@ -273,13 +281,15 @@ def test_reach_is_asked_for(rig: LightRig) -> None:
 def test_trouble_is_said_in_its_own_words_and_can_be_tried_again(
     rig: LightRig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    missing = CoreError("The head's shape is missing.", "Bake it again.")
+
     def fails(*_: object) -> None:
-        raise CoreError("The head's shape is missing.", "Bake it again.")
+        raise missing
 
     right = rig.take
     monkeypatch.setattr(work, "take_in_hand", fails)
     rig.start()
-    assert rig.state.empty == "The head's shape is missing. Bake it again."
+    assert rig.state.empty == str(missing)
     monkeypatch.setattr(work, "take_in_hand", right)
     rig.presenter.press("again")
     assert not rig.state.empty
@@ -336,7 +346,7 @@ def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: 
     assert "Enter its illuminance" in rig.state.meter
     assert len(rig.hands) == count
     rig.presenter.lamp_actions.answer("lux", "a lot")
-    assert rig.state.meter_error.startswith("This is not a number of lux.")
+    assert rig.state.meter_error.startswith("This is not a number of lux")
     rig.presenter.lamps.take([own_lamp(tmp_path / "other.exr", known=False)])
     assert rig.state.meter.startswith("The brightness of “other”")
     assert not rig.state.meter_error, "that was said of another lamp"

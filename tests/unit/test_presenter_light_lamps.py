@@ -156,7 +156,7 @@ def test_capturing_says_how_and_takes_name_and_distance(rig: LightRig, tmp_path:
     assert len(ask.guide) >= 5
     assert ask.place == "", "the place of this test is not kept"
     rig.presenter.lamps.capture("files", "Panel", "around here")
-    assert rig.view.said[-1].startswith("This is not a distance.")
+    assert rig.view.said[-1].startswith("This is not a distance")
     assert rig.view.asked == 0
     rig.presenter.lamps.capture("files", "Panel", "60 cm")
     assert rig.view.asked == 1
@@ -177,7 +177,7 @@ def test_the_open_place_is_made_a_lamp(rig: LightRig, tmp_path: Path) -> None:
     place = replace(read_place(folder), environment="environment-0123456789ab.exr", capture=facts)
     rig.model.update(place_folder=folder, place=place)
     rig.presenter.lamps.begin()
-    assert rig.view.captures[-1].place == "Use the place “Dark room”"
+    assert "“Dark room”" in rig.view.captures[-1].place
     rig.presenter.lamps.capture("place", "", "0.5")
     own = rig.presenter.lamps.own
     assert own is not None

@@ -46,11 +46,13 @@ def test_moving_the_lamp_keeps_its_power_and_home_brings_the_best_back(rig: Ligh
     rig.presenter.step_power(1)
     assert rig.state.hold.hold.endswith(", at 1/4 power")
     assert rig.state.detail.after == "52"
-    assert rig.state.detail.best_line == "Set the lamp to 1/8 power."
+    assert rig.state.detail.best_line.endswith(" 1/8 power.")
+    assert "°" not in rig.state.detail.best_line
     assert rig.state.hold.map_title.endswith("at this turn at 1/8 power")
     rig.presenter.hold_at(-94.0, 4.0)
     assert rig.looks[-1][1] == LampPosition(-94.0, 4.0, 1 / 4)
-    assert rig.state.detail.best_line.endswith("lower it by 20° and set it to 1/8 power.")
+    assert rig.state.detail.best_line.endswith(" 1/8 power.")
+    assert "20°" in rig.state.detail.best_line
     rig.presenter.go_best()
     assert rig.state.detail.at_best
     assert rig.state.detail.power == "1/8, 3 stops down"

@@ -11,6 +11,7 @@ from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
 from app.core.places.place_folder import create_place, read_place, write_place
 from app.core.second_light.place_brightness import illuminance, read_lux
+from app.ui.screens.light.brightness import STATED
 from tests.helpers.light_rig import LightRig
 from tests.helpers.styles_screen import scene_light
 
@@ -47,12 +48,12 @@ def test_what_a_meter_reads_counts(rig: LightRig) -> None:
     assert asks(rig)
     assert rig.state.bright.keep == ""
     rig.presenter.scale.type("quite dark")
-    assert rig.state.bright.error.startswith("This is not a number of lux.")
+    assert rig.state.bright.error.startswith("This is not a number of lux")
     assert rig.hands == []
     rig.presenter.scale.type("42 lx")
     assert not asks(rig)
     assert asked_lux(rig) == pytest.approx(42.0, rel=1e-6)
-    assert rig.state.lamp.brightness == "42 lx at the face, set by you"
+    assert rig.state.lamp.brightness == STATED.format(lux="42 lx")
 
 
 def test_a_measured_place_can_be_corrected_and_set_back(rig: LightRig) -> None:

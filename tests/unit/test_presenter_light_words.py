@@ -94,7 +94,5 @@ def test_moves_name_the_side_that_the_lamp_comes_to() -> None:
     assert RIGHT in move_words(LampPosition(20.0, 0.0), LampPosition(-30.0, 0.0))
     # Around the back it comes to the other side as well.
     assert RIGHT in move_words(LampPosition(170.0, 0.0), LampPosition(-160.0, 0.0))
-    assert (
-        move_words(LampPosition(-60.0, 0.0), LampPosition(-90.0, 0.0))
-        == "Move the lamp 30° toward the back."
-    )
+    back = move_words(LampPosition(-60.0, 0.0), LampPosition(-90.0, 0.0))
+    assert "30° toward the back" in back

@@ -15,11 +15,12 @@ from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
 from app.core.solver.transport import load_named
 from app.core.styles.style_pack_file import load_named_pack
-from app.ui.presenters.window_model import Step
-from app.ui.screens.paint.canvas import CanvasMode
-from app.ui.screens.paint.live import NO_LIGHT, NO_STROKES
+from app.ui.presenters.window_model import NO_LIGHT, Step
+from app.ui.screens.paint.canvas import FRONT_ONLY, CanvasMode
+from app.ui.screens.paint.live import LIMIT_RING, NO_STROKES
 from app.ui.screens.paint.screen import PaintState, PaintView
 from app.words.painting import advice_words
+from app.words.phrases.directions import SIDES
 from tests.helpers.paint_studio import Studio, even_light, lamp_light, studio
 from tests.helpers.styles_screen import HoldingRunner
 
@@ -171,7 +172,7 @@ def test_clearing_is_one_step_that_can_be_undone(room: Studio) -> None:
     assert painted is not None
     room.presenter.clear()
     assert not _state(room).tools.can_clear
-    assert room.services.undo.undo_words == "clear the strokes on My Loop"
+    assert "My Loop" in room.services.undo.undo_words
     room.services.undo.undo()
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
 
@@ -305,7 +306,7 @@ def test_starts_are_all_styles_and_nothing(room: Studio) -> None:
     room.enter("left-split")
     starts = _state(room).tools.starts
     assert starts[0][:2] == ("", "Nothing")
-    assert ("left-split", "Split", "sitter’s left (camera right)") in starts
+    assert ("left-split", "Split", SIDES["left"]) in starts
     assert len(starts) == 1 + len(room.model.head.pack.styles)  # type: ignore[union-attr]
 
 
@@ -353,7 +354,7 @@ def test_out_of_reach_is_said_with_its_reason(room: Studio) -> None:
     room.enter("left-split")
     # The style itself, until there is a stroke, has limits of its own.
     room.stroke((0.4, 0.45), (0.6, 0.45))
-    assert _state(room).live.dashed == "The dashed ring is the limit of reach, 45."
+    assert _state(room).live.dashed == LIMIT_RING.format(limit=45.0)
     room.model.update(light=even_light())
     live = _state(room).live
     assert live.good.startswith("Out of reach here: ")
@@ -524,5 +525,5 @@ def test_another_head_is_seen_from_the_front_first(room: Studio) -> None:
 def test_a_head_without_views_says_so(room: Studio) -> None:
     room.enter()
     room.presenter.look.turn_head(1)
-    assert room.told.messages[-1] == "This head was baked from the front only."
+    assert room.told.messages[-1] == FRONT_ONLY
     assert _yaw(room) == 0.0

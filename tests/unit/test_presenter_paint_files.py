@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 from unittest.mock import MagicMock
 
@@ -10,7 +11,9 @@ import pytest
 
 from app.core.painting.draft_file import load_draft
 from app.core.painting.stroke import Tool
+from app.core.painting.user_style import not_saved
 from app.core.painting.user_styles import list_user_styles
+from app.ui.screens.paint.files import CHANGED, NOT_SAVED
 from app.ui.screens.paint.screen import PaintState, PaintView
 from tests.helpers.paint_studio import Studio, studio
 
@@ -63,7 +66,7 @@ def test_name_is_asked_for_and_the_new_style_is_chosen(room: Studio) -> None:
 def test_strokes_can_be_undone_after_saving_and_are_unsaved_then(room: Studio) -> None:
     _saved(room)
     room.services.undo.undo()
-    assert _state(room).save.status == "changes not saved yet"
+    assert _state(room).save.status == CHANGED
     assert (room.drafts / "paint-mine.npz").exists()
     room.services.undo.redo()
     assert _state(room).save.status == "saved"
@@ -119,13 +122,13 @@ def test_full_disk_is_told_and_strokes_are_kept(
     painted = room.presenter.canvas
     monkeypatch.setattr("app.core.painting.user_style.write_layers", full)
     room.presenter.files.named("save", "Mine")
-    words = "Not saved: the disk is full. Your strokes are safe. Free some space, then save again."
+    words = str(not_saved(OSError(errno.ENOSPC, "")))
     assert [str(error) for error in room.told.errors] == [words]
     view.show_trouble.assert_called_with(words)
     assert room.presenter.canvas is not None
     assert painted is not None
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)
-    assert _state(room).save.status == "not saved yet"
+    assert _state(room).save.status == NOT_SAVED
     assert not _state(room).save.busy
     assert (room.drafts / "paint-left-split.npz").exists()
     monkeypatch.undo()
@@ -229,7 +232,7 @@ def test_a_draft_that_the_disk_refuses_is_not_said_to_be_kept(
     monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", full)
     room.stroke((0.5, 0.5), (0.6, 0.5))
     room.leave()
-    assert "The draft cannot be saved: the disk is full." in room.told.messages[-1]
+    assert "disk is full" in room.told.messages[-1]
     assert not any(words.startswith("Draft kept") for words in room.told.messages)
 
 

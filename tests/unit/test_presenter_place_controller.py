@@ -30,7 +30,12 @@ from app.core.styles.style_pack_file import pack_path, save_pack
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.probe.capture.camera import CameraBlock
-from app.ui.screens.probe.capture.notice import Notice, advice_notice
+from app.ui.screens.probe.capture.notice import (
+    CARDS_SHOW_ANSWERS,
+    CARDS_SHOW_TURNS,
+    Notice,
+    advice_notice,
+)
 from app.words.remarks import remark_words
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.probes import place
@@ -198,7 +203,7 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     assert notice is not None
     assert notice.title.startswith("Rough answer")
     # The cards name them as users know them.
-    assert notice.body.endswith("The style cards show which turns depend on that.")
+    assert notice.body.endswith(CARDS_SHOW_TURNS)
     assert not any(name in notice.body for name in doubtful)
     for card in table.presenter.resolve().cards:
         assert ("Doubtful" in card.tip) == (card.key in doubtful)
@@ -234,7 +239,7 @@ def test_a_panorama_with_a_gap_and_a_clipped_lamp_marks_its_styles(
     notice = advice_notice(found, find(light), None, CameraBlock())
     assert notice is not None
     assert "leaves 15% of the sphere empty" in f"{notice.title} {notice.body}"
-    assert notice.body.endswith("The style cards show which answers depend on that.")
+    assert notice.body.endswith(CARDS_SHOW_ANSWERS)
     doubtful = {*facts.doubtful, *facts.doubtful_unseen}
     for card in table.presenter.resolve().cards:
         assert ("Doubtful" in card.tip) == (card.key in doubtful)

@@ -10,7 +10,7 @@ import pytest
 from app.devices.capture.status import Stage, Status
 from app.ui.presenters.window_model import Step
 from app.ui.screens.probe.capture.distant_sign import DistantSign, sign_of
-from app.ui.screens.probe.live import KEY, Live
+from app.ui.screens.probe.live import KEY, OPENING, ROUGH, Live
 from tests.helpers.probe_screen import Bench
 
 
@@ -105,7 +105,7 @@ class TestPreview:
             if times[0] == 3:
                 camera.reachable = lambda: False  # type: ignore[method-assign]
                 camera.reconnect()
-            if told.count("Rough, from the live preview") > 4 and "lost" in " ".join(told):
+            if told.count(ROUGH) > 4 and "lost" in " ".join(told):
                 bench.presenter.live.stop()
 
         # The screen's clock goes on while the reader waits for the camera.
@@ -126,7 +126,7 @@ class TestPreview:
         bench.runner.beats.append(beat)
         bench.presenter.live.toggle()
         assert any(message.startswith("Preview lost") for message in told)
-        assert told[-1] == "Rough, from the live preview"
+        assert told[-1] == ROUGH
 
     def test_a_camera_that_takes_its_time_is_not_lost(self, bench: Bench) -> None:
         bench.runner.held.add(KEY)
@@ -135,10 +135,10 @@ class TestPreview:
         bench.rig.clock.sleep(30.0)
         live.tick()
         assert live.live is not None
-        assert live.live.message == "Opening the live preview…"
-        live._why = "The camera is busy."
+        assert live.live.message == OPENING
+        live._why = "Busy."
         live.tick()
-        assert live.live == Live(message="The camera is busy.", trouble=True)
+        assert live.live == Live(message="Busy.", trouble=True)
 
     def test_a_slow_computer_answers_less_often_and_of_the_newest(self, bench: Bench) -> None:
         bench.runner.held |= {KEY, "live-answer"}

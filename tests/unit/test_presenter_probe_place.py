@@ -11,7 +11,8 @@ import pytest
 
 from app.core.measure.finish.findings import clip_level, find
 from app.core.places.place import CaptureFacts, FrameFacts, Location
-from app.ui.screens.probe.screen import ProbeView
+from app.ui.screens.probe.screen import MARKERS, ProbeView
+from app.words.phrases.directions import SIDES, direction_words
 from tests.helpers.probe_screen import Bench, with_lamp
 from tests.helpers.probes import place as lit_place
 
@@ -37,11 +38,11 @@ class TestMarker:
         (row,) = bench.presenter.resolve().lamps
         assert row.azimuth == "47°"
         assert row.elevation == "20° up"
-        assert row.where == "in front, sitter’s right (camera left)"
+        assert row.where == direction_words(47.0, 20.0, of_sitter=True)
         bench.presenter.move_marker(77.0)
         (row,) = bench.presenter.resolve().lamps
         assert row.azimuth == "−30°"
-        assert "sitter’s left (camera right)" in row.where
+        assert SIDES["left"] in row.where
         assert row.azimuth_deg == pytest.approx(47.0, abs=0.5)
         bench.services.undo.undo()
         assert bench.presenter.resolve().lamps[0].azimuth == "47°"
@@ -55,9 +56,9 @@ class TestMarker:
             assert moved == pytest.approx(0.0, abs=1e-6)
 
     def test_its_words_follow_who_turns(self, bench: Bench) -> None:
-        assert bench.presenter.resolve().marker_words == "Photographer stands here"
+        assert bench.presenter.resolve().marker_words == MARKERS["walk"]
         bench.model.update(settings=bench.model.settings.with_("mode", "selfie"))
-        assert bench.presenter.resolve().marker_words == "You face this way now"
+        assert bench.presenter.resolve().marker_words == MARKERS["selfie"]
 
 
 class TestAge:

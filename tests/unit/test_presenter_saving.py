@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from app.core.base import atomic_files as files
+from app.core.base.atomic_files import DiskTrouble
 from app.core.base.errors import CoreError
 from app.core.base.imaging.images import write_png
 from app.core.base.paths import resources
@@ -24,8 +25,8 @@ from app.core.places.place_list import list_places
 from app.core.places.resume import list_unfinished
 from app.core.storage.settings import Settings
 from app.core.styles.styles import NAMES
-from app.ui.presenters.places_list import PlacesListPresenter
-from app.ui.presenters.saving import disk_words
+from app.ui.presenters.places_list import NO_FRAMES, PlacesListPresenter
+from app.ui.presenters.saving import TROUBLE_WORDS, disk_words
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.presenters.window_model import Step
 from tests.helpers.immediate_runner import ImmediateRunner
@@ -111,9 +112,9 @@ def test_changes_that_are_not_kept_leave_the_old_file_whole(
     with monkeypatch.context() as patch:
         refuse(patch, folder, errno.ENOSPC)
         table.desk.change("rename", name="Another name")
-        assert table.told.messages[-1].startswith(
-            "The last changes to “Another name” are not saved: the disk is full."
-        )
+        message = table.told.messages[-1]
+        assert "“Another name”" in message
+        assert f": {TROUBLE_WORDS[DiskTrouble.FULL]}." in message
         assert (folder / "place.json").read_bytes() == before
         assert sorted(each.name for each in folder.iterdir() if each.name.startswith(".")) == []
         assert table.model.unkept
@@ -145,7 +146,7 @@ def test_a_place_that_is_only_looked_at_is_not_written(
 def test_a_message_names_what_is_wrong_and_no_temporary_file() -> None:
     wrapped = CoreError("Cannot write /home/a/.place-x7.json.")
     wrapped.__cause__ = OSError(errno.EFBIG, "File too large")
-    assert disk_words(wrapped) == "the disk is full"
+    assert disk_words(wrapped) == TROUBLE_WORDS[DiskTrouble.FULL]
     assert disk_words(CoreError("A part of this is damaged.")) == ""
 
 
@@ -217,7 +218,7 @@ def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: 
     shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
     (row,) = shelf.resolve().rows
-    assert row.detail == "Unfinished: no frames yet"
+    assert row.detail == NO_FRAMES
     assert row.unfinished is not None
     assert not row.unfinished.can_finish
     assert list_unfinished(tmp_path / "places") == ()
@@ -332,10 +333,7 @@ def test_a_place_deleted_while_open_is_told_and_saved_again(table: Table, tmp_pa
     saving.look()
     saving.look()
     (told,) = table.told.messages
-    assert told == (
-        "“studio” is open but not on the disk: its folder was deleted or moved. "
-        "Save it again, or save it elsewhere."
-    )
+    assert told.startswith("“studio” is open but not on the disk")
     assert FramePresenter(table.services).resolve().status.startswith("This place is not saved")
     # Nothing has changed since it was read, and still it is not saved.
     assert not table.desk.keep_all()

@@ -12,7 +12,7 @@ from app.core.base.paths import resources
 from app.core.places.place_folder import read_place
 from app.core.places.place_list import list_places
 from app.core.styles.styles import NAMES
-from app.ui.presenters.spots import SpotsPresenter, SpotsState
+from app.ui.presenters.spots import NONE_READ, SpotsPresenter, SpotsState
 from app.ui.presenters.window_model import Step
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
@@ -137,5 +137,5 @@ def test_where_none_can_be_read_each_says_why(table: Table, tmp_path: Path) -> N
     presenter = SpotsPresenter(table.services, table.desk, gone)
     presenter.attach(MagicMock())
     state = presenter.resolve()
-    assert state.verdict == "None of these places can be read."
+    assert state.verdict == NONE_READ
     assert all(card.why.startswith("There is no place") for card in state.cards)

@@ -13,8 +13,9 @@ from app.core.painting.canvas import from_style
 from app.core.painting.user_style import UserStyle
 from app.core.painting.user_styles import import_style, list_user_styles, save_user_style
 from app.core.places.place import CaptureFacts, Place
-from app.ui.screens.styles.files import plain_name
+from app.ui.screens.styles.files import ROUGHLY, plain_name
 from app.ui.screens.styles.screen import StylesView
+from app.words.phrases.directions import SIDES
 from app.words.phrases.quantities import contrast_words
 from app.words.portrait.face_light import ratio_sentence
 from tests.helpers.styles_screen import Table, head, scene_light
@@ -56,7 +57,7 @@ def test_an_own_style_is_a_card_like_the_others(table: Table) -> None:
     card = table.card("my-rembrandt")
     assert card.target is not None
     assert card.here is not None
-    assert card.line == "sitter’s left (camera right)"
+    assert card.line == SIDES["left"]
     assert card.match
     # It asks for what Rembrandt asks for, so it is given at about the same turn.
     other = table.card("left-rembrandt")
@@ -205,9 +206,9 @@ def test_the_sheet_says_how_old_the_light_is_where_it_was_measured(
     assert [sheet.age for sheet in kept[:2]] == ["", ""]
     assert all("25" in sheet.age for sheet in kept[2:5])
     # How it was measured, where that is rough.
-    assert kept[3].age.startswith("Light from a film of a face. ")
-    assert kept[4].age.startswith("A rough answer: one photograph. ")
-    assert kept[5].age == "A rough answer: one photograph."
+    assert kept[3].age.startswith(f"{ROUGHLY['film']} ")
+    assert kept[4].age.startswith(f"{ROUGHLY['rough']} ")
+    assert kept[5].age == ROUGHLY["rough"]
 
 
 def test_the_sheet_is_named_after_style_side_and_place(table: Table) -> None:

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.base.angles import difference, whole, wrap
+from app.core.base.angles import Direction, difference, whole, wrap
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.guidance.guide import Phase
+from app.core.guidance.who_moves import Mode
 from app.core.localization.tracking import track
 from app.core.portrait.head import Head
 from app.core.solver.place_light import prepare
@@ -22,11 +23,17 @@ from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import Limits
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
-from app.ui.presenters.window_model import Step
+from app.ui.presenters.window_model import NO_LIGHT, Step
 from app.ui.screens.registry import screen
 from app.ui.screens.turn import pictures
+from app.ui.screens.turn.guidance import PILLS, REST, TAKE
 from app.ui.screens.turn.live import heading_tracker
+from app.ui.screens.turn.live.alignment import BESIDE
+from app.ui.screens.turn.live.source_words import source_words
+from app.ui.screens.turn.screen import NO_STYLE
 from app.ui.screens.turn.state import TurnSizes
+from app.words.guidance import AT_GOAL, HOLD, IN_LIGHT, TOO_FAR, TROUBLE, trouble_line
+from app.words.phrases.turns import sureness_words, turn_words, walking_words
 from tests.helpers.turn_rig import Rig, frame_of, lit_from
 from tests.helpers.waiting import until
 
@@ -42,16 +49,16 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
 
 
 @pytest.mark.parametrize(
-    ("lamp", "mode", "way", "feet"),
+    ("lamp", "mode", "way"),
     [
-        (60.0, "walk", "clockwise", "Walk to your left"),
-        (-60.0, "walk", "counter-clockwise", "Walk to your right"),
-        (60.0, "selfie", "clockwise", "Turn to your right"),
-        (-60.0, "selfie", "counter-clockwise", "Turn to your left"),
+        (60.0, "walk", "clockwise"),
+        (-60.0, "walk", "counter-clockwise"),
+        (60.0, "selfie", "clockwise"),
+        (-60.0, "selfie", "counter-clockwise"),
     ],
 )
 def test_a_lamp_is_turned_to(
-    monkeypatch: pytest.MonkeyPatch, lamp: float, mode: str, way: str, feet: str
+    monkeypatch: pytest.MonkeyPatch, lamp: float, mode: str, way: Direction
 ) -> None:
     """Butterfly has its lamp in front: a lamp at azimuth p asks for turn p."""
     rig = Rig(monkeypatch, lamp_deg=lamp, mode=mode)
@@ -59,6 +66,7 @@ def test_a_lamp_is_turned_to(
     shown = rig.turn_to(0.0).guidance
     assert shown.number is not None
     assert shown.number == abs(whole(rig.goal)) == pytest.approx(60, abs=2)
+    feet, _ = walking_words(way, Mode(mode))
     assert (shown.direction, shown.sign, shown.walk) == (way, way, feet)
     assert f"{shown.number}° to go, {way}" in shown.spoken
 
@@ -107,7 +115,7 @@ def test_inside_the_arc_it_is_green_and_the_degrees_stay(rig: Rig) -> None:
     assert arc is not None
     outside = rig.turn_to(arc[0] - 6.0).guidance
     assert (outside.pill, outside.inside, outside.number_words) == (
-        "Nearly in the light",
+        IN_LIGHT.near,
         False,
         "to go",
     )
@@ -116,16 +124,16 @@ def test_inside_the_arc_it_is_green_and_the_degrees_stay(rig: Rig) -> None:
     assert (inside.number, inside.number_words, inside.pill) == (
         4,
         "to the best",
-        "You are in the light",
+        IN_LIGHT.here,
     )
     # Nobody is told to walk and to take the picture at once.
-    assert (inside.direction, inside.walk) == ("Take the picture", "")
-    assert inside.company == "The best light is a little to your left."
+    assert (inside.direction, inside.walk) == (TAKE, "")
+    assert inside.company == REST[Mode.WALK][True]
     held = rig.turn_to(rig.goal + 1.0).guidance
-    assert (held.direction, held.walk, held.pill_icon) == ("Take the picture", "Hold it", "check")
+    assert (held.direction, held.walk, held.pill_icon) == (TAKE, HOLD, "check")
     beyond = rig.turn_to(arc[1] + 6.0).guidance
-    assert (beyond.pill, beyond.number_words) == ("Too far", "back")
-    assert beyond.walk == "Walk to your right"
+    assert (beyond.pill, beyond.number_words) == (TOO_FAR, "back")
+    assert beyond.walk == walking_words("counter-clockwise", Mode.WALK)[0]
 
 
 def test_the_turn_is_done_while_live_sees_the_sitter_in_the_light(rig: Rig) -> None:
@@ -170,9 +178,9 @@ def test_a_goal_of_ones_own_takes_the_arc_it_is_on_or_none(rig: Rig) -> None:
     state = rig.turn_to(rig.goal - 20.0)
     assert state.scale.arc_deg is None
     # It is a goal, and no light to be in.
-    assert state.guidance.pill == "Not at the goal yet"
+    assert state.guidance.pill == AT_GOAL.before
     held = rig.turn_to(rig.goal)
-    assert (held.guidance.walk, held.guidance.pill) == ("Hold it", "You are at the goal")
+    assert (held.guidance.walk, held.guidance.pill) == (HOLD, AT_GOAL.here)
 
 
 def test_match_follows_the_turn_and_never_beats_its_best(rig: Rig) -> None:
@@ -232,7 +240,7 @@ def test_no_webcam_shows_the_whole_turn_and_the_goal_twice(
     rig.start()
     state = rig.tick()
     goal = abs(whole(rig.goal))
-    assert state.live.message == "No webcam. Turn by the number."
+    assert state.live.message.startswith(source_words("webcam").missing)
     assert (state.guidance.number, state.guidance.number_words) == (goal, "")
     assert state.pictures.live is state.pictures.goal
     assert state.pictures.goal is not None
@@ -258,8 +266,7 @@ def test_unplugged_the_last_picture_stays_dim_and_it_goes_on_by_itself(rig: Rig)
     state = rig.tick()
     assert state.pictures.live is shown
     assert state.live.dim
-    sentence = "Webcam disconnected. Plug it back in to continue."
-    assert state.live.message == state.guidance.sentence == sentence
+    assert state.live.message == state.guidance.sentence == TROUBLE[Phase.AWAY]
     assert state.guidance.number is None
     back = rig.turn_to(25.0)
     assert back.guidance.number == whole(rig.goal - 25.0)
@@ -272,13 +279,10 @@ def test_lost_after_a_second_number_and_arrow_go(rig: Rig) -> None:
     state = rig.tick(30)
     assert state.guidance.number is None
     assert state.guidance.sign == "none"
-    point = "Point the camera past the sitter at the background."
-    assert state.guidance.sentence == state.live.quality == point
+    assert state.guidance.sentence == state.live.quality == TROUBLE[Phase.LOST]
     assert state.scale.now_deg is None
     goal = rig.goal
-    assert state.guidance.advice == (
-        f"Or go by eye until Live looks like Goal: {whole(goal)}° clockwise from the start."
-    )
+    assert turn_words(goal) in state.guidance.advice
     back = rig.turn_to(20.0)
     assert (back.live.quality, back.guidance.advice) == ("Heading certain", "")
 
@@ -295,7 +299,7 @@ def test_the_sitters_place_in_the_picture_counts(monkeypatch: pytest.MonkeyPatch
         assert state.scale.camera_deg == pytest.approx(40.0 - beside, abs=0.2)
     state = rig.point(wrap(40.0 + 180.0), None)
     assert state.scale.now_deg == 40.0
-    assert state.live.quality == "Heading doubtful, no sitter seen"
+    assert sureness_words(0.0) in state.live.quality
 
 
 def test_who_is_in_the_picture_of_a_camera_that_looks_back(
@@ -319,8 +323,8 @@ def test_a_camera_left_behind_is_said_to_be(rig: Rig) -> None:
     rig.presenter._tracker.track = replace(track, left_behind=True)
     state = rig.tick()
     assert state.guidance.phase is Phase.LEFT
-    assert state.guidance.sentence.startswith("The camera has not moved.")
-    assert state.live.quality == "The camera has not moved."
+    assert state.guidance.sentence == TROUBLE[Phase.LEFT]
+    assert state.live.quality == trouble_line(Phase.LEFT)
     assert (state.guidance.number, state.scale.now_deg) == (None, None)
     # It is still asked to turn, so that whoever watches over it goes on.
     assert rig.presenter._guidance.asked_deg is not None
@@ -358,7 +362,7 @@ def test_who_walks_while_the_camera_stands_is_told(monkeypatch: pytest.MonkeyPat
     phases = watch_the_walk(rig, 10.0, -20.0, 20.0)
     assert Phase.LEFT not in phases[:40]
     assert phases[-1] is Phase.LEFT
-    assert rig.state.guidance.sentence.startswith("The camera has not moved.")
+    assert rig.state.guidance.sentence == TROUBLE[Phase.LEFT]
     # It is carried on: there is a number again.
     rig.turn_to(10.0)
     assert rig.state.guidance.phase is not Phase.LEFT
@@ -405,7 +409,7 @@ def test_alignment_gives_way_to_side_by_side_when_nothing_is_known(rig: Rig) -> 
     rig.presenter.alignment.toggle()
     rig.lose()
     state = rig.tick(30)
-    assert state.live.tag == "Live alone until the background is found"
+    assert state.live.tag == BESIDE
     rig.presenter.alignment.toggle()
     alone = rig.tick(2).pictures.live
     assert alone is not None
@@ -415,10 +419,10 @@ def test_alignment_gives_way_to_side_by_side_when_nothing_is_known(rig: Rig) -> 
 
 def test_a_black_picture_says_so_instead(rig: Rig) -> None:
     rig.turn_to(20.0)
-    rig.webcam.error = WebcamError("The webcam’s picture is black.", "Open its cover.", "black")
+    rig.webcam.error = WebcamError("Black.", "Open its cover.", "black")
     rig.lose()
     state = rig.tick(30)
-    assert state.guidance.sentence == "The webcam’s picture is black. Open its cover."
+    assert state.guidance.sentence == str(rig.webcam.error)
     assert state.live.message == state.guidance.sentence
 
 
@@ -426,7 +430,7 @@ def test_a_busy_webcam_says_what_to_do(rig: Rig) -> None:
     rig.webcam.state = WebcamState.RETRYING
     rig.webcam.error = WebcamError("The webcam is in use.", "Close the other program.", "busy")
     state = rig.tick()
-    assert state.live.message == "The webcam is in use. Close the other program."
+    assert state.live.message == str(rig.webcam.error)
     assert state.guidance.number is not None
 
 
@@ -504,8 +508,8 @@ def test_a_blank_panorama_leaves_the_number(monkeypatch: pytest.MonkeyPatch) -> 
     rig.start()
     state = rig.turn_to(0.0)
     assert state.guidance.number == abs(whole(rig.goal))
-    assert state.guidance.pill == "No heading here"
-    assert "There is nothing in this panorama." in state.live.quality
+    assert state.guidance.pill == PILLS["blank"][0]
+    assert state.live.quality == str(rig.presenter._tracker.error)
 
 
 # -- which way it looks ------------------------------------------------------------------------
@@ -518,7 +522,7 @@ def test_it_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     state = rig.turn_to(20.0)
     assert state.live.asking
     assert state.scale.now_deg is None, "left and right could be mistaken"
-    assert state.guidance.pill == "Choose which way the camera looks"
+    assert state.guidance.pill == PILLS["asking"][0]
     rig.presenter.answer("me")
     assert rig.model.settings.camera_looks == "me"
     state = rig.point(20.0)
@@ -566,7 +570,7 @@ def test_selfie_mirrors_all_pictures_and_no_words(rig: Rig) -> None:
     assert plain.pictures.live[40, 10, 0] < plain.pictures.live[40, 120, 0]
     assert (plain.scale.mirrored, state.scale.mirrored) == (False, True)
     assert state.live.live == "webcam, mirrored"
-    assert state.guidance.walk == "Turn to your right"
+    assert state.guidance.walk == walking_words("clockwise", Mode.SELFIE)[0]
 
 
 def test_pictures_have_the_sizes_that_are_asked_for(rig: Rig) -> None:
@@ -644,8 +648,9 @@ def test_the_number_stands_before_the_background_is_learnt(
     rig.webcam.send(frame_of(wrap(20.0 + 180.0)))
     rig.presenter._tracker.forget()
     shown = rig.tick(2).guidance
-    assert (shown.number, shown.direction, shown.walk) == (goal, "clockwise", "Walk to your left")
-    assert (shown.pill, shown.pill_icon) == ("Learning the background", "refresh")
+    feet, _ = walking_words("clockwise", Mode.WALK)
+    assert (shown.number, shown.direction, shown.walk) == (goal, "clockwise", feet)
+    assert (shown.pill, shown.pill_icon) == PILLS["learning"]
     monkeypatch.undo()
 
 
@@ -713,12 +718,12 @@ def test_nothing_is_heard_once_the_screen_is_left(monkeypatch: pytest.MonkeyPatc
 
 def test_empty_says_what_is_missing_and_leads_there(rig: Rig) -> None:
     rig.model.update(chosen=None)
-    assert (rig.state.empty, rig.state.empty_action) == ("No style chosen yet.", "Choose a style")
+    assert (rig.state.empty, rig.state.empty_action) == (NO_STYLE, "Choose a style")
     assert rig.presenter.actions()[0].shortcut == "Return; Enter"
     rig.presenter.fill()
     steps = [rig.model.step]
     rig.model.update(light=None)
-    assert rig.state.empty == "No light measured yet."
+    assert rig.state.empty == NO_LIGHT
     rig.presenter.fill()
     steps.append(rig.model.step)
     assert steps == [Step.STYLES, Step.PROBE]
@@ -739,9 +744,7 @@ def test_a_reader_is_told_seldom_but_at_once_of_a_new_state(rig: Rig) -> None:
         rig.webcam.send(frame_of(rig.goal - 60.0 + step + 180.0))
         told.add(rig.tick(2).guidance.announced)
     assert len(told) <= 2
-    assert rig.turn_to(rig.goal).guidance.announced == (
-        "Take the picture. You are in the light. Hold it."
-    )
+    assert rig.turn_to(rig.goal).guidance.announced.endswith(f" {IN_LIGHT.here}. {HOLD}.")
 
 
 def test_no_frame_is_shown_twice_as_new_work(rig: Rig) -> None:

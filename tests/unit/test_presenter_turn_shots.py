@@ -24,14 +24,19 @@ from app.core.portrait.head import Head
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.window_model import Step
 from app.ui.screens.registry import screen
+from app.ui.screens.turn.guidance import FROM_PHOTO
 from app.ui.screens.turn.photos import check_job as photo_check
 from app.ui.screens.turn.photos import photos
-from app.ui.screens.turn.photos.photos import DROP_WORDS
+from app.ui.screens.turn.photos.photos import DROP_WORDS, REMOVED, TURN_NOT_SHOWN, TURN_UNKNOWN
+from app.words.out_of_reach import grade_words
+from app.words.phrases.directions import key_words, ratio_words
+from app.words.phrases.turns import taken_words
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
 
 PICTURE = np.full((300, 400, 3), 90, np.uint8)
 POSE = HeadPose(0.0, 0.0, 0.0, np.eye(3))
+KEY_AND_RATIO = f"{key_words(52.0, 40.0)}. {ratio_words(1.4, 2.0)}"
 FACE = Face(np.zeros((468, 3), np.float32), 1.0)
 
 
@@ -75,7 +80,7 @@ def test_a_known_turn_in_a_sentence(
     assert rig.place_controller.photo_taker([photo])
     (row,) = rig.state.shots.rows
     best = int(rig.model.result.match) if rig.model.result else -1
-    assert row.sentence == "In the light, 3° short of the best"
+    assert row.sentence == taken_words(goal - 3, goal, 0)
     assert f" of best {best}, " in row.detail
     assert (row.inside, row.icon, row.new, row.pictured) == (True, "check", True, True)
     assert "21 Nov, 13:03, IMG_1.jpg, match " in row.detail
@@ -154,9 +159,9 @@ def test_a_photo_in_the_light_makes_the_turn_done_until_it_is_removed(
 
 def test_the_marker_moves_the_number_and_not_the_truth(rig: Rig, photo: Path) -> None:
     rig.presenter.open_photos([photo])
-    assert rig.state.shots.rows[0].sentence == "In the best light"
+    assert rig.state.shots.rows[0].sentence == taken_words(96, 96, 0)
     rig.model.update(front_deg=30.0)
-    assert rig.tick().shots.rows[0].sentence == "In the best light"
+    assert rig.tick().shots.rows[0].sentence == taken_words(96, 96, 0)
 
 
 def test_nobody_seen_is_said(rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,7 +178,7 @@ def test_unsure_is_said_and_nothing_is_asked(
     taken_at(monkeypatch, None)
     rig.presenter.open_photos([photo])
     (row,) = rig.state.shots.rows
-    assert row.sentence == "Background not found here, turn unknown"
+    assert row.sentence == TURN_UNKNOWN
     assert (row.icon, row.inside) == ("help", False)
     assert "%" not in row.detail
     (kept,) = read_shots(place)[0]
@@ -203,9 +208,8 @@ def test_where_no_background_shows_the_face_tells_the_turn(
     (row,) = rig.state.shots.rows
     assert row.sentence.startswith("About ")
     assert row.sentence.endswith("too far")
-    assert row.face == (
-        "Butterfly in the photo: nearly. Key 12° too far around. Ratio 1.4 stops, promised 2.0"
-    )
+    assert row.face.startswith("Butterfly ")
+    assert row.face.endswith(f"{grade_words('nearly', attainable=True)}. {KEY_AND_RATIO}")
     assert row.detail.endswith("turn by the light on the face")
     (kept,) = read_shots(place)[0]
     assert (kept.by_face, kept.grade, kept.key_deg, kept.key_promised_deg) == (
@@ -243,7 +247,7 @@ def test_a_photo_from_beside_the_nose_is_judged_by_the_nose(
     arc = rig.state.scale.arc_deg
     assert arc is not None
     assert row.sentence == (
-        "In the best light"
+        taken_words(96, 96, 0)
         if looks == "aside"
         else f"{whole(rig.goal) + 30 - whole(arc[1])}° too far"
     )
@@ -258,8 +262,8 @@ def test_a_face_that_tells_no_turn_shows_its_light_all_the_same(
     seen(monkeypatch, rig)
     rig.presenter.open_photos([photo])
     (row,) = rig.state.shots.rows
-    assert row.sentence == "Neither background nor face shows the turn"
-    assert row.face == "Key 12° too far around. Ratio 1.4 stops, promised 2.0"
+    assert row.sentence == TURN_NOT_SHOWN
+    assert row.face == KEY_AND_RATIO
 
 
 def test_a_head_turned_aside_counts_with_the_background(
@@ -327,7 +331,7 @@ def test_removed_undone_and_done_again(rig: Rig, photo: Path, place: Path) -> No
     assert [row.name for row in rig.state.shots.rows] == ["IMG_2.jpg"]
     assert [one.name for one in read_shots(place)[0]] == ["IMG_2.jpg"]
     message, told = rig.notify.tell.call_args[0][0], rig.notify.tell.call_args[1]
-    assert message == "IMG_1.jpg removed from this place. Your own file is untouched."
+    assert message == REMOVED.format(name="IMG_1.jpg")
     assert photo.is_file()
     rig.services.undo.undo()
     assert [row.name for row in rig.state.shots.rows] == names
@@ -437,7 +441,7 @@ def test_turn_again_leads_back_to_the_guidance_with_the_same_goal(
         assert (shown.number, shown.direction) == (21, "clockwise")
     else:
         assert (shown.number, shown.direction) == (60, "counter-clockwise")
-        assert shown.pill == "From where the photo was taken"
+        assert shown.pill == FROM_PHOTO
         rig.presenter.leave()
         rig.presenter.enter()
         assert rig.tick().guidance.number == abs(whole(goal + 1.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -116,7 +117,7 @@ def test_webcams_are_listed_by_name_and_chosen() -> None:
     assert rig.settings.webcam == 1
     assert rig.webcams[0].closed == 1
     rig.webcams[1].send(shot())
-    assert rig.tick().status == "Live, 128 × 72, 24 frames per second"
+    assert re.findall("[0-9]+", rig.tick().status) == ["128", "72", "24"]
     assert rig.state.status_icon == "check"
     assert rig.camera.name == "Camera 1"
     assert rig.taken == 1
@@ -296,7 +297,7 @@ def test_a_camera_that_knows_its_field_of_view() -> None:
     rig.webcams[0].fov_deg = 60.0
     rig.start()
     assert fov_of(rig) == 60.0
-    assert rig.state.known_fov == "60°, reported by the camera"
+    assert rig.state.known_fov.startswith("60°")
 
 
 def test_resolutions() -> None:

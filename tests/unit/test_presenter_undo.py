@@ -23,6 +23,7 @@ from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light import lamp_list
 from app.ui.screens.light.own_lamp.actions import LampActions
+from app.ui.screens.paint.files import CHANGED
 from tests.helpers.paint_studio import Studio, studio
 from tests.unit.test_second_light_library import lamp
 
@@ -140,7 +141,7 @@ def test_undo_after_deleting_a_style_brings_it_back_with_its_draft_and_stays_her
     assert world.room.model.painting is None, "nothing jumps into Paint"
     assert world.undo.undo_words == "stroke on Mine"
     world.room.enter("mine")
-    assert world.room.presenter.resolve().save.status == "changes not saved yet"
+    assert world.room.presenter.resolve().save.status == CHANGED
 
 
 def test_what_was_undone_is_said_and_offered_again(world: World) -> None:

@@ -22,6 +22,7 @@ from app.export import result_card as card
 from app.export import result_sheet as sheet
 from app.export.canvas import SCALE, Page, text_width, wrap_text
 from app.export.theme import Dark, draw_meter
+from app.words.phrases.directions import SIDES
 from app.words.portrait.heads import head_words
 from benchmarks.speed.plain_portrait import portrait
 
@@ -256,7 +257,7 @@ def test_words() -> None:
     assert head_words("female") == "Female head"
     assert head_words("generic-light") == "Generic head, light skin"
     assert head_words("my-head") == "Head my-head"
-    assert card.side_of(result_of(), {}) == "sitter’s left (camera right)"
+    assert card.side_of(result_of(), {}) == SIDES["left"]
     assert card.side_of(LOST, PLACES) == "from overhead"
     assert card.side_of(LOST, {}) == ""
 

@@ -26,9 +26,20 @@ from app.core.text import set_language
 from app.export import set_page as strip
 from app.export import set_plan as plan
 from app.export.canvas import SCALE, Anchor, Colour, Page, Point, Weight, text_width
-from app.export.set_page import HEIGHT, PLAN_AT, STRIP_AT, WIDTH, draw, draw_page
+from app.export.set_page import (
+    ANY_TURN,
+    HEIGHT,
+    OUT_OF_REACH,
+    PLAN_AT,
+    STAY,
+    STRIP_AT,
+    WIDTH,
+    draw,
+    draw_page,
+)
 from app.export.set_sheet import SetSheet, SheetLamp, assemble, lamps_of
 from app.export.theme import Print
+from app.words.portrait.face_light import glare_sentence
 from tests.helpers.pace import units
 from tests.helpers.synthetic import lamp_environment
 
@@ -330,15 +341,15 @@ def test_the_marks_on_the_strip(turn: float) -> None:
 def test_no_turn_needs_no_walk() -> None:
     words = said(sheet_of(turn_deg=0.2, arc_deg=(-180.0, 180.0)))
     assert "no turn needed" in words
-    assert "You and the sitter stay where you are." in words
-    assert "Good at any turn." in words
+    assert STAY in words
+    assert ANY_TURN in words
     assert "o’clock" not in words
 
 
 def test_warnings_and_reasons_are_there() -> None:
     words = said(sheet_of(glare=GLARE, reason="No light from beneath"))
-    assert "the sun shines into the sitter’s eyes" in words
-    assert "Out of reach here. No light from beneath." in words
+    assert glare_sentence(GLARE) in words
+    assert OUT_OF_REACH.format(reason="No light from beneath") in words
     assert "key on the" in words
 
 

@@ -13,6 +13,7 @@ from app.core.base.paths import resources
 from app.core.styles import styles
 from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_file import read_style
+from app.words.phrases.directions import SIDES
 from app.words.styles import full_title, side_words
 
 GOOD = """
@@ -111,8 +112,8 @@ def test_every_lamp_is_far_enough_and_every_style_can_be_named(
 
 
 def test_side_is_named_twice(built_in: dict[str, Style]) -> None:
-    assert side_words(built_in["left-loop"]) == "sitter’s left (camera right)"
-    assert full_title(built_in["right-loop"]) == "Loop, sitter’s right (camera left)"
+    assert side_words(built_in["left-loop"]) == SIDES["left"]
+    assert full_title(built_in["right-loop"]) == f"Loop, {SIDES['right']}"
     assert side_words(built_in["top"]) == "from overhead"
     assert full_title(built_in["top"]) == "Top"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.core.guidance.guide import Goal, HeadingSource, Phase, Reading, guide
 from app.core.guidance.who_moves import Mode
-from app.words.guidance import guide_words, trouble_line
+from app.words.guidance import HOLD, IN_LIGHT, guide_words, trouble_line
 
 GOAL = Goal(96.0, (79.0, 111.0))
 
@@ -22,3 +22,10 @@ def test_by_eye_names_what_is_missing() -> None:
         "Starting the webcam. Turn 96° clockwise, toward 3 o’clock. Walk to your left."
     )
     assert words.headline == "Starting the webcam. Turn 96° clockwise, toward 3 o’clock"
+
+
+def test_the_spoken_words_name_light_number_and_direction() -> None:
+    inside, memory = guide(GOAL, Reading(92.0, 0.0))
+    assert f" {IN_LIGHT.here}. 4°" in guide_words(inside).spoken
+    held, _ = guide(GOAL, Reading(96.0, 0.2), memory)
+    assert guide_words(held).spoken.endswith(f" {IN_LIGHT.here}. {HOLD}.")

@@ -82,6 +82,7 @@ BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 NOT_NOW: Final = frozenset({"disabledCommand"})
 """Codes of a camera that cannot execute the command at the moment."""
 
+RECONNECTED: Final = tr("Reconnected to the camera")
 REJOIN_S: Final = 180.0
 """Time limit for reconnecting, in seconds."""
 
@@ -283,7 +284,7 @@ class Contact:
                 raise Unreachable(tr("The connection to the camera was lost."), _REJOIN, "lost")
             self._count_down(pause, until, silent=self.clock.now() - began < _UNSAID_S)
         if self.clock.now() - began >= _UNSAID_S:
-            self.say(tr("Reconnected to the camera"), None)
+            self.say(RECONNECTED, None)
         return info
 
     def _count_down(self, seconds: float, until: float, *, silent: bool) -> None:

@@ -21,6 +21,8 @@ from app.core.text import tr
 from app.devices.capture.file_integrity import whole_file
 from app.devices.theta.untrusted import words
 
+UNTIMED: Final = tr("{name} is skipped: it has no exposure time.")
+TOO_LARGE: Final = tr("{name} is too large for a photo.")
 MAX_BYTES: Final = 2_000_000_000
 """Size limit of a file in bytes; a JPEG may have a quarter of it."""
 
@@ -94,7 +96,7 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
     except ProbeError as error:
         return words(str(error), _LONGEST)
     if frame.exposure is None:
-        return tr("{name} is skipped: it has no exposure time.", name=path.name)
+        return UNTIMED.format(name=path.name)
     if frame.tone_mapped:
         return tr("{name} is skipped: it was taken with the camera's HDR on.", name=path.name)
     shot_s = _taken_s(path)
@@ -114,7 +116,7 @@ def _check_whole(path: Path, size: int) -> None:
         tr("{name} is damaged or incomplete; it is checked again when it changes.", name=path.name)
     )
     if size > MAX_BYTES:
-        raise ProbeError(tr("{name} is too large for a photo.", name=path.name))
+        raise ProbeError(TOO_LARGE.format(name=path.name))
     sentence = tr("{name} cannot be read: {reason}.")
     with os_errors_as(ProbeError, sentence, name=path.name), open_file(path) as stream:
         jpeg = stream.read(3) == b"\xff\xd8\xff"

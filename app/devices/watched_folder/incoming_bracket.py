@@ -17,6 +17,9 @@ from app.devices.capture.file_integrity import sha256_of
 from app.devices.watched_folder.arrival import Arrival
 
 _PATIENCE: Final = 6.0
+QUIET: Final = tr("Nothing more arrived for {seconds:g} seconds.")
+SAME_EXPOSURE: Final = tr("{name} has the same exposure as {other}, so it starts a new bracket.")
+ALONE: Final = tr("{name} arrived alone, so it is not a bracket.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +87,7 @@ class Grouping:
         """Yield the brackets complete at time `now` in seconds, and remove them."""
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:
-                self._close(
-                    key, tr("Nothing more arrived for {seconds:g} seconds.", seconds=self._quiet_s)
-                )
+                self._close(key, QUIET.format(seconds=self._quiet_s))
         while self._ready:
             yield self._ready.pop(0)
 
@@ -99,11 +100,7 @@ class Grouping:
         """Return why a photo starts a new bracket, or "" if it belongs to this one."""
         name = arrival.path.name
         if twin is not None:
-            return tr(
-                "{name} has the same exposure as {other}, so it starts a new bracket.",
-                name=name,
-                other=twin.path.name,
-            )
+            return SAME_EXPOSURE.format(name=name, other=twin.path.name)
         if len(group.frames) >= MAX_FRAMES:
             return tr("A bracket has at most {most} frames.", most=MAX_FRAMES)
         gap = _gap_s(group.frames, arrival)
@@ -116,9 +113,7 @@ class Grouping:
         if len(frames) > 1:
             self._ready.append(IncomingBracket(tuple(frame.path for frame in frames), (reason,)))
         elif frames:
-            self._notes.append(
-                tr("{name} arrived alone, so it is not a bracket.", name=frames[0].path.name)
-            )
+            self._notes.append(ALONE.format(name=frames[0].path.name))
 
 
 def _equal(frames: list[Arrival], arrival: Arrival) -> Arrival | None:

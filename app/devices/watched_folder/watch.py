@@ -26,6 +26,7 @@ from app.devices.watched_folder.incoming_bracket import Grouping, IncomingBracke
 MAX_FILES: Final = 5000
 """Maximum number of entries in a watched folder."""
 
+LINK: Final = tr("{name} is a link, and links are not followed.")
 _POLL_S: Final = 0.5
 _GONE_S: Final = 30.0
 _MAX_NOTES: Final = 200
@@ -216,7 +217,7 @@ class WatchedFolder:
         except OSError:
             return None  # The file has just been removed.
         if stat.S_ISLNK(facts.st_mode):
-            self._note(tr("{name} is a link, and links are not followed.", name=entry.name))
+            self._note(LINK.format(name=entry.name))
         if not stat.S_ISREG(facts.st_mode):
             return None
         return _Stamp(facts.st_ino, facts.st_size, facts.st_mtime_ns, facts.st_ctime_ns)

@@ -138,7 +138,7 @@ class _Edit(KeysSheet):
         self.closed.connect(lambda: keep(name.text(), tags.text(), notes.toPlainText()))
 
 
-class _EmptyTrash(KeysSheet):
+class EmptyTrash(KeysSheet):
     """Asks for confirmation before places are deleted permanently.
 
     Attributes:
@@ -346,7 +346,7 @@ class PlacesBody(QWidget):
 
     def _ask_empty(self) -> None:
         words = self._state.trash if self._state else ""
-        self._over(_EmptyTrash(self.window(), words, self.presenter.empty_trash))
+        self._over(EmptyTrash(self.window(), words, self.presenter.empty_trash))
 
     def _deleted_line(self, deleted: DeletedRow) -> QWidget:
         frame = PictureLine(deleted.name, None, _PICTURE)

@@ -125,7 +125,7 @@ class BigDegrees(Plot):
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
 """Sign shown by the arrow; "none" hides it while the heading is lost."""
 
-_NAMES = {
+NAMES = {
     "clockwise": tr("Turn clockwise"),
     "counter-clockwise": tr("Turn counter-clockwise"),
     "check": tr("You are in the light"),
@@ -148,7 +148,7 @@ class TurnArrow(Plot):
     def set_sign(self, sign: Sign) -> None:
         """Show another sign."""
         self.sign = sign
-        self.setAccessibleName(_NAMES[sign])
+        self.setAccessibleName(NAMES[sign])
         self.update()
 
     def draw(self, painter: QPainter, ratio: float) -> None:

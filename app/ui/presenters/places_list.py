@@ -33,6 +33,7 @@ from app.words.places import trouble_words
 
 T = TypeVar("T")
 
+NO_FRAMES: Final = tr("Unfinished: no frames yet")
 _MOST_BYTES: Final = 4 << 20
 _MOST_PIXELS: Final = 1 << 20
 _MOST_PICTURES: Final = 500
@@ -357,7 +358,7 @@ def _unfinished_words(unfinished: UnfinishedPlace) -> str:
             "Unfinished: {count} photos",
             len(unfinished.files),
         )
-    return tr("Unfinished: no frames yet")
+    return NO_FRAMES
 
 
 def _size_words(count: int, size: int) -> str:

@@ -30,10 +30,10 @@ from app.ui.presenters.services import Services
 def disk_words(error: BaseException) -> str:
     """Return the reason of a disk error, such as "the disk is full", or empty for any other."""
     trouble = disk_trouble(error)
-    return "" if trouble is None else _TROUBLE_WORDS[trouble]
+    return "" if trouble is None else TROUBLE_WORDS[trouble]
 
 
-_TROUBLE_WORDS: Final = {
+TROUBLE_WORDS: Final = {
     DiskTrouble.FULL: tr("the disk is full"),
     DiskTrouble.LOCKED: tr("its folder is not writable"),
 }

@@ -32,6 +32,7 @@ from app.words.phrases.quantities import time_words
 from app.words.phrases.turns import leeway_words, turn_words
 from app.words.styles import full_title
 
+NONE_READ: Final = tr("None of these places can be read.")
 _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # rows and columns of a picture; all the styles take half a second
 _GRADES: Final = {
@@ -132,7 +133,7 @@ class SpotsPresenter(Presenter[View]):
         read = [spot for spot in self._spots if spot.results]
         rest = [_card(spot, "", False) for spot in self._spots if not spot.results]
         if not read:
-            return SpotsState(tuple(rest), verdict=tr("None of these places can be read."))
+            return SpotsState(tuple(rest), verdict=NONE_READ)
         titles = read[0].titles
         within = {
             name: [spot.name for spot in read if spot.results[name].attainable] for name in titles

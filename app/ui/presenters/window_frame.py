@@ -14,6 +14,8 @@ from app.words.phrases.quantities import time_words
 WHAT_TO_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
 """Text for drop areas, and for the window while files are dragged over it."""
 
+NOT_SAVED: Final = tr("This place is not saved: {reason}.")
+STROKES_KEPT: Final = tr("Every stroke is saved. Leave at any time.")
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
 _FIELDS: Final = frozenset(
@@ -114,11 +116,11 @@ def _status(services: Services) -> tuple[str, str]:
     if model.step == Step.TURN:
         return sound_words(model.settings.sounds, services.sounds)
     if model.step == Step.STYLES and model.painting is not None:
-        return tr("Every stroke is saved. Leave at any time."), "check"
+        return STROKES_KEPT, "check"
     if model.light is None or not model.results:
         return "", "check"
     if model.step == Step.PROBE and model.unkept:
-        return tr("This place is not saved: {reason}.", reason=model.unkept), "warning"
+        return NOT_SAVED.format(reason=model.unkept), "warning"
     if model.step == Step.PROBE and model.place is not None and not model.place.environment:
         return tr("Saving this place…"), "clock"
     if model.computing:

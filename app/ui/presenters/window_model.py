@@ -77,6 +77,8 @@ class Event:
 
 
 _SAME_DEG: Final = 1e-6
+NEEDS_LIGHT: Final = tr("Needs the light of a place.")
+NO_LIGHT: Final = tr("No light measured yet.")
 COMPUTING: Final = tr("Computing…")
 """Text in place of an answer, or over one for another selection."""
 DEMO_SPOT: Final = "demo"

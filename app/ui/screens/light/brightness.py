@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.second_light.place_brightness import check_lux, illuminance, read_lux
@@ -23,6 +24,8 @@ BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
     ("sun", tr("Sun"), 60000.0),
 )
 """Answers to "How bright is it here?": key, text, and lux on a vertical surface at the face."""
+
+STATED: Final = tr("{lux} at the face, set by you")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +82,7 @@ class PlaceScale:
         lux = lux_words(self._lux(white))
         if self._stated is None:
             return tr("{lux} at the face, as measured", lux=lux)
-        return tr("{lux} at the face, set by you", lux=lux)
+        return STATED.format(lux=lux)
 
     def state(self) -> BrightState:
         """Return the state of the question."""

@@ -89,6 +89,8 @@ class LightView(LampSheets, Protocol):
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
+TRYING: Final = tr("Trying {lamp} all around the head…")
+STILL_SHOWING: Final = tr("Still showing {lamp}.")
 _NO_LAMP: Final = tr("No lamp chosen. A phone at full brightness is a good first try.")
 _NO_LIGHT: Final = tr("No light measured yet. A lamp is placed in the light of a place.")
 
@@ -341,8 +343,8 @@ class LightPresenter(Presenter[LightView]):
         )
         if not self.work.busy or lamp is None or lamp_name(lamp) == lamp_name(lamp_in_hand):
             return hold
-        trying = tr("Trying {lamp} all around the head…", lamp=lamp_name(lamp))
-        still = tr("Still showing {lamp}.", lamp=lamp_name(lamp_in_hand))
+        trying = TRYING.format(lamp=lamp_name(lamp))
+        still = STILL_SHOWING.format(lamp=lamp_name(lamp_in_hand))
         return replace(hold, hold=trying, hold_line=still, turn_works=False)
 
     # -- jobs ----------------------------------------------------------------------------------

@@ -20,6 +20,12 @@ from app.words.out_of_reach import reason_line, too_soft_words
 from app.words.phrases.quantities import metres
 from app.words.verdict import whole_of
 
+NOW_POSSIBLE: Final = tr("Now possible with this lamp")
+BETTER: Final = tr("Better with this lamp")
+STILL_OUT: Final = tr("Still out of reach")
+TOO_WEAK: Final = tr("This lamp is too weak at {distance}.")
+STRONGER: Final = tr("Try a stronger one.")
+
 
 @dataclass(frozen=True, slots=True)
 class RowState:
@@ -91,9 +97,9 @@ def sections_of(
     hopeless = (one for one in placements if not (one.before.attainable or one.attainable))
     rest = sorted(hopeless, key=lambda one: -one.match)
     parts = (
-        (tr("Now possible with this lamp"), tr("now possible with this lamp"), rescues, out),
-        (tr("Better with this lamp"), tr("better with this lamp"), gains, len(placements) - out),
-        (tr("Still out of reach"), tr("still out of reach"), rest, out),
+        (NOW_POSSIBLE, tr("now possible with this lamp"), rescues, out),
+        (BETTER, tr("better with this lamp"), gains, len(placements) - out),
+        (STILL_OUT, tr("still out of reach"), rest, out),
     )
 
     def row(one: LampPlacement, how: str) -> RowState:
@@ -162,11 +168,11 @@ def note_of(
         return tr(
             "No style comes within reach from where you can hold it. Allow more positions."
         ), ""
-    weak = tr("This lamp is too weak at {distance}.", distance=metres(distance_m))
+    weak = TOO_WEAK.format(distance=metres(distance_m))
     if coming_closer:
         return weak, ""
     if nearer is None:
-        return " ".join((weak, tr("Try a stronger one."))), ""
+        return " ".join((weak, STRONGER)), ""
     name, match = lamp_words(nearer.one.title), whole_of(nearer.one.match)
     near = metres(nearer.distance_m)
     values = {"near": near, "style": name, "match": match}

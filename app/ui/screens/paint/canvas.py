@@ -21,6 +21,7 @@ from app.ui.screens.paint.head_pixels import HeadLook, head_picture, turned_look
 Point: TypeAlias = "tuple[float, float, float]"
 """Position of the pen in canvas pixels from the upper left corner, and its pressure from 0 to 1."""
 
+FRONT_ONLY: Final = tr("This head was baked from the front only.")
 _TURN_JOB: Final = "paint-turn"
 
 
@@ -89,7 +90,7 @@ class CanvasLook:
 
         def failed(_: Exception) -> None:
             self._steps = 0
-            tell(tr("This head was baked from the front only."), kind="warning")
+            tell(FRONT_ONLY, kind="warning")
 
         self._services.runner.submit(
             _TURN_JOB, lambda *_: turned_look(head, yaw, steps), done=done, failed=failed

@@ -45,8 +45,8 @@ _SIGNS: Final[dict[Tool, BrushSign]] = {
     Tool.IGNORE: "ignore",
     Tool.RESTORE: "restore",
 }
-_RIGHT: Final = tr("Sitter’s right (camera left)")
-_LEFT: Final = tr("Sitter’s left (camera right)")
+SITTERS_RIGHT: Final = tr("Sitter’s right (camera left)")
+SITTERS_LEFT: Final = tr("Sitter’s left (camera right)")
 
 
 class _Head(pg.ImageItem):  # type: ignore[misc]
@@ -225,8 +225,8 @@ class FaceItems:
         inset = px(_TAG_INSET)
         low = area.height() - inset
         if part.bottom() >= low - px(24):
-            draw_tag(painter, inset, low, _RIGHT, "bl")
-            draw_tag(painter, area.width() - inset, low, _LEFT, "br")
+            draw_tag(painter, inset, low, SITTERS_RIGHT, "bl")
+            draw_tag(painter, area.width() - inset, low, SITTERS_LEFT, "br")
         radius = px(_RADIUS)
         if not area.adjusted(radius, radius, -radius, -radius).contains(part):
             draw_corners(painter, area, t.c.bg, radius)

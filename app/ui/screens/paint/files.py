@@ -24,6 +24,8 @@ from app.ui.screens.styles.files import plain_name
 from app.words.painting import advice_words
 
 _ABOUT: Final = "style"  # subject of the messages that a save clears
+NOT_SAVED: Final = tr("not saved yet")
+CHANGED: Final = tr("changes not saved yet")
 ALL_SAVED: Final = tr("Everything is saved")
 
 NameWish: TypeAlias = Literal["save", "save-as", "rename"]
@@ -75,7 +77,7 @@ def save_why(advice: Advice | None, document: PaintDocument) -> str:
 
 def _status(document: PaintDocument) -> str:
     if document.unsaved:
-        return tr("not saved yet") if document.style is None else tr("changes not saved yet")
+        return NOT_SAVED if document.style is None else CHANGED
     return tr("saved") if document.style is not None else tr("nothing painted yet")
 
 

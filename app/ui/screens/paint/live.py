@@ -23,7 +23,7 @@ from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
 from app.ui.presenters.services import Services
-from app.ui.presenters.window_model import Model
+from app.ui.presenters.window_model import NO_LIGHT, Model
 from app.ui.screens.paint.document import PaintDocument
 from app.words.out_of_reach import out_of_reach_sentence, reason_sentence
 from app.words.phrases.turns import arc_words, direction_lines, signed, size_words
@@ -31,7 +31,7 @@ from app.words.phrases.turns import arc_words, direction_lines, signed, size_wor
 Size: TypeAlias = tuple[int, int]
 Way: TypeAlias = Literal["clockwise", "counter-clockwise", "none", ""]
 
-NO_LIGHT: Final = tr("No light measured yet.")
+LIMIT_RING: Final = tr("The dashed ring is the limit of reach, {limit:.0f}.")
 PREPARING: Final = tr("Preparing the light of this place…")
 NO_STROKES: Final = tr("Paint where the face should be brighter, and where darker.")
 _TARGET: Final = tr("Target")
@@ -133,7 +133,7 @@ class LiveState:
         """Sentence about the ring in the plot."""
         if self.result is None:
             return ""
-        return tr("The dashed ring is the limit of reach, {limit:.0f}.", limit=self.limit)
+        return LIMIT_RING.format(limit=self.limit)
 
 
 class LightOnHead:

@@ -78,7 +78,7 @@ _PAUSE_S: Final = 1.0
 
 _SILENT_S: Final = 3.0
 
-_OPENING: Final = tr("Opening the live preview…")
+OPENING: Final = tr("Opening the live preview…")
 
 _LOST_WORDS: Final = tr("Preview lost. Stay near the camera; it reconnects by itself.")
 
@@ -86,7 +86,7 @@ _NOTHING: Final = tr("No style seems to be in reach here. Walk on.")
 
 _HALF: Final = tr("The preview shows no whole panorama. Set the camera to show both lenses.")
 
-_ROUGH: Final = tr("Rough, from the live preview")
+ROUGH: Final = tr("Rough, from the live preview")
 
 
 class LivePreview:
@@ -112,7 +112,7 @@ class LivePreview:
             self.stop()
         elif camera is not None and not camera.busy:
             device, keys = camera.device, self._cameras.credentials(camera.device)
-            self.live = Live(message=_OPENING)
+            self.live = Live(message=OPENING)
             self._pictures, self._answering, self._why = Mailbox(), False, ""
             self._heard_at = self._services.clock.now()
             facts, pictures = camera_facts(device.model), self._pictures
@@ -160,7 +160,7 @@ class LivePreview:
             if preview is None:
                 return Live(picture, message=_HALF, trouble=True)
             cards = tuple(map(_card, rough_answers(preview, pack)))
-            return Live(picture, cards, _ROUGH if cards else _NOTHING)
+            return Live(picture, cards, ROUGH if cards else _NOTHING)
 
         self._services.runner.submit(
             _ANSWER,

@@ -107,7 +107,8 @@ _TIMERS: Final = (0, 2, 5, 10)
 
 _WINDOWS: Final = 0.1
 
-_MARKERS: Final = {"walk": tr("Photographer stands here"), "selfie": tr("You face this way now")}
+NO_CAMERA_YET: Final = tr("There is no camera yet.")
+MARKERS: Final = {"walk": tr("Photographer stands here"), "selfie": tr("You face this way now")}
 
 _FIELDS: Final = frozenset(
     {"place", "place_folder", "light", "opening", "front_deg", "camera", "settings", "head"}
@@ -204,7 +205,7 @@ class ProbePresenter(Presenter[ProbeView]):
         findings = self.panorama.findings
         rough = place is not None and place.capture is not None and place.capture.plan == "rough"
         why_not = tr("The camera asks for a password.") if block.asks_password else ""
-        why_not = tr("There is no camera yet.") if block.missing else why_not
+        why_not = NO_CAMERA_YET if block.missing else why_not
         # Files can be opened at any time.
         why_not = why_not if settings.measure_with == "camera" else ""
         lamps_note = ""
@@ -216,7 +217,7 @@ class ProbePresenter(Presenter[ProbeView]):
             picture=self.panorama.picture,
             findings=findings,
             front_deg=model.front_deg,
-            marker_words=_MARKERS.get(settings.mode, _MARKERS["walk"]),
+            marker_words=MARKERS.get(settings.mode, MARKERS["walk"]),
             exposure_ev=self.panorama.target_ev,
             layers=self.panorama.layers,
             lamps=() if findings is None else lamp_rows(findings, model.front_deg, rough=rough),

@@ -16,6 +16,7 @@ from app.core.storage.item_library import DamagedItem
 from app.core.styles.style import Style
 from app.core.styles.styles import RARE
 from app.core.text import tr
+from app.ui.presenters.window_model import NO_LIGHT
 from app.ui.screens.styles.gallery import Snapshot
 from app.words import verdict
 from app.words.out_of_reach import (
@@ -29,7 +30,7 @@ from app.words.phrases.directions import lit_aside_brief, lit_aside_words
 from app.words.phrases.turns import size_words
 from app.words.styles import full_title, side_words
 
-_CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
+CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
 _RARE_POINTS: Final = 15.0  # penalty on the match that ranks rarely used styles behind others
 
@@ -96,13 +97,12 @@ _EMPTY: Final = {
     Filter.OUT_OF_REACH: tr("Every style is in reach here."),
     Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
 }
-_NOT_MEASURED: Final = tr("No light measured yet.")
 
 
 def empty_words(card_filter: Filter, measured: bool) -> str:
     """Return the message for a filter that leaves no cards."""
     if not measured and card_filter is not Filter.MINE:
-        return _NOT_MEASURED
+        return NO_LIGHT
     return _EMPTY[card_filter]
 
 
@@ -399,9 +399,9 @@ def _damaged_card(damaged: DamagedItem) -> CardState:
     return CardState(
         key=str(damaged.path),
         title=damaged.path.stem,
-        line=_CANNOT_READ,
+        line=CANNOT_READ,
         tip=damaged.reason,
-        spoken=f"{damaged.path.stem}, {_CANNOT_READ} {damaged.reason}",
+        spoken=f"{damaged.path.stem}, {CANNOT_READ} {damaged.reason}",
         in_reach=False,
         damaged=damaged.path,
     )

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.portrait.gallery_portraits import CLOSE_SHAPE
 from app.core.text import tr
+from app.ui.presenters.window_model import NO_LIGHT
 from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.detail import DetailState
 from app.ui.theme import theme
@@ -297,7 +298,6 @@ def compared_size(host: QWidget, count: int) -> QSize:
     return QSize(min(across, round(1.35 * side)), side)
 
 
-_MISSING: Final = tr("No light measured yet.")
 _LABEL: Final = 50
 _BESIDE: Final = 52  # height of the text beside the number: two lines of a reason
 _FACTS: Final = (
@@ -325,7 +325,7 @@ class TurnWords(QWidget):
         self._reason = Text("", 12, role="dim", wrap=True)
         icon = [self._icon] if compact else []
         way = row(*icon, self._out, (self._direction, 1), gap=6)
-        self._missing = Text(_MISSING, 16, 600, wrap=True)
+        self._missing = Text(NO_LIGHT, 16, 600, wrap=True)
         self._missing.hide()
         words = (self._missing, way, self._clock, self._verdict, self._reason)
         if compact:
@@ -345,7 +345,7 @@ class TurnWords(QWidget):
         self._icon.set(_WAYS.get(state.way, "clockwise"))
         self._out.setVisible(out)
         direction = tr("Out of reach") if out else state.direction
-        self._direction.say(_MISSING if probe else direction, "grade" if out else "turn")
+        self._direction.say(NO_LIGHT if probe else direction, "grade" if out else "turn")
         self._missing.setVisible(probe and not self._compact)
         self._direction.setVisible(bool(self._direction.text()) and (self._compact or not probe))
         aside = out and not state.at_best

@@ -13,7 +13,7 @@ from app.core.text import tr
 from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama
 from app.ui.presenters.actions import Action
-from app.ui.presenters.window_model import COMPUTING
+from app.ui.presenters.window_model import COMPUTING, NEEDS_LIGHT
 from app.ui.screens.styles.cards_view import Facts, TurnWords
 from app.ui.screens.styles.detail import DetailState
 from app.ui.theme import theme
@@ -412,7 +412,7 @@ class StyleDetail(Surface):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         state = self._last
         stale = state is not None and state.stale
-        why_not = COMPUTING if stale else tr("Needs the light of a place.")
+        why_not = COMPUTING if stale else NEEDS_LIGHT
         if state is not None and state.verdict:
             menu.add(tr("Turn there all the same"), self.turn_asked.emit, "turn")
         for action in self._actions():

@@ -38,6 +38,8 @@ Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
 _ENDINGS = (".pdf", ".png")
 
+LIKE_PHOTO: Final = tr("A new style like a photo…")
+
 
 class StyleFilesView(Protocol):
     """A view that asks for names, files and photos, and opens folders and the clipboard."""
@@ -146,7 +148,7 @@ def save_sheet(
     return target
 
 
-_ROUGHLY: Final = {
+ROUGHLY: Final = {
     "rough": tr("A rough answer: one photo."),
     "film": tr("Light from a film of a face."),
 }
@@ -156,7 +158,7 @@ def _age_words(place: Place | None, now: datetime) -> str:
     """Return the age of the light, with the way it was measured if that is rough."""
     if place is None or place.capture is None:
         return ""
-    how, where = _ROUGHLY.get(place.capture.plan, ""), place.location
+    how, where = ROUGHLY.get(place.capture.plan, ""), place.location
     if place.measured_at is None:
         return how
     kind: Kind = "sun" if where.sun else "sky" if where.kind == "outdoor" else "unknown"
@@ -193,7 +195,7 @@ class StyleFiles:
             Action("delete-style", tr("Delete style"), self.delete, "trash", "", own),
             Action("export-style", tr("Export style…"), self.ask_export, "export", "", own),
             Action("import-style", tr("Import style…"), self.ask_import, "import"),
-            Action("like-photo", tr("A new style like a photo…"), self.ask_photo, "camera"),
+            Action("like-photo", LIKE_PHOTO, self.ask_photo, "camera"),
         )
 
     # -- sheet and numbers ---------------------------------------------------------------------

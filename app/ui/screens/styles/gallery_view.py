@@ -10,6 +10,7 @@ from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.text import tr
+from app.ui.presenters.window_model import NEEDS_LIGHT
 from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.cards_view import (
     DamagedCard,
@@ -256,7 +257,7 @@ class Gallery(QWidget):
             if isinstance(button, Button):
                 button.set_text(words)
             describe(button, sheet_state.words)
-            button.set_available(sheet_state.works, tr("Needs the light of a place."))
+            button.set_available(sheet_state.works, NEEDS_LIGHT)
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:

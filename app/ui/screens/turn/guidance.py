@@ -13,7 +13,7 @@ from app.core.localization.sitter import background_mask
 from app.core.text import tr
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.live.source_words import SourceWords, source_words
-from app.words.guidance import DIRECTIONS, guide_words
+from app.words.guidance import DIRECTIONS, HOLD, guide_words
 from app.words.phrases.turns import turn_words
 
 if TYPE_CHECKING:
@@ -29,17 +29,19 @@ Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
 located yet, the direction the camera looks in is unknown, or the panorama has no usable features.
 """
 
-_PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
+PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
     "learning": (tr("Learning the background"), "refresh"),
     "looking": (tr("Looking for the background"), "target"),
     # Until this is answered, left and right might be swapped.
     "asking": (tr("Choose which way the camera looks"), "help"),
     "blank": (tr("No heading here"), "warning"),
 }
+TAKE: Final = tr("Take the picture")
+FROM_PHOTO: Final = tr("From where the photo was taken")
 _ICONS: Final = {Phase.LOST: "target", Phase.LEFT: "walk", Phase.AWAY: "warning"}
 _LEFT: Final = tr("The best light is a little to your left.")
 _RIGHT: Final = tr("The best light is a little to your right.")
-_REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
+REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
 _COARSE: Final = (36, 48)
 _HIDING: Final = 0.55  # fraction of the picture; a larger sitter hides too much of the background
 _PAUSE_S: Final = 3.0  # between two announcements
@@ -230,10 +232,10 @@ class GuidanceController:
         base = replace(base, number_words=tr("to the best"), pill_icon="check", inside=True)
         if guidance.lamp:
             return base
-        walk = tr("Hold it") if guidance.hold else ""
-        rest = "" if guidance.hold else _REST[self.mode][guidance.direction == "clockwise"]
+        walk = HOLD if guidance.hold else ""
+        rest = "" if guidance.hold else REST[self.mode][guidance.direction == "clockwise"]
         company = "\n".join(part for part in (rest, words.sitter) if part)
-        return replace(base, direction=tr("Take the picture"), walk=walk, company=company)
+        return replace(base, direction=TAKE, walk=walk, company=company)
 
     def _sentence(self, guidance: Guide) -> Guidance:
         """Build a sentence without a number; a problem with the camera comes first."""
@@ -253,10 +255,10 @@ class GuidanceController:
         source = self._source_words
         starting = guidance.phase is Phase.STARTING
         missing = (source.starting if starting else source.missing, "webcam")
-        why, icon = _PILLS.get(self.hindrance, missing)
+        why, icon = PILLS.get(self.hindrance, missing)
         words, here = guide_words(guidance, self.mode, why), why
         if self.from_deg and not starting:
-            here, icon = tr("From where the photo was taken"), "camera"
+            here, icon = FROM_PHOTO, "camera"
         return Guidance(
             phase=guidance.phase,
             sign=_sign(guidance),

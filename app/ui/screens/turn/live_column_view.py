@@ -28,6 +28,7 @@ from app.words.phrases.turns import direction_words
 if TYPE_CHECKING:
     from app.ui.screens.turn.screen import TurnPresenter
 
+DEMO_CAMERA: Final = tr("Demo: camera position")
 _STRIP: Final = (536, 220)
 _SCROLLED: Final = 0.7  # fraction of the width; below this, the column scrolls
 _WIDER: Final = 1.2
@@ -82,7 +83,7 @@ class LeftColumn(QWidget):
     def _with_demo(self) -> LabelledSlider:
         """Return the slider of the demo's camera, creating it on first use."""
         if self.demo is None:
-            self.demo = LabelledSlider(tr("Demo: camera position"), -179, 180, 0, 1, _side_words)
+            self.demo = LabelledSlider(DEMO_CAMERA, -179, 180, 0, 1, _side_words)
             self.demo.changed.connect(self._presenter.demo_turn)
             self._column.insertSpacing(self._column.count() - 1, px(8))
             self._column.insertWidget(self._column.count() - 1, self.demo)

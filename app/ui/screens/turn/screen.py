@@ -15,7 +15,7 @@ from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, sound_words
-from app.ui.presenters.window_model import COMPUTING, Step
+from app.ui.presenters.window_model import COMPUTING, NO_LIGHT, Step
 from app.ui.screens.turn.background_strip import scale_of
 from app.ui.screens.turn.beeper import Beeper
 from app.ui.screens.turn.goal import TurnScene
@@ -35,6 +35,7 @@ from app.ui.screens.turn.state import TurnSizes, TurnState, TurnView
 if TYPE_CHECKING:
     from app.devices.webcam import WebcamFrame
 
+NO_STYLE: Final = tr("No style chosen yet.")
 _FIELDS: Final = frozenset(
     {
         "place_folder",
@@ -51,7 +52,7 @@ _FIELDS: Final = frozenset(
         "settings",
     }
 )
-_BACK: Final[dict[str, tuple[str, str, str]]] = {
+BACK: Final[dict[str, tuple[str, str, str]]] = {
     Step.PROBE: (tr("Back to Probe"), "probe", tr("probe")),
     Step.STYLES: (tr("Back to the styles"), "styles", tr("styles")),
     Step.LIGHT: (tr("Back to the lamp"), "light", tr("lamp")),
@@ -110,7 +111,7 @@ class TurnPresenter(Presenter[TurnView]):
 
     def actions(self) -> Sequence[Action]:
         """Return the available actions."""
-        back, icon, hint = _BACK[self._origin]
+        back, icon, hint = BACK[self._origin]
         actions = [
             Action("turn-align", tr("Lay the live picture over the goal"), self.alignment.toggle,
                    "layers", "Space", lambda: self.alignment.available, tr("align")),
@@ -259,7 +260,7 @@ class TurnPresenter(Presenter[TurnView]):
         """The previous screen, by default the one where the goal was chosen."""
         lamp = Step.LIGHT if self._services.model.lamp_plan is not None else Step.STYLES
         before = self._services.model.before
-        return before if before in _BACK else lamp
+        return before if before in BACK else lamp
 
     def fill(self) -> None:
         """Perform the action of the empty state's button."""
@@ -344,11 +345,11 @@ class TurnPresenter(Presenter[TurnView]):
     def _empty(self) -> tuple[str, str]:
         model = self._services.model
         if model.light is None:
-            return tr("No light measured yet."), tr("Go to Probe")
+            return NO_LIGHT, tr("Go to Probe")
         if model.target_turn_deg is None:
             if model.goal_computing:
                 return COMPUTING, ""
-            return tr("No style chosen yet."), tr("Choose a style")
+            return NO_STYLE, tr("Choose a style")
         return "", ""
 
     def _scene(self, guidance: Guide) -> TurnScene:

@@ -74,7 +74,7 @@ def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
     return ", ".join(parts)
 
 
-_NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
+NO_CAMERA: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
 
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")
 
@@ -229,7 +229,7 @@ class CameraFinder:
         if same is not None:
             self._use(same)
         elif not self._cameras:
-            self._lack(_NONE)
+            self._lack(NO_CAMERA)
             if before is not None:
                 self._services.model.update(camera=None)
         else:
@@ -241,7 +241,7 @@ class CameraFinder:
 
     def _not_found(self, error: Exception) -> None:
         self._searched = True
-        self._lack(_NONE)
+        self._lack(NO_CAMERA)
         self._say(busy="", note=str(error) if isinstance(error, (DeviceError, CoreError)) else "")
 
     def _lack(self, sentence: str) -> None:

@@ -36,6 +36,11 @@ class Notice:
     buttons: tuple[tuple[str, str], ...] = ()
 
 
+CARDS_SHOW_TURNS: Final = tr("The style cards show which turns depend on that.")
+CARDS_SHOW_ANSWERS: Final = tr("The style cards show which answers depend on that.")
+DISK_FULL: Final = tr("No space left on this disk.")
+DISCONNECTED: Final = tr("Camera disconnected after frame {here} of {total}.")
+KEPT: Final = {1: tr("That frame is saved."), 2: tr("Both frames are saved.")}
 _LOST_CODES: Final = frozenset({"interrupted", "bad-answers"})
 
 _ORDINALS: Final = (
@@ -118,20 +123,17 @@ def _disk(far: HowFar) -> Notice:
             last=far.total,
         )
         body = f"{rest_words} {body}"
-    return Notice(
-        "error", tr("No space left on this disk."), body, (_RESUME if far.resumable else _AGAIN,)
-    )
+    return Notice("error", DISK_FULL, body, (_RESUME if far.resumable else _AGAIN,))
 
 
 def _lost_notice(error: Exception, far: HowFar) -> Notice:
     here, total = far.here, far.total
     if here and here < total:
-        title = tr("Camera disconnected after frame {here} of {total}.", here=here, total=total)
+        title = DISCONNECTED.format(here=here, total=total)
         values = {"number": _number(here), "ordinal": _ordinal(here + 1)}
-        kept_words = {1: tr("That frame is saved."), 2: tr("Both frames are saved.")}
         body = " ".join(
             (
-                kept_words.get(here) or tr("The first {number} frames are saved.", **values),
+                KEPT.get(here) or tr("The first {number} frames are saved.", **values),
                 _RECONNECT[here == 1, here + 1 == total].format(**values),
             )
         )
@@ -174,7 +176,7 @@ def advice_notice(
         advice = [each for each in capture.advice if not isinstance(each, RoughTurns)]
         title, *body = sentences(advice) or (tr("A rough answer from a single photo."),)
         if capture.doubtful:
-            body.append(tr("The style cards show which turns depend on that."))
+            body.append(CARDS_SHOW_TURNS)
         return Notice("advice", title, " ".join((*sentences(capture.warnings), *body)))
     # the resolution of a mirror ball, and the directions it does not cover
     notes = capture.notes if capture.plan == "ball" else ()
@@ -185,7 +187,7 @@ def advice_notice(
         return replace(notice, body=" ".join((notice.body, *more)))
     words = sentences((*capture.warnings, *notes))
     if words and (capture.doubtful or capture.doubtful_unseen):
-        words = (*words, tr("The style cards show which answers depend on that."))
+        words = (*words, CARDS_SHOW_ANSWERS)
     tone: Tone = "advice" if capture.warnings else "note"
     return Notice(tone, words[0], " ".join(words[1:])) if words else None
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _ALIGN: Final = "turn-align"
 _BLINK_S: Final = 0.6
-_BESIDE: Final = tr("Live alone until the background is found")
+BESIDE: Final = tr("Live alone until the background is found")
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class AlignmentPanel:
         if not self.on or not self.available:
             return ""
         if self._unaligned:
-            return _BESIDE
+            return BESIDE
         aligned = tr("Aligned") if self._is_aligned else tr("Not yet aligned")
         return f"{self._compared}. {aligned}"
 

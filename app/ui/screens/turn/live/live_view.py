@@ -31,6 +31,11 @@ _RADIUS: Final = 8
 _INSET: Final = 12
 _DIM: Final = 0.42
 
+LOOKS_WORDS: Final = (
+    ("sitter", tr("It looks at the sitter")),
+    ("me", tr("It looks at me")),
+)
+
 
 class Well(PaintedWidget):
     """A framed picture, already rendered at the well's size in device pixels."""
@@ -188,10 +193,7 @@ class LiveAndGoal:
             menu.add(words, lambda: None, "webcam", why=why)
         menu.add(tr("Other camera, field of view…"), self._presenter.ask_source, "settings")
         menu.addSeparator()
-        for looks, words in (
-            ("sitter", tr("It looks at the sitter")),
-            ("me", tr("It looks at me")),
-        ):
+        for looks, words in LOOKS_WORDS:
             icon = "check" if state.looks == looks else "eye"
             menu.add(words, partial(self._presenter.answer, looks), icon)
         menu.addSeparator()

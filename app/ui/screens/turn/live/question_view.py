@@ -29,7 +29,7 @@ LEAST_HEIGHT: Final = 136
 
 _FLAT: Final = 1.9  # in a wider widget the text goes beside the picture
 _ROOMY: Final = 184  # minimum height with room for the note
-_NAMES: Final = {
+NAMES: Final = {
     "sitter": (tr("At the sitter"), tr("The camera looks at the sitter")),
     "me": (tr("At me"), tr("The camera looks at me, the photographer")),
 }
@@ -39,7 +39,7 @@ class _Answer(Pressable):
     """One answer, with the photographer, the camera and the sitter seen from above."""
 
     def __init__(self, looks: Literal["sitter", "me"]) -> None:
-        super().__init__(_NAMES[looks][1])
+        super().__init__(NAMES[looks][1])
         self._looks = looks
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -56,7 +56,7 @@ class _Answer(Pressable):
         else:
             words = QRectF(inside.left(), inside.bottom() - line, inside.width(), line)
             inside.setBottom(words.top())
-        put_text(painter, words, _NAMES[self._looks][0], t.font(14, 600), t.c.text, MIDDLE)
+        put_text(painter, words, NAMES[self._looks][0], t.font(14, 600), t.c.text, MIDDLE)
         self._paint_scene(painter, inside)
 
     def _paint_scene(self, painter: QPainter, area: QRectF) -> None:

@@ -22,6 +22,7 @@ from app.ui.widgets.surfaces import Scroll
 
 _EXAMPLE: Final = "http://192.168.1.20:8080/video"
 _FIELD_OF_VIEW_DEG: Final = (30.0, 120.0, 65.0, 1.0)  # minimum, maximum, default, step
+NO_VIDEO: Final = tr("No video chosen yet.")
 _RING: Final = 4
 
 
@@ -180,7 +181,7 @@ class _FilePart(_SheetColumn):
         add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)
 
     def show_state(self, state: SourcesState) -> None:
-        self.name.set_text(state.file or tr("No video chosen yet."))
+        self.name.set_text(state.file or NO_VIDEO)
         self.trouble.say(state.file_error, "error")
 
 

@@ -45,6 +45,9 @@ from app.words.remarks import sentences
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
+REMOVED: Final = tr("{name} removed from this place. Your own file is untouched.")
+TURN_UNKNOWN: Final = tr("Background not found here, turn unknown")
+TURN_NOT_SHOWN: Final = tr("Neither background nor face shows the turn")
 DROP_WORDS: Final = tr("Drop the photo you took, a film of the turn, or a panorama")
 """The kinds of files that can be dropped while the screen is visible."""
 
@@ -318,7 +321,7 @@ class Shots:
         )
         self._services.undo.push(step)
         self._services.notify.tell(
-            tr("{name} removed from this place. Your own file is untouched.", name=shot.name),
+            REMOVED.format(name=shot.name),
             kind="done",
             actions=[(tr("Undo"), lambda: self._services.undo.take_back(step))],
         )
@@ -353,8 +356,8 @@ class Shots:
     def _sentence(self, shot: Shot) -> str:
         if shot.facing_deg is None or shot.match is None or shot.best is None:
             if shot.ratio_stops is None:
-                return tr("Background not found here, turn unknown")
-            return tr("Neither background nor face shows the turn")
+                return TURN_UNKNOWN
+            return TURN_NOT_SHOWN
         front = self._services.model.front_deg
         turn, goal = whole(shot.facing_deg - front), whole(shot.goal_facing_deg - front)
         rough = shot.by_face or shot.sitter_deg is None
