@@ -98,7 +98,7 @@ class BakeResult:
 
 @dataclass(frozen=True, slots=True)
 class _BakeSetup:
-    """A bake after the light is measured, for cameras of any direction."""
+    """A bake whose light has been measured, ready for cameras in any direction."""
 
     head: HeadMesh
     skin: Skin

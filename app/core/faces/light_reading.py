@@ -134,7 +134,7 @@ class _Shading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Key:
-    """A key: unit vector to it, size and spread of the direction, deg; fill and its likelihood."""
+    """A key: unit vector to it, its size and spread in degrees, fill and likelihood of the fill."""
 
     way: Float64
     size: float

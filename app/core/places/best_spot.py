@@ -1,4 +1,4 @@
-"""Rank places for a style."""
+"""Ranking of places for a style."""
 
 from __future__ import annotations
 

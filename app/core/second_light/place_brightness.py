@@ -115,7 +115,7 @@ def _has_scale(white: float | None) -> bool:
 
 
 ASSUMED_LUX: Final = 200.0
-"""Assumed vertical illuminance at the face, lux: a lit room."""
+"""Assumed vertical illuminance at the face in lux, that of a lit room."""
 
 _ATTRIBUTE: Final = "whiteLuminance"
 _MOST: Final = 1e12

@@ -23,8 +23,8 @@ class PeakResult:
     """A turn at which an objective has a local maximum.
 
     Attributes:
-        turn_deg, turn_refined_deg: On the grid of 5.625 degrees, and between, in degrees within
-            (-180, 180], positive clockwise.
+        turn_deg, turn_refined_deg: Turn on the grid of 5.625 degrees, and refined, in degrees
+            within (-180, 180], positive clockwise.
         arc_deg: Tolerance arc (from, to), clockwise, in degrees.
     """
 

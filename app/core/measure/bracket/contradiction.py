@@ -57,7 +57,7 @@ LOOSE: Final = Tolerance(stops=0.17, codes=2.5, toe=2.0, under=1.0, over=0.5, ei
 """Limits that frames of a still scene do not exceed."""
 
 CLOSE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.6, over=0.3, either=False)
-"""Limits that they rarely exceed, for use where motion is known."""
+"""Limits that such frames rarely exceed, for use where motion has been detected."""
 
 EDGE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.05, over=0.05, either=False)
 """Limits for the pixels next to those: remains at the edge of a moving object."""

@@ -48,9 +48,9 @@ class LightGrid:
 
     Attributes:
         luminance: float32, in the unit of the panorama.
-        clipped: float32. Share that is clipped in every frame.
+        clipped: float32. Fraction that is clipped in every frame.
         loss: float32. Luminance that this may add.
-        solid_angle: (h, 1) float64. Of one texel in each row, sr.
+        solid_angle: (h, 1) float64. Solid angle of one texel in each row, in steradians.
     """
 
     luminance: FloatImage

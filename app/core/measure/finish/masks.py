@@ -123,7 +123,8 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
     The brightest colour channel counts, transparency does not.
 
     Raises:
-        ProbeError: If it is missing, damaged, wider than 16,384, or not twice as wide as high.
+        ProbeError: If the picture is missing, damaged, wider than 16,384, or not twice as wide as
+            high.
     """
     with contextlib.closing(_open(path)) as source:
         spec = source.spec()

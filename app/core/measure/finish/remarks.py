@@ -144,7 +144,7 @@ class NoClutter(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CostlyChange:
-    """The style that masking changes most, its turns, and the loss of the old turn, 0 to 1."""
+    """The style that masking changes most, with its turns and the loss at the old turn, 0 to 1."""
 
     title: str
     before_deg: float

@@ -286,7 +286,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """Remove a photo from the list, or restore it.
 
     Raises:
-        PlaceError: If it no longer exists, or the disk fails.
+        PlaceError: If the photo no longer exists, or the disk fails.
     """
     with writing(folder.parent):
         shots, _, file_facts, version = _read(folder)

@@ -225,7 +225,7 @@ def _capture_to_json(capture: CaptureFacts) -> Facts:
 
 
 def _with_remarks(facts: Facts) -> Facts:
-    """Replace the sentences that earlier versions saved with the remarks, if there are any."""
+    """Read the remarks, if there are any, instead of the sentences saved by earlier versions."""
     remarks = facts.get("remarks")
     if not isinstance(remarks, dict):
         return facts

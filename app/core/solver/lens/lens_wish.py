@@ -13,7 +13,7 @@ YawWord: TypeAlias = Literal["auto", "short", "broad"]
 YawAsked: TypeAlias = float | YawWord
 
 ASIDE: Final[tuple[Literal["short", "broad"], ...]] = ("short", "broad")
-"""Kinds of lighting of a turned face."""
+"""Kinds of lighting for a face turned away from the lens."""
 
 LIGHTINGS: Final[tuple[Lighting, ...]] = ("front", *ASIDE)
 

@@ -304,7 +304,7 @@ def _usable(
 
 
 def _continuous(rows: Float64) -> Float64:
-    """Leave out rows off the curve: codes that hardly occur except in a moving object."""
+    """Remove rows that are off the curve, whose codes hardly occur except in a moving object."""
     if len(rows) <= 2 * _BESIDE:
         return rows
     rows = rows[rows[:, 3] <= _WIDE * np.median(rows[:, 3]) + _WIDE_CODES]
