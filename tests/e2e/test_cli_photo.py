@@ -131,7 +131,7 @@ def test_with_a_place_the_turn_is_told(in_a_room: Path, capsys: pytest.CaptureFi
     assert main(asked) == 0
     said = capsys.readouterr().out
     assert "too frontal. Ratio 1.0 stops, promised " in said
-    assert re.search(r"^Split .*: no\.$", said, re.M)
+    assert re.search(r"^ +Split .*: no\. ", said, re.M)
 
 
 def test_the_best_style_of_a_saved_place(
