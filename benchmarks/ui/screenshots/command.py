@@ -358,7 +358,7 @@ class Walk:
         self._linger()
         self._shoot("light-capture")
         robot.write("Window")
-        robot.click(tr("Take the place"))
+        robot.click(tr("Use the place"))
         robot.wait(lambda: presenter.lamps.own is not None, "the lamp", _CAPTURE_S)
         self._linger()
         presenter.lamp_actions.ask("distance")
