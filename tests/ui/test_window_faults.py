@@ -35,7 +35,7 @@ from app.ui.plots.guidance import BigDegrees
 from app.ui.presenters.saving import TROUBLE_WORDS
 from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.canvas_view import PaintCanvas
-from app.ui.screens.probe.capture.notice import DISCONNECTED, KEPT
+from app.ui.screens.probe.capture.notice import DISCONNECTED, FRAMES_SAVED
 from app.ui.screens.styles.cards_view import DamagedCard, StyleCard
 from app.ui.screens.turn.live.live_view import Well
 from app.ui.shell.start import App
@@ -139,7 +139,7 @@ def test_the_camera_goes_away_in_the_middle_and_comes_back(home: Path, tmp_path:
         robot.click("Capture")
         lost = DISCONNECTED.format(here=2, total=3)
         until(robot, lambda: robot.find(lost), "the notice")
-        assert f" {KEPT[2]} " in robot.find(lost).accessibleName()
+        assert f" {FRAMES_SAVED[2]} " in robot.find(lost).accessibleName()
         (folder,) = (place.folder for place in list_places(home / "places"))
         frames = sorted(path.name for path in folder.rglob("originals/*.JPG"))
         assert len(frames) == 2

@@ -14,7 +14,7 @@ from app.core.places.place_folder import read_place
 from app.devices.capture.status import Stage
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.probe.capture.camera import NO_CAMERA
-from app.ui.screens.probe.capture.notice import DISCONNECTED, DISK_FULL, KEPT
+from app.ui.screens.probe.capture.notice import DISCONNECTED, DISK_FULL, FRAMES_SAVED
 from app.ui.screens.probe.screen import NO_CAMERA_YET, ProbeState
 from app.words.phrases.quantities import LIGHTS, place_name
 from tests.helpers.captures import Weather, when
@@ -201,7 +201,7 @@ class TestTroubles:
         assert notice is not None
         assert notice.tone == "error"
         assert notice.title == DISCONNECTED.format(here=2, total=3)
-        assert notice.body.startswith(f"{KEPT[2]} ")
+        assert notice.body.startswith(f"{FRAMES_SAVED[2]} ")
         assert [key for key, _ in notice.buttons] == ["resume", "merge"]
         presenter.press("merge")
         assert presenter.resolve().has_place

@@ -13,7 +13,7 @@ import pytest
 from app.core.measure.finish.findings import Findings, LampFinding
 from app.core.measure.finish.lamp_detection import Source
 from app.devices.errors import DownloadFailed, Unreachable
-from app.ui.screens.probe.capture.notice import DISCONNECTED, KEPT, HowFar, trouble_notice
+from app.ui.screens.probe.capture.notice import DISCONNECTED, FRAMES_SAVED, HowFar, trouble_notice
 from app.ui.screens.probe.capture.plans import plan_parts
 from app.ui.screens.probe.lamps import lamp_rows
 from app.words.lights import NAMES, share_words
@@ -134,7 +134,7 @@ class TestTroubles:
             DownloadFailed("Gone.", "", "interrupted"), HowFar(1, 7, False, True)
         )
         assert notice.title == DISCONNECTED.format(here=1, total=7)
-        assert notice.body.startswith(f"{KEPT[1]} ")
+        assert notice.body.startswith(f"{FRAMES_SAVED[1]} ")
         assert notice.buttons == (("resume", "Resume"),)
 
     def test_it_went_away_before_any_frame(self) -> None:

@@ -40,7 +40,7 @@ CARDS_SHOW_TURNS: Final = tr("The style cards show which turns depend on that.")
 CARDS_SHOW_ANSWERS: Final = tr("The style cards show which answers depend on that.")
 DISK_FULL: Final = tr("No space left on this disk.")
 DISCONNECTED: Final = tr("Camera disconnected after frame {here} of {total}.")
-KEPT: Final = {1: tr("That frame is saved."), 2: tr("Both frames are saved.")}
+FRAMES_SAVED: Final = {1: tr("That frame is saved."), 2: tr("Both frames are saved.")}
 _LOST_CODES: Final = frozenset({"interrupted", "bad-answers"})
 
 _ORDINALS: Final = (
@@ -133,7 +133,7 @@ def _lost_notice(error: Exception, far: HowFar) -> Notice:
         values = {"number": _number(here), "ordinal": _ordinal(here + 1)}
         body = " ".join(
             (
-                KEPT.get(here) or tr("The first {number} frames are saved.", **values),
+                FRAMES_SAVED.get(here) or tr("The first {number} frames are saved.", **values),
                 _RECONNECT[here == 1, here + 1 == total].format(**values),
             )
         )
