@@ -154,7 +154,7 @@ def test_full_disk_is_a_sentence_and_leaves_nothing(
 
     monkeypatch.setattr(os, "fsync", full)
     before = state(card)
-    with pytest.raises(PlaceError, match=r"R1.JPG was not copied: no space left.*untouched"):
+    with pytest.raises(PlaceError, match=r"R1.JPG was not copied: no space left.*unchanged"):
         adopt_files(place, [card / "R1.JPG"])
     assert names(place / "originals") == []
     assert state(card) == before

@@ -57,7 +57,7 @@ def test_the_sentence_of_a_photographer_in_the_sun() -> None:
 def test_states_in_the_sun(minutes: float, state: str) -> None:
     age = after(minutes)
     assert age.state == state
-    assert ("capture again" in age_words(age)) == (state != "fresh")
+    assert ("Capture again" in age_words(age)) == (state != "fresh")
 
 
 def test_five_degrees_are_the_limit() -> None:
@@ -75,7 +75,7 @@ def test_a_high_sun_swings_along_the_horizon() -> None:
     now = NOON + timedelta(minutes=25)
     high = light_age(NOON, now, "sun", sun_elevation_deg=60.0)
     # Largest change of azimuth on an arc of 6.25 deg from 60 deg up: asin(sin 6.25 / cos 60).
-    assert "6 degrees, up to 13 degrees along the horizon: capture again" in age_words(high)
+    assert "6 degrees, up to 13 degrees along the horizon. Capture again" in age_words(high)
     low = light_age(NOON, now, "sun", sun_elevation_deg=10.0)
     assert "horizon" not in age_words(low)
     zenith = light_age(NOON, now, "sun", sun_elevation_deg=89.0)

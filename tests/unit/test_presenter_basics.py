@@ -185,17 +185,17 @@ def test_a_film_is_taken_where_it_is_alone_or_wanted(tmp_path: Path) -> None:
 def test_photographs_are_taken_for_what_is_chosen(tmp_path: Path) -> None:
     files = touch(tmp_path / "around", *[f"{number}.jpg" for number in range(80)])
     assert sort_out(files, "photos").way == "photos"
-    with pytest.raises(CoreError, match="80 photographs"):
+    with pytest.raises(CoreError, match="80 photos"):
         sort_out(files, "ball")
 
 
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        ([], "nothing here"),
-        (["a.txt"], "nothing here"),
+        ([], "cannot read any of this"),
+        (["a.txt"], "cannot read any of this"),
         (["a.exr", "b.exr"], "2 panoramas"),
-        ([f"{number}.jpg" for number in range(65)], "65 photographs"),
+        ([f"{number}.jpg" for number in range(65)], "65 photos"),
     ],
 )
 def test_what_cannot_be_opened_is_said(tmp_path: Path, names: list[str], words: str) -> None:
