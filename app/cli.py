@@ -66,7 +66,7 @@ def command_lines() -> dict[str, str]:
         "lamp": tr("manage lamps captured in a dark room"),
         "render": tr("render the head under a panorama"),
         "merge": tr("merge a bracket of exposures to an environment"),
-        "stitch": tr("stitch photos taken all around to an environment"),
+        "stitch": tr("stitch photos taken all the way around into an environment"),
         "ball": tr("measure the light of a place with a mirror ball"),
         "capture": tr("shoot a bracket with a 360 camera and merge it"),
         "simulate-camera": tr("run a simulated 360 camera on this computer"),
@@ -102,7 +102,7 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     """
     parser = _Parser(
         prog="turnlight",
-        description=tr("Find how far to turn so that a place lights a face like a studio style."),
+        description=tr("Find how far to turn for the light of a studio style in a given place."),
         epilog=tr(
             "Without a command, the window opens with the given files. For help on a "
             "command: turnlight COMMAND --help"

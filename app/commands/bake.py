@@ -117,7 +117,7 @@ def _check_targets(args: argparse.Namespace) -> None:
 def _environment(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"([0-9]{1,4})[xX]([0-9]{1,4})", text)
     if match is None:
-        raise BakeError(tr("--env must look like 64x32, not {text}.", text=text))
+        raise BakeError(tr("--env must have the form 64x32, not {text}.", text=text))
     columns, rows = (int(number) for number in match.groups())
     if columns != 2 * rows or not 8 <= columns <= _LARGEST_ENVIRONMENT or columns % 4:
         raise BakeError(

@@ -25,10 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "result is an HDR environment with your position at azimuth 0."
     )
     add = partial(argument, parser)
-    add("images IMAGE", tr("the exposures, or one folder of them"), nargs="+", type=Path)
+    add("images IMAGE", tr("the exposures, or a folder that contains them"), nargs="+", type=Path)
     add(
         "--second IMAGE",
-        tr("the exposures from another side, or one folder of them; they show what you hid"),
+        tr("the exposures from another side, or their folder; they show what you hid"),
         nargs="+",
         type=Path,
         default=[],

@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "rough environment."
     )
     add = partial(argument, parser)
-    add("images IMAGE", tr("the exposures, or one folder of them"), nargs="+", type=Path)
+    add("images IMAGE", tr("the exposures, or a folder that contains them"), nargs="+", type=Path)
     add_wishes(parser)
     add(
         "--full", tr("keep the full size of the frames instead of 2048 x 1024"), action="store_true"

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "and fill the gaps."
     )
     add = partial(argument, parser)
-    add("images IMAGE", tr("the photos, or one folder of them"), nargs="+", type=Path)
+    add("images IMAGE", tr("the photos, or a folder that contains them"), nargs="+", type=Path)
     add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
     kinds = tr("kind of pictures: photos, or unstitched fisheye circles (default: auto)")
     add("--kind", kinds, choices=("auto", "photos", "fisheye"))

@@ -71,7 +71,7 @@ def run_add(args: argparse.Namespace) -> int:
     if not faces:
         raise StyleError(
             tr("No face in this photo can be read."),
-            tr("Choose a photo of a face that looks into the lens."),
+            tr("Choose a photo of someone looking into the lens."),
         )
     light = read_light(photo.picture, faces[0], photo.focal_px)
     pack = load_named_pack("generic")

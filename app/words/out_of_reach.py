@@ -41,7 +41,7 @@ _CAUSES: Final = {
     Cause.NO_LIGHT: tr("No strong light from {place} here"),
     Cause.ONE_SIDE: tr("Light only from one side"),
     Cause.ONE_LAMP: tr("Only one of its two lights is here; none from {place}"),
-    Cause.APART: tr("No turn combines all of its lights here"),
+    Cause.APART: tr("No turn here brings all of its lights together"),
     Cause.FILLED: tr("Other light fills the shadows"),
     Cause.SPOILED: tr("Other light disturbs the pattern"),
     Cause.NO_TURN: tr("No turn gives this pattern here"),

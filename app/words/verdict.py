@@ -183,7 +183,7 @@ def gain_words(gain: Gain, match: float) -> str:
 def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
     """Explain why an answer is doubtful; empty if it is not."""
     if clipped and unseen:
-        return tr("Doubtful: depends on clipped light and on gaps.")
+        return tr("Doubtful: affected by clipped light and gaps.")
     if clipped:
         return tr("Doubtful: depends on clipped light.")
     if unseen:

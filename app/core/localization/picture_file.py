@@ -362,7 +362,9 @@ def _check(source: ImageInput, name: str) -> None:
     if source.format_name() not in _KINDS or str(spec.format) not in _TYPES or spec.depth > 1:
         raise CoreError(tr("{name} is not an ordinary picture.", name=name), _EXPORT)
     if rows * columns > _MOST_PIXELS or is_unwieldy(spec):
-        raise CoreError(tr("{name} has too many pixels.", name=name), tr("Export it smaller."))
+        raise CoreError(
+            tr("{name} has too many pixels.", name=name), tr("Export a smaller version.")
+        )
     if min(rows, columns) < _LEAST_SIDE:
         raise CoreError(
             tr("{name} is only {columns} x {rows} pixels.", name=name, columns=columns, rows=rows),

@@ -96,7 +96,7 @@ def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
     if azimuth is None or elevation is None or size is None:
         raise StyleError(
             _WHY[light.reason],
-            tr("Choose a picture of a face that looks into the lens and is lit from one side."),
+            tr("Choose a photo of someone looking into the lens, lit from one side."),
         )
     size = float(np.clip(size, *SIZES_DEG))
     key = StyleLamp(azimuth, elevation, size, 1.0, _DISTANCE_M)

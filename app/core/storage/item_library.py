@@ -174,7 +174,7 @@ class Library:
         free_name = next(free, None)
         if free_name is None:
             raise self.error(
-                tr("Too many have this name."),
+                tr("Too many items already have this name."),
                 tr("Choose another name."),
             )
         return free_name

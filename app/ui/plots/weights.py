@@ -171,7 +171,7 @@ class WeightPanorama(TurnPlot):
 
     def __init__(
         self,
-        name: str = tr("What the style asks of this place"),
+        name: str = tr("What the style needs here"),
         size: tuple[int, int] = (272, 136),
         sitter: str = tr("Sitter"),
         behind: str = tr("Behind"),

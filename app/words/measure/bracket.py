@@ -177,7 +177,10 @@ def _contradiction(remark: NoteContradiction) -> str:
             )
             for name, one, two in frames
         ]
-        return tr("The ISO in EXIF and in the maker note differ: {listed}.", listed=listed(words))
+        return tr(
+            "The EXIF data and the maker note give different ISO values: {listed}.",
+            listed=listed(words),
+        )
     words = [
         tr(
             "{name} ({stated:.4g} s in EXIF, {noted:.4g} s in the maker note)",

@@ -351,7 +351,9 @@ def _check_alike(headers: list[Header]) -> None:
     _one_value(
         headers,
         lambda header: header.frame.primaries,
-        lambda primaries: tr("in another colour space") if primaries else tr("in Rec. 709 colours"),
+        lambda primaries: (
+            tr("in another colour space") if primaries else tr("in the Rec. 709 colour space")
+        ),
         tr("Leave it out, or export all frames in the same colour space."),
     )
     _one_value(

@@ -88,7 +88,7 @@ class DetailColumn(Surface):
         self.without = Picture(tr("Picture without the lamp"))
         self.tile = _MatchTile(compact)
         pictures = (self.target, self.with_lamp, self.without, self.tile)
-        self.own = Button(tr("Capture a lamp of your own"), "plus", do=presenter.lamps.begin)
+        self.own = Button(tr("Capture your own lamp"), "plus", do=presenter.lamps.begin)
         inside = QWidget()
         power, best = self._power_row(presenter), self._best_box(presenter)
         picture_grid = grid(*pictures, across=2, gap=(_GAP, _GAP))

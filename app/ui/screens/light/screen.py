@@ -154,7 +154,7 @@ class LightPresenter(Presenter[LightView]):
                    lambda: self._may_step(1), keys="PgUp"),
             Action("light-back", tr("Back to the styles"),
                    lambda: self._services.model.update(step=Step.STYLES), "styles", "Esc"),
-            Action("lamp-own", tr("Capture a lamp of your own"), self.lamps.begin, "plus"),
+            Action("lamp-own", tr("Capture your own lamp"), self.lamps.begin, "plus"),
             Action("lamp-bright", tr("How bright is it here?"), self.scale.ask, "sun", "",
                    lambda: self._services.model.light is not None),
             *self.lamp_actions.actions(),

@@ -143,7 +143,7 @@ class LiveColumn(Surface):
 
     def _fill_place(self) -> None:
         """Lay out the part that needs light."""
-        title = Text(tr("What it asks of this place"), 12, 600, "dim")
+        title = Text(tr("What the style needs here"), 12, 600, "dim")
         whole = column(title, 6, self._panorama, 8, WeightLegend(), 8, into=self._place)
         if self._compact:
             whole.addWidget(self._good)

@@ -93,7 +93,7 @@ class CardState:
 
 _EMPTY: Final = {
     Filter.ALL: "",
-    Filter.IN_REACH: tr("No style is in reach here. A lamp may bring some back."),
+    Filter.IN_REACH: tr("No style is in reach here. A lamp may help."),
     Filter.OUT_OF_REACH: tr("Every style is in reach here."),
     Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
 }

@@ -53,7 +53,7 @@ _NO_FACE: Final = tr("No face in this photo can be read.")
 _FRONT_CAMERA: Final = tr(
     "A front camera took this photo. If text in it reads backwards, switch on Mirrored."
 )
-_LOOKS: Final = tr("Choose a picture of a face that looks into the lens.")
+_LOOKS: Final = tr("Choose a photo of someone looking into the lens.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -33,7 +33,7 @@ PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
     "learning": (tr("Learning the background"), "refresh"),
     "looking": (tr("Looking for the background"), "target"),
     # Until this is answered, left and right might be swapped.
-    "asking": (tr("Choose which way the camera looks"), "help"),
+    "asking": (tr("Choose which way the camera faces"), "help"),
     "blank": (tr("No heading here"), "warning"),
 }
 TAKE: Final = tr("Take the picture")
@@ -282,7 +282,8 @@ class GuidanceController:
         sitter = None if self.track is None else self.track.sitter
         if sitter is not None and background_mask(sitter, _COARSE).mean() <= 1.0 - _HIDING:
             return tr(
-                "The sitter hides the background: step back, or aim a little beside them. {by_eye}",
+                "The sitter is blocking the background. Step back, or aim slightly to one side. "
+                "{by_eye}",
                 by_eye=by_eye,
             )
         return by_eye

@@ -32,7 +32,7 @@ _QUESTIONS: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
     "rename": (tr("Rename the lamp"), tr("Name"), tr("Rename"), tr("My panel")),
     "distance": (
         tr("Distance of the lamp"),
-        tr("From the camera to the lamp, as it was captured"),
+        tr("Distance from camera to lamp during the capture"),
         tr("Correct"),
         "40 cm",
     ),

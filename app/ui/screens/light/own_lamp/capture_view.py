@@ -24,7 +24,7 @@ class CaptureSheet(KeysSheet):
     """The instructions for capturing a lamp, with fields for its name and its distance."""
 
     def __init__(self, host: QWidget, presenter: LightPresenter, ask: CaptureAsk) -> None:
-        super().__init__(host, tr("Capture a lamp of your own"), 600)
+        super().__init__(host, tr("Capture your own lamp"), 600)
         self._presenter = presenter
         top = Qt.AlignmentFlag.AlignTop
         steps: list[Text | tuple[Text, Qt.AlignmentFlag]] = []

@@ -96,7 +96,7 @@ def offer_notice(offer: UnfinishedPlace, when: str) -> Notice:
     """Build the notice that offers to finish an interrupted place."""
     here, total = offer.here, offer.total
     whole = bool(offer.files) or (total > 0 and here == total)
-    frames = tr("It stopped before the first frame.")
+    frames = tr("The capture stopped before the first frame.")
     if whole:
         frames = tr("All frames are here and only have to be merged.")
     elif total:

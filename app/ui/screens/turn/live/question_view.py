@@ -30,8 +30,8 @@ LEAST_HEIGHT: Final = 136
 _FLAT: Final = 1.9  # in a wider widget the text goes beside the picture
 _ROOMY: Final = 184  # minimum height with room for the note
 NAMES: Final = {
-    "sitter": (tr("At the sitter"), tr("The camera looks at the sitter")),
-    "me": (tr("At me"), tr("The camera looks at me, the photographer")),
+    "sitter": (tr("At the sitter"), tr("The camera faces the sitter")),
+    "me": (tr("At me"), tr("The camera faces me, the photographer")),
 }
 
 
@@ -121,7 +121,7 @@ class CameraQuestion(PaintedWidget):
 
     def __init__(self, parent: QWidget, answer: Callable[[str], None]) -> None:
         super().__init__(parent)
-        title = Text(tr("Which way does this camera look?"), 16, 600, elide=True)
+        title = Text(tr("Which way is this camera facing?"), 16, 600, elide=True)
         self._note = Text(
             tr("Asked only once. Change it later in Settings."), 12, role="dim", elide=True
         )
@@ -132,7 +132,7 @@ class CameraQuestion(PaintedWidget):
             button.clicked.connect(lambda _on=False, looks=looks: answer(looks))
         answers = row(*((button, 1) for button in self.answers.values()), gap=8)
         column(*(title, self._note, 4, (answers, 1)), into=self, gap=2, margins=(16, 10, 16, 12))
-        self.setAccessibleName(tr("Which way does this camera look?"))
+        self.setAccessibleName(tr("Which way is this camera facing?"))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide the note when space is short."""
