@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.sphere import direction, directions_at
+from app.core.cameras import camera_models as camera_table
+from app.core.cameras.camera_limits import CameraLimits
 from app.core.environment.environment import (
     read_environment,
     reduce_radiance,
@@ -34,8 +36,7 @@ from app.core.measure.finish.lamp_detection import find_lights
 from app.core.measure.finish.restoration import restore
 from app.core.measure.finish.sunlight import SkyWord, direct_normal_lux
 from app.core.measure.options import MeasureOptions
-from app.core.measure.plan import camera_models as camera_table
-from app.core.measure.plan.planner import CameraLimits, plan
+from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure, MergedLight
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.style_pack import StylePack

@@ -18,12 +18,12 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
+from app.core.cameras.camera_models import camera_facts
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.plan.camera_models import camera_facts
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure, XmpPose
 from app.core.solver.solve import solve_all

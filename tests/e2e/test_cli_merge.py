@@ -15,8 +15,8 @@ import pytest
 from app.cli import main
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
+from app.core.cameras.camera_models import camera_facts
 from app.core.environment.environment import read_environment, reduce
-from app.core.measure.plan.camera_models import camera_facts
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure
 from app.core.styles.styles import NAMES

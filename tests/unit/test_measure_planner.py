@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
-from app.core.measure.plan.camera_models import CAMERAS, CameraFacts, camera_facts
-from app.core.measure.plan.planner import CameraLimits, Plan, plan
+from app.core.cameras.camera_limits import CameraLimits
+from app.core.cameras.camera_models import CAMERAS, CameraFacts, camera_facts
+from app.core.measure.plan.planner import Plan, plan
 from app.core.measure.plan.remarks import (
     BracketShifted,
     DarkestExposure,

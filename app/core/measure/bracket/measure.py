@@ -22,6 +22,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.phrases import small_percent
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import rotate_light
+from app.core.cameras.camera_models import camera_facts
 from app.core.environment.environment import energy
 from app.core.environment.holes import GOES_ON, canvas
 from app.core.environment.remarks import PartUnseen
@@ -34,7 +35,6 @@ from app.core.measure.finish.tripod_detection import foot_of
 from app.core.measure.fisheye.circles import may_be_circles
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.plan.camera_models import camera_facts
 from app.core.measure.read.decoding import transparent
 from app.core.measure.read.frame import Bracket, Exposure
 from app.core.measure.read.opened_frame import Opener, open_frame

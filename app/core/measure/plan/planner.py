@@ -5,7 +5,7 @@ nominal thirds of a stop, so a target exposure is rounded to the nearest one in 
 exposure actually sent is used from then on, never the target.
 
 A camera states its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the manual
-program). For cameras that cannot be queried, `app.core.measure.plan.camera_models` has those of
+program). For cameras that cannot be queried, `app.core.cameras.camera_models` has those of
 Ricoh's Web API v2.1.
 """
 
@@ -18,6 +18,7 @@ from typing import Final, Literal
 
 from app.core.base.errors import ProbeError
 from app.core.base.remarks import Remark
+from app.core.cameras.camera_limits import CameraLimits
 from app.core.measure.plan.remarks import BracketShifted, DarkestExposure, OffsetMissed, WiderSteps
 from app.core.measure.read.frame import Exposure
 from app.core.text import tr
@@ -36,31 +37,6 @@ MAX_SHOTS: Final = 19
 
 _TOLERANCE_EV: Final = 1.0 / 6.0
 _WORTH_EV: Final = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class CameraLimits:
-    """Values that a camera accepts in its manual program.
-
-    Exposure times are in seconds, exactly as they must be sent, in any order. An invalid list
-    raises `ProbeError`.
-    """
-
-    shutters_s: tuple[float, ...]
-    isos: tuple[float, ...]
-    apertures: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        if not _valid(self.shutters_s):
-            raise ProbeError(tr("The camera sent an empty or invalid list of shutter speeds."))
-        if not _valid(self.isos):
-            raise ProbeError(tr("The camera sent an empty or invalid list of ISO values."))
-        if not _valid(self.apertures):
-            raise ProbeError(tr("The camera sent an empty or invalid list of apertures."))
-
-
-def _valid(values: Sequence[float]) -> bool:
-    return bool(values) and all(0.0 < value < math.inf for value in values)
 
 
 @dataclass(frozen=True, slots=True)

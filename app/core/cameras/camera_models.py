@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from app.core.base.paths import resources
-from app.core.measure.plan.planner import CameraLimits
+from app.core.cameras.camera_limits import CameraLimits
 
 Preview = tuple[int, int, int]
 """Width, height and frames per second of a live preview."""
