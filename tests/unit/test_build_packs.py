@@ -29,7 +29,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for ending in ("npz", "styles.npz", "shape.npz"):
         shutil.copy(source / "transport" / f"{HEAD}.{ending}", copy)
     (tmp_path / "styles").symlink_to(source / "styles")
-    for module in ("solver.transport", "solver.head_shape", "styles.style_pack", "styles.styles"):
+    for module in (
+        "solver.transport",
+        "solver.head_shape",
+        "styles.style_pack_file",
+        "styles.styles",
+    ):
         monkeypatch.setattr(f"app.core.{module}.resources", lambda: tmp_path)
     return copy
 
