@@ -144,7 +144,7 @@ class TestRecovery:
         found = errors(table[1], curve, light(scene), PAPER)
         assert np.median(found) <= 0.015
         assert np.percentile(found, 95) <= 0.045
-        assert f"residual {choice.response.residual_stops:.2f} stops" in said(choice)[0]
+        assert f"{choice.response.residual_stops:.2f} stops" in said(choice)[0]
 
     @pytest.mark.parametrize("stops", [(2.0, 0.0), (1.0, 0.0, -1.0), (1.31, 0.0, -2.66), FULL])
     def test_other_brackets(self, stops: tuple[float, ...]) -> None:
