@@ -30,8 +30,8 @@ class LightTable:
         moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, minus its mean
             over the face per turn, then the squares of the same. Independent of exposure.
         brightness: (64,) float64. That mean.
-        pictures: (64, P, 3) float32. Linear Rec. 709 pictures on the head's pixels, in the unit of
-            the environment, or None if made without pictures.
+        pictures: (64, N, N, 3) float32. Linear Rec. 709 pictures at the 64 turns, in the unit of
+            the environment and black around the head, or None if made without pictures.
     """
 
     transport: Transport = field(repr=False)
