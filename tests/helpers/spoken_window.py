@@ -10,7 +10,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +44,16 @@ def untranslated(text: str, names: Iterable[str]) -> str:
     words = [word for word in WORD.findall(text) if ENGLISH.search(word)]
     kept = {*UNITS, *KEYS, *OWN}
     return " ".join(word for word in words if word not in kept and not NUMBER.fullmatch(word))
+
+
+def next_line(ends: Iterable[str]) -> Callable[[str], str]:
+    """Return what removes the end of a name from the beginning of a line."""
+
+    def removed(line: str) -> str:
+        end = next((end for end in ends if line.startswith(f"{end} ")), "")
+        return line.removeprefix(end)
+
+    return removed
 
 
 SAID = ("accessibleName", "accessibleDescription", "placeholderText", "statusTip", "text", "title",
@@ -167,7 +177,10 @@ def main(folder: Path) -> int:
         known |= {model.place.name} if model.place is not None else set()
         known |= {camera.device.name, camera.device.model} if camera is not None else set()
         # What ends in an ellipsis was cut off in painting: its widget says the whole.
-        heard = (("painted", each) for each in listener.heard if not each.endswith("…"))
+        # A painted line may begin with the end of a name: "Window" above "light is too weak".
+        ends = sorted({name.partition(" ")[2] for name in known} - {""}, key=len, reverse=True)
+        begun = next_line(ends)
+        heard = (("painted", begun(each)) for each in listener.heard if not each.endswith("…"))
         for where, text in (*texts(root), *heard):
             if words := untranslated(str(text or ""), known):
                 english.setdefault(f"{words!r} of {text[:90]!r} ({where})", name)

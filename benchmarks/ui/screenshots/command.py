@@ -354,7 +354,7 @@ class Walk:
     def _own_lamp(self, presenter: LightPresenter) -> None:
         """Make a lamp of the brightest light of the place, and show its position."""
         robot = self._robot
-        robot.click(tr("Capture a lamp"))
+        robot.click(tr("Capture your own lamp"))
         self._linger()
         self._shoot("light-capture")
         robot.write("Window")
