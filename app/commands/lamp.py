@@ -208,7 +208,7 @@ def _edit(lamp: CapturedLamp, boxes: list[tuple[_Box, bool]]) -> CapturedLamp:
 
 
 def _boxes(args: argparse.Namespace) -> list[tuple[_Box, bool]]:
-    """Parse the boxes that mark what is lamp and what is not.
+    """Parse the boxes that add to the lamp and those that remove from it.
 
     Raises:
         CoreError: If a box is invalid.

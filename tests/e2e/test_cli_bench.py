@@ -150,7 +150,7 @@ def test_growth(
 
 def test_unknown_heads(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--head", "nobody"]) == 2
-    assert "'nobody'" in capsys.readouterr().err
+    assert "no head 'nobody'" in capsys.readouterr().err
 
 
 def test_folders_that_cannot_be(

@@ -131,7 +131,7 @@ def test_what_is_no_film_is_refused(
 
 
 def test_a_missing_film_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "gone.mp4" in refused(tmp_path / "gone.mp4", capsys)
+    assert "gone.mp4 is missing" in refused(tmp_path / "gone.mp4", capsys)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,14 +46,10 @@ def untranslated(text: str, names: Iterable[str]) -> str:
     return " ".join(word for word in words if word not in kept and not NUMBER.fullmatch(word))
 
 
-def next_line(ends: Iterable[str]) -> Callable[[str], str]:
-    """Return what removes the end of a name from the beginning of a line."""
-
-    def removed(line: str) -> str:
-        end = next((end for end in ends if line.startswith(f"{end} ")), "")
-        return line.removeprefix(end)
-
-    return removed
+def without_end(line: str, names: Iterable[str]) -> str:
+    """Return a painted line without the end of a name that began on the line above."""
+    ends = (name.partition(" ")[2] for name in names)
+    return line.removeprefix(max((end for end in ends if line.startswith(f"{end} ")), default=""))
 
 
 SAID = ("accessibleName", "accessibleDescription", "placeholderText", "statusTip", "text", "title",
@@ -177,11 +173,12 @@ def main(folder: Path) -> int:
         known |= {model.place.name} if model.place is not None else set()
         known |= {camera.device.name, camera.device.model} if camera is not None else set()
         # What ends in an ellipsis was cut off in painting: its widget says the whole.
-        # A painted line may begin with the end of a name: "Window" above "light is too weak".
-        ends = sorted({name.partition(" ")[2] for name in known} - {""}, key=len, reverse=True)
-        begun = next_line(ends)
-        heard = (("painted", begun(each)) for each in listener.heard if not each.endswith("…"))
-        for where, text in (*texts(root), *heard):
+        painted = (
+            ("painted", without_end(line, known))
+            for line in listener.heard
+            if not line.endswith("…")
+        )
+        for where, text in (*texts(root), *painted):
             if words := untranslated(str(text or ""), known):
                 english.setdefault(f"{words!r} of {text[:90]!r} ({where})", name)
         size = root.window().size().toTuple()

@@ -264,7 +264,7 @@ def test_closing_waits_once_while_the_disk_is_full(home: Path) -> None:
             app.model.update(goal_deg=12.0)
             app.window.close()
             assert app.window.isVisible()
-            assert "close again" in say(app, robot, "close again")
+            assert "close again" in say(app, robot, "last changes are not saved")
             works(app, robot)
         app.window.close()
         assert not app.window.isVisible()
@@ -275,7 +275,7 @@ def test_settings_that_cannot_be_kept_count_and_are_kept_later(home: Path) -> No
     with opened(home) as (app, robot):
         with full_disk():
             app.commands.change("theme", "light")
-            say(app, robot, "settings were not saved")
+            assert "until you quit" in say(app, robot, "settings were not saved")
             assert theme().name == "light"
             works(app, robot)
         assert read_settings(home / FILE)[0].theme != "light"
@@ -444,7 +444,7 @@ def test_a_setting_out_of_range_is_said_and_the_others_hold(home: Path) -> None:
         assert theme().scale == 1.0
         sentence = told(app)[0]
         assert "reset to" in sentence
-        assert any("settings.json.bak" in one for one in told(app))
+        assert any("saved as settings.json.bak" in one for one in told(app))
         works(app, robot)
     assert (home / "settings.json.bak").read_text(encoding="utf-8") == text
 

@@ -280,7 +280,7 @@ def test_nothing_is_left_behind_when_a_pack_cannot_be_written(tmp_path: Path) ->
 
 
 def test_unknown_heads_are_refused() -> None:
-    with pytest.raises(TransportError, match="nobody"):
+    with pytest.raises(TransportError, match="no head 'nobody'"):
         load_named_pack("nobody")
     assert "nobody" not in pack_names()
 

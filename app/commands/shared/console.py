@@ -2,7 +2,7 @@
 
 File names can contain anything. Control characters and invalid text are shown as escapes such as
 ``\u001b``, which JSON decodes to the original. If standard error is closed or full, only messages
-are lost; if standard output is, the answer is lost, which is an error.
+are lost. If standard output is, the result is lost, and that is an error.
 
 Ctrl-C is cooperative: a task stops at its next check. SIGTERM and SIGHUP behave the same way, so
 that partial files are removed; only the exit code differs.

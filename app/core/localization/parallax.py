@@ -135,7 +135,7 @@ def lined_up(
     *,
     lens_known: bool,
 ) -> Line | None:
-    """Find the best camera on the line to the sitter, and compare it with one that may be anywhere.
+    """Find the best camera on the line to the sitter, and compare it with an unconstrained one.
 
     Args:
         poses: Poses to start from.

@@ -163,7 +163,7 @@ def _endings(path: Path) -> tuple[str, ...]:
     if start.startswith(b"RIFF") and start[8:12] == b"WEBP":
         # Its decoder starts by reading the whole file.
         return (".webp",) if path.stat().st_size <= _MOST_BLOCK else ()
-    # Radiance files may have lines before the one that names the format.
+    # A Radiance file may begin with comments, so its signature proves nothing.
     return (".hdr",) if path.suffix.lower() == ".hdr" else ()
 
 

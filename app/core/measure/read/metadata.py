@@ -152,7 +152,7 @@ def _check_signature(file: Path) -> bytes:
             tr("{name} is a raw or TIFF-like file that Turnlight cannot read.", name=file.name),
             tr("Export it to a TIFF file (.tif) without a tone curve, or use the camera’s JPEG."),
         )
-    # Radiance files may have lines before the one that names the format.
+    # A Radiance file may begin with comments, so its signature proves nothing.
     if not start.startswith(_SIGNATURES) and file.suffix.lower() != ".hdr":
         raise _unread(file)
     return start

@@ -231,7 +231,7 @@ class Gallery(QWidget):
         self.zoom.setFixedWidth(theme().px(164))
         self.zoom.changed.connect(self._size_moved)
         foot, side = Surface("bg", ("top",), tr("Look at the cards")), 16 if self._compact else 24
-        self._says = Term("card", tr("What a card says"))
+        self._says = Term("card", tr("How to read a card"))
         parts = (self.compare, self._unmark, (self._how, 1), self._says, self.hold, self.zoom)
         row(*parts, into=foot, gap=8, margins=(side, 4, side, 4))
         return foot
