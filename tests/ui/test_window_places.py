@@ -132,7 +132,7 @@ def test_tags_and_notes_are_given_in_the_list(
         menu.actions()[0].trigger()
         menu.close()
         robot.settle()
-        robot.find("Tags, with commas between them", QLineEdit).setFocus()
+        robot.find("Tags, separated by commas", QLineEdit).setFocus()
         robot.write("brick, north light")
         robot.find("Notes", QPlainTextEdit).setPlainText("Ask for the key.")
         # However it is closed, what was typed is kept.

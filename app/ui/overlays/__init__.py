@@ -17,16 +17,19 @@ OVERLAYS: Final = {
     "help": (tr("Help and shortcuts"), 720, "centre", "help", "HelpBody"),
     "manual": (tr("Manual"), 800, "centre", "help", "ManualBody"),
     "messages": (tr("Messages"), 560, "right", "help", "MessagesBody"),
-    "layers": (tr("Which layer holds the light?"), 480, "centre", "layers", "LayersBody"),
+    "layers": (tr("Which layer contains the light?"), 480, "centre", "layers", "LayersBody"),
     "places": (tr("Places"), 720, "right", "places", "PlacesBody"),
     "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
     "tour": (tr("How it works"), 688, "centre", "help", "TourBody"),
 }
-"""Title, width, side, module and class of each sheet."""
+"""The title, width in pixels, side of the window, module and class of each sheet."""
 
 
 def open_overlay(what: str, commands: Commands) -> Sheet:
-    """Open a sheet over the current screen; "manual#Match" opens the manual at that section."""
+    """Open a sheet over the current screen.
+
+    A section may follow its key: "manual#Match" opens the manual at the section "Match".
+    """
     what, _, part = what.partition("#")
     title, width, side, module, body_class = OVERLAYS[what]
     sheet = Sheet(commands.window, title, width, side)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Find anything: a search for actions, styles, places, lamps, heads and settings."""
+"""The search for actions, styles, places, lamps, heads and settings ("Find anything")."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class ThingList(BareList):
         self.itemClicked.connect(self._on_pick)
 
     def show_things(self, things: Sequence[Findable]) -> None:
-        """Show other entries, with the first one selected."""
+        """Replace the entries in the list, and select the first one."""
         self.clear()
         for thing in things:
             item = QListWidgetItem(thing.words)
@@ -81,11 +81,11 @@ class ThingList(BareList):
         self.setCurrentRow(0)
 
     def follow(self, field: QWidget) -> None:
-        """Let the arrow keys and Enter work from a text field, which keeps the focus."""
+        """Let the arrow keys and Enter act on the list while a text field keeps the focus."""
         field.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the field's keys that move the selection or run an entry."""
+        """Handle keys pressed in the field that move the selection or run an entry."""
         del watched
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
@@ -156,14 +156,14 @@ class FindBody(QWidget):
         self._items += [
             Findable(
                 one.name,
-                tr("place of {time}", time=time_words(one.made_at, today)),
+                tr("place, {time}", time=time_words(one.made_at, today)),
                 "places",
                 "",
                 partial(commands.place_controller.open_place, one.folder),
             )
             for one in places
         ]
-        # By now the sheet may be closed, with another one in its place.
+        # By now, the sheet may have closed, and another one may have opened in its place.
         if shiboken6.isValid(self):
             self._show()
 

@@ -1,4 +1,4 @@
-"""Help, the tour and the messages since the start: sheets to read."""
+"""The sheets with the help, the manual, the messages and the tour."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from app.words.explanations import EXPLANATIONS
 _LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
 _BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
 _BLOCK: Final = re.compile(r"(#*) ?(?:[*] |\d[.] )?(?:[*]{2}([^*]+)[.][*]{2})?(.*)")
-"""Groups of a match: heading marks, a bold term at the start, and the rest of the text."""
+"""Its groups are the heading marks, a bold term at the start and the rest of the text."""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
 
 
 def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
-    """Return the shortcuts, one row per key."""
+    """Return the shortcuts and their actions, with one row per key."""
     lines: dict[str, str] = {}
     for one in actions:
         keys = key_text(one.shortcut) if one.shortcut else one.keys
@@ -49,7 +49,7 @@ def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
 
 
 class HelpBody(QWidget):
-    """The shortcuts of the current screen and of all screens, with explanations."""
+    """The shortcuts of the current screen and of all screens, and explanations of the terms."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class HelpBody(QWidget):
 
 
 class ManualBody(QWidget):
-    """The manual that comes with the program, without its pictures and links."""
+    """The manual that comes with the app, without its pictures and links."""
 
     def __init__(self, _commands: Commands) -> None:
         super().__init__()
@@ -103,7 +103,7 @@ class ManualBody(QWidget):
         column(self._area, into=self)
 
     def show_section(self, title: str) -> None:
-        """Scroll to the section about a value, once the layout is done."""
+        """Scroll to the section with this title once the layout is done."""
         lead, bar = self._leads.get(title), self._area.verticalScrollBar()
         if lead is not None:
             lead.set_role("amber")
@@ -111,7 +111,7 @@ class ManualBody(QWidget):
 
 
 class MessagesBody(QWidget):
-    """The messages since the start."""
+    """The messages since the app started."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -147,7 +147,7 @@ _PICTURE: Final = (640, 400)
 
 
 class TourBody(QWidget):
-    """Five screens of the program, one at a time, with a button that opens the demo."""
+    """Shows five screens of the app, one at a time, and a button that opens the demo."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -177,14 +177,14 @@ class TourBody(QWidget):
 
 
 class _Page(QWidget):
-    """One step: a picture of a screen, its title and instructions."""
+    """One step of the tour, with a picture of a screen, its title and instructions."""
 
     def __init__(self, number: int) -> None:
         super().__init__()
         name, title, words = STEPS[number]
         self.setAccessibleName(tr("Step {number}: {title}", number=number + 1, title=title))
         self._file = resources() / "tour" / f"{name}-{theme().name}.webp"
-        self._picture = Picture(tr("The screen: {title}", title=title))
+        self._picture = Picture(tr("Screen: {title}", title=title))
         # In a low window the picture shrinks to leave room for the text.
         self._picture.preferred_size = _PICTURE
         self._picture.setMaximumSize(*(px(side) for side in _PICTURE))

@@ -1,4 +1,4 @@
-"""The layers of a panorama, from which the user chooses the one with the light."""
+"""The sheet on which the user chooses the layer of a panorama that contains the light."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from app.ui.widgets.surfaces import Scroll
 
 
 class LayersBody(QWidget):
-    """A button for each layer, which opens the panorama with it."""
+    """A button for each layer, which opens the panorama with that layer."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        words = tr("This file has several pictures. Renderers call the light beauty or combined.")
+        words = tr("This file has several layers. The light is often named beauty or combined.")
         self.buttons = [
             Button(name, do=partial(self._take, name)) for name in commands.place_controller.layers
         ]

@@ -55,7 +55,7 @@ class _Pick(Pressable):
 
 
 class _Tag(Pressable):
-    """A tag of a place, as large as its text."""
+    """A tag of a place, sized to fit its text."""
 
     def __init__(self, words: str, find: Callable[[str], None]) -> None:
         super().__init__(tr("Search for {tag}", tag=words), do=lambda: find(words))
@@ -70,7 +70,7 @@ class _Tag(Pressable):
 
 
 class _PlaceLine(PictureLine):
-    """One place."""
+    """The row of one place."""
 
     def __init__(self, place: PlacesListRow, body: PlacesBody) -> None:
         super().__init__(place.name, place.thumbnail, _PICTURE, raised=place.current)
@@ -118,12 +118,12 @@ class _PlaceLine(PictureLine):
 
 
 class _Edit(KeysSheet):
-    """Name, tags and notes of a place, saved however the sheet is closed."""
+    """The name, tags and notes of a place, which are saved however the sheet is closed."""
 
     def __init__(self, host: QWidget, place: PlacesListRow, keep: Callable[..., None]) -> None:
         super().__init__(host, tr("Name, tags and notes"), 560)
         name = TextField(tr("Name of the place"), place.name)
-        tags = TextField(tr("Tags, with commas between them"), tr("north light, brick"))
+        tags = TextField(tr("Tags, separated by commas"), tr("north light, brick"))
         notes, frame, label = QPlainTextEdit(place.notes), OutlineBox("raised", "ctl"), tr("Notes")
         name.set_text(place.name)
         tags.set_text(", ".join(place.tags))
@@ -142,7 +142,7 @@ class EmptyTrash(KeysSheet):
     """Asks for confirmation before places are deleted permanently.
 
     Attributes:
-        words: Their number and size.
+        words: The number and the total size of the places.
     """
 
     def __init__(self, host: QWidget, words: str, empty: Callable[[], None]) -> None:
@@ -215,7 +215,7 @@ class PlacesBody(QWidget):
             self._making.stop()
 
     def _lay(self, state: PlacesListState) -> Iterator[bool]:
-        """Create missing rows, then show the matches; yields after every few rows."""
+        """Create missing rows, then show the matches, yielding after every few rows."""
         rows, step = (state.rows, state.deleted), 0
         if rows != self._last:
             self._last = (None, None)
@@ -225,7 +225,7 @@ class PlacesBody(QWidget):
             self._show_picked()
         query = self._search.text() if len(state.rows) >= _MOST_UNSEARCHED else ""
         matches = {place for place in state.rows if place.has(query)}
-        none = tr("No place measured yet. The demo place needs no camera.")
+        none = tr("No places measured yet. The demo place needs no camera.")
         self._none.set(tr("No places match.") if state.rows else none)
         self._none.setVisible(not (matches or state.busy))
         for head, (_, places) in zip(self._heads, state.days, strict=True):
@@ -290,24 +290,24 @@ class PlacesBody(QWidget):
         for line in self._lines.values():
             is_picked = line.place.folder in state.picks
             line.pick.set_selected(is_picked)
-            full = tr("At most {count} spots are compared at once.", count=count)
+            full = tr("You can compare at most {count} spots at once.", count=count)
             line.pick.set_available(is_picked or state.can_pick, full)
         words = tr_plural("Compare {count} spot", "Compare {count} spots", count)
         self._compare.set_text(words if count else tr("Compare spots"))
-        self._compare.set_available(count > 1, tr("Pick 2 to 6 places by the boxes before them."))
+        self._compare.set_available(count > 1, tr("Select 2 to 6 places with their check boxes."))
 
     def search(self, words: str) -> None:
-        """Show only places that contain these words."""
+        """Show only the places that contain these words."""
         self._search.set_text(words)
         self._show_found()
 
     def leave(self, call: Callable[[], None]) -> None:
-        """Close the list, then make a call."""
+        """Close the list, then call a function."""
         self._commands.close_overlay()
         call()
 
     def pressed(self, place: PlacesListRow) -> None:
-        """Open a place, or with Ctrl held select it for comparison."""
+        """Open a place, or select it for comparison if Ctrl is held."""
         modifiers = QGuiApplication.keyboardModifiers() & Qt.KeyboardModifier.ControlModifier
         if modifiers and place.can_compare:
             self.presenter.pick(place.folder)

@@ -42,7 +42,7 @@ class SettingsBody(QWidget):
                 heading = " ".join(words.search_words(entry) for entry in entries)
                 self._lines += [(heading, Text(words.SECTIONS[section], 16, 600))]
                 self._lines += [(words.search_words(entry), self._line(entry)) for entry in entries]
-        reset = Button(tr("Back to the defaults"), size="small", do=self._reset)
+        reset = Button(tr("Restore defaults"), size="small", do=self._reset)
         self.field = TextField(tr("Find a setting"), tr("Find a setting"), "search", False)
         self.field.changed.connect(self._filter)
         self.nothing = Text("", role="dim", wrap=True)
@@ -61,11 +61,11 @@ class SettingsBody(QWidget):
         visible = [not query.strip() or score(query, about) > 0 for about, _ in self._lines]
         for (_, line), fits in zip(self._lines, visible, strict=True):
             line.setVisible(fits)
-        nothing = tr("No setting fits “{typed}”. Try another word for it.", typed=query.strip())
+        nothing = tr("No settings match “{typed}”. Try another word.", typed=query.strip())
         self.nothing.say("" if any(visible) else nothing)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Clear the search or restore the typed value on Esc; a second Esc closes the sheet."""
+        """Clear the search on Esc, or close the sheet if the search is empty."""
         if event.key() == Qt.Key.Key_Escape and self.field.text():
             self.field.set_text("")
             self._filter("")
@@ -88,7 +88,7 @@ class SettingsBody(QWidget):
         return boxed(column(*parts, gap=4))
 
     def reveal(self, key: str) -> None:
-        """Scroll to a setting and focus it, once the layout is done."""
+        """Scroll to a setting and focus it once the layout is done."""
 
         def show() -> None:
             control = self._controls[key]

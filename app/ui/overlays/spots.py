@@ -1,4 +1,4 @@
-"""Spots side by side, to find the best one for a style."""
+"""The sheet that compares spots side by side to find the best one for a style."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, clear, column, row
 from app.ui.widgets.surfaces import OutlineBox, Scroll
 
-_WIDE: Final = 368  # for each of up to three spots
+_WIDE: Final = 368  # width of each of up to three spots in a row
 
-_HIGH: Final = {True: 304, False: 160}  # height of a picture, in one row and in two
+_HIGH: Final = {True: 304, False: 160}  # height of a picture in one row of spots, and in two
 
 _ONE_ROW: Final = 4
 
 
 class _Spot(OutlineBox):
-    """A spot: its picture, its verdict and a button to open it; the best one has a border."""
+    """A spot's picture, its verdict and a button to open it; the best spot has a thicker border."""
 
     def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
-        # No fill is brighter than white, so only the border is wider.
+        # In the light theme, no fill is brighter than white, so the border is wider as well.
         fill, edge, width = "panel", "line", 1
         if card.best:
             fill, edge, width = "raised", "sel", 4 if theme().contrast else 2
@@ -103,7 +103,7 @@ class SpotsSheet(Sheet):
         clear(self._grid)
         flat = len(state.cards) <= _ONE_ROW
         across = len(state.cards) if flat else 3
-        # In a small window the text below matters more than the full height of the head.
+        # In a small window, the text below matters more than the full height of the head.
         high = min(px(_HIGH[flat]), self.window().height() // (3 if flat else 5))
         for number, card in enumerate(state.cards):
             widget = _Spot(card, high, self._go_to)

@@ -1,1 +1,1 @@
-"""Plots of panoramas, turns, lamps and the walk, drawn with pyqtgraph where it fits."""
+"""Plots of panoramas, turns, lamps and the walk, drawn with pyqtgraph where possible."""

@@ -25,9 +25,9 @@ _SIGN_SIZE: Final = 0.54  # fraction of the number's size
 
 
 class BigDegrees(Plot):
-    """A large number with a degree sign, and text at its foot.
+    """A large number of degrees, with text to the right of its last digit.
 
-    If it is wider than the widget, all parts shrink together.
+    If they are wider than the widget, all parts shrink together.
     """
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -40,7 +40,7 @@ class BigDegrees(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
-        """Return the designed size at the theme's scale."""
+        """Return the design size at the theme's scale."""
         return QSize(px(432), px(_LINE * self._size / _FIGURE))
 
     def minimumSizeHint(self) -> QSize:
@@ -50,7 +50,7 @@ class BigDegrees(Plot):
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
         """Show a non-negative number, or hide it if it is None because the heading is lost.
 
-        The text is, for example, "to go" or "too far"; more than two words take two lines.
+        The text is "to go" or "too far", for example. More than two words take two lines.
         """
         self._number = degrees
         parts = words.split()
@@ -61,7 +61,7 @@ class BigDegrees(Plot):
         self.update()
 
     def figure_font(self) -> QFont:
-        """Return the font of the number, as designed or smaller to fit."""
+        """Return the font of the number, at its design size or smaller to fit the widget."""
         size, need = self._size, self._extent(self._size)
         if need > self.width():
             # Start close to the final size, because every size creates a new font.
@@ -79,7 +79,7 @@ class BigDegrees(Plot):
         return max(number, 2.0 * (digits + self._side(size) - number / 2.0))
 
     def _widths(self, font: QFont, size: int) -> tuple[float, float]:
-        """Return the width of the digits, and that of the digits with the sign."""
+        """Return the width of the digits without and with the degree sign."""
         digits = QFontMetricsF(font).horizontalAdvance(str(self._number))
         return digits, digits + QFontMetricsF(self._sign_font(size)).horizontalAdvance(_SIGN)
 
@@ -123,13 +123,13 @@ class BigDegrees(Plot):
 
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
-"""Sign shown by the arrow; "none" hides it while the heading is lost."""
+"""The sign that the arrow shows; "none" hides the arrow while the heading is lost."""
 
 NAMES = {
     "clockwise": tr("Turn clockwise"),
     "counter-clockwise": tr("Turn counter-clockwise"),
     "check": tr("You are in the light"),
-    "none": tr("No direction now"),
+    "none": tr("No direction available"),
 }
 
 
@@ -146,7 +146,7 @@ class TurnArrow(Plot):
         self.set_sign("none")
 
     def set_sign(self, sign: Sign) -> None:
-        """Show another sign."""
+        """Show a different sign."""
         self.sign = sign
         self.setAccessibleName(NAMES[sign])
         self.update()

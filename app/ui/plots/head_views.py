@@ -1,9 +1,10 @@
-"""The lamp around the head, in curves and marks of pyqtgraph in pixels from its middle.
+"""The lamp around the head, drawn with pyqtgraph in pixels from the middle of the head.
 
-One drawing is from above with the camera at the bottom, the other from the lamp's side. Both have
-the same scale and the head's own outlines. From above, the face looks down, toward the camera, so
-the sitter's left is on the right, as the camera sees it. Seen from the sitter's left, the face
-looks to the left, and seen from the sitter's right, to the right.
+One drawing shows the head from above, with the camera at the bottom, and the other shows it from
+the side that the lamp is on. Both have the same scale and use the outlines of the loaded head. From
+above, the face looks down, toward the camera, so the sitter's left is on the right, as the camera
+sees it. Seen from the sitter's left, the face looks to the left, and seen from the sitter's right,
+it looks to the right.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _DRAWN_M: Final = (0.24, 0.9)  # minimum and maximum distance at which the ring 
 _LEVEL_DEG: Final = 3  # a smaller altitude is called level
 _TITLE: Final = 22
 _FLAT: Final = 1.4
-_CLOSE_DEG: Final = 24.0  # closer to the lamp's line, the arrow of the place's light moves aside
+_CLOSE_DEG: Final = 24.0  # within this angle of the lamp's line, the light arrow moves aside
 _ASIDE: Final = 22
 _ARROW: Final = 56  # room beside the head for an arrow with text
 _CLEAR: Final = 76  # labels closer to the lamp are hidden
@@ -67,14 +68,14 @@ class _HeadView(LampPlot):
 
     @property
     def ring(self) -> float:
-        """Radius of the ring in logical pixels, which is equal in two drawings of the same size."""
+        """Radius of the ring in logical pixels, the same in two drawings of equal size."""
         across = self.width() * _RING_SHARE
         room = self.height() - px(_TITLE + 20) - self._foot_height
         return max(min(across, room / 2.0, self.width() / 2.0 - px(_DOT / 2 + 4)), 8.0)
 
     @property
     def _foot_height(self) -> int:
-        """Height below the ring; in a flat drawing the text is beside it."""
+        """Height of the space below the ring, which is smaller in a flat drawing."""
         flat = self.width() > _FLAT * self.height()
         return px(32 if flat else 56)
 
@@ -97,7 +98,7 @@ class _HeadView(LampPlot):
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
     def outline(self, state: Heads) -> Float32:
-        """Return the outline of the head in this drawing, (n, 2) in metres from its middle."""
+        """Return the head's outline in this drawing, as (n, 2) in metres from the head's middle."""
         raise NotImplementedError
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -132,7 +133,7 @@ class _HeadView(LampPlot):
         self.panel.viewport().update()
 
     def _still(self, state: Heads) -> tuple[object, ...]:
-        """Return a key of everything that determines the backdrop."""
+        """Return a cache key of everything that the backdrop depends on."""
         return self.size(), self.scale, self.reach, self.title, id(state.shape)
 
     def _place(self, state: Heads) -> None:
@@ -160,7 +161,7 @@ class _HeadView(LampPlot):
         """Paint the layer below the head."""
 
     def _draw_arrow(self, painter: QPainter, _part: QRect) -> None:
-        """Paint the layer between head and lamp."""
+        """Paint the layer between the head and the lamp."""
 
     def _draw_above(self, painter: QPainter, _part: QRect) -> None:
         """Paint the layer above the lamp."""
@@ -196,14 +197,14 @@ class AboveView(_HeadView):
         return state.shape.above
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Return the position of a lamp, whose altitude shortens its distance in the drawing."""
+        """Return the position of a lamp, which is closer to the head the higher or lower it is."""
         level = self.reach * math.cos(math.radians(altitude_deg))
         x, y = self.middle
         azimuth = math.radians(azimuth_deg)
         return x + level * math.sin(azimuth), y + level * math.cos(azimuth)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return the azimuth at a point, with the current altitude."""
+        """Return the azimuth at a point, and the current altitude."""
         state, (x, y) = self._state, self.middle
         altitude = 0.0 if state is None else state.altitude_deg
         if math.dist(point, (x, y)) < 1.0:
@@ -241,7 +242,7 @@ class AboveView(_HeadView):
             self._coming(painter, self._state.place_light_deg)
 
     def _sides(self, painter: QPainter) -> None:
-        """Label both sides below the ring, from the sitter's and the camera's viewpoint."""
+        """Label both sides below the ring, as seen by the sitter and by the camera."""
         t = theme()
         low = self.height() - px(18)
         font, edge = t.font(12), px(10)
@@ -311,7 +312,7 @@ class SideView(_HeadView):
         return tr("From the sitter’s right (camera left)")
 
     def outline(self, state: Heads) -> Float32:
-        """Return the outline of the head from that side."""
+        """Return the outline of the head from the side that the lamp is on."""
         assert state.shape is not None
         return state.shape.side * np.array([self.way, -1.0], np.float32)
 
@@ -334,7 +335,7 @@ class SideView(_HeadView):
         return x + self.way * front, y - self.reach * math.sin(altitude)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return the altitude at a point, with its azimuth on the visible side."""
+        """Return the azimuth on the visible side and the altitude at a point."""
         x, y = self.middle
         up = min(max((y - point[1]) / self.reach, -1.0), 1.0)
         altitude = min(max(math.degrees(math.asin(up)), -HIGHEST_DEG), HIGHEST_DEG)
@@ -403,6 +404,6 @@ class SideView(_HeadView):
         far = metres(state.distance_m)
         words = tr("The ring is {far} from the middle of the head.", far=far)
         if state.distance_m > _DRAWN_M[1]:
-            words = tr("{far} from the middle of the head; drawn nearer.", far=far)
+            words = tr("{far} from the middle of the head, drawn closer.", far=far)
         line = QRectF(px(8), self.height() - px(26), self.width() - px(16), px(16))
         put_text(painter, line, words, t.font(12), t.c.dim, MIDDLE)

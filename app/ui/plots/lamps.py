@@ -1,4 +1,4 @@
-"""The base of drawings with a movable lamp: mouse, keyboard and the lamp itself."""
+"""The base class of drawings in which the mouse and the keyboard move a lamp."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 
 HIGHEST_DEG: Final = 67.5
-"""Largest altitude of a lamp above and below the head, in degrees."""
+"""Largest angle of a lamp above or below the level of the head, in degrees."""
 
 _DOT: Final = 24
 _HIT: Final = 40
@@ -35,9 +35,9 @@ class Heads(Protocol):
 
     Attributes:
         shape: Outlines of the head, or None to draw nothing.
-        best: Best azimuth and altitude, or None.
-        place_light_deg: Azimuth of the place's own light on the face, or None for light from all
-            around.
+        best: Best azimuth and altitude in degrees, or None if there is no best position.
+        place_light_deg: Azimuth of the place's own light on the face in degrees, or None if it
+            comes from all around.
     """
 
     @property
@@ -58,11 +58,11 @@ class Heads(Protocol):
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Best azimuth and altitude in degrees, or None."""
+        """Best azimuth and altitude in degrees, or None if there is no best position."""
 
     @property
     def place_light_deg(self) -> float | None:
-        """Azimuth of the place's own light in degrees, or None for light from all around."""
+        """Azimuth of the place's own light in degrees, or None if it comes from all around."""
 
     @property
     def spoken(self) -> str:
@@ -70,15 +70,15 @@ class Heads(Protocol):
 
 
 class LampPlot(Plot):
-    """A drawing whose lamp can be moved with mouse and keyboard.
+    """A drawing whose lamp can be moved with the mouse and the keyboard.
 
-    Arrows move the lamp by 1°, or with Shift by 10°: left and right around the head, toward the
-    sitter's right and left, and up and down in altitude. Home moves it to the best position, and
-    Page Up and Page Down change its power.
+    The arrow keys move the lamp by 1°, or by 10° with Shift. The left and right arrows move it
+    around the head toward the sitter's right and left, and the up and down arrows change its
+    altitude. Home moves it to the best position, and Page Up and Page Down change its power.
     """
 
     moved = Signal(float, float)
-    """Emitted with azimuth and altitude in degrees, repeatedly during a drag."""
+    """Emitted with the azimuth and the altitude in degrees, repeatedly during a drag."""
 
     home_asked = Signal()
 
@@ -92,8 +92,8 @@ class LampPlot(Plot):
         self.setMouseTracking(True)
         self.setToolTip(
             tr(
-                "Drag the lamp. Arrows 1°, Shift 10°, Page Up and Down its power, Home "
-                "the best place"
+                "Drag the lamp. Arrows: 1°, with Shift 10°. Page Up and Down: power. "
+                "Home: best place"
             )
         )
 
@@ -109,7 +109,7 @@ class LampPlot(Plot):
         self.update()
 
     def lamp_place(self) -> Point | None:
-        """Return the middle of the lamp in logical pixels, or None without a head."""
+        """Return the middle of the lamp in logical pixels, or None if there is no head."""
         state = self._state
         if state is None or state.shape is None:
             return None
@@ -180,7 +180,7 @@ class LampPlot(Plot):
 
 
 def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None:
-    """Draw the lamp as an amber dot with a bulb and an edge for any background."""
+    """Draw the lamp as an amber dot with a bulb and an edge that stands out everywhere."""
     t = theme()
     radius = px(_DOT) / 2.0
     disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)
@@ -192,7 +192,7 @@ def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None
 
 
 def draw_best(painter: QPainter, place: Point) -> None:
-    """Draw the best position as a white ring on black."""
+    """Draw the best position as a white ring with a black edge."""
     t = theme()
     radius = px(_BEST) / 2.0
     disc(painter, place, radius, t.c.raised, Qt.GlobalColor.black, 4.0)

@@ -1,4 +1,4 @@
-"""A captured panorama with a painted mask of the lamp, and the ring around a brush."""
+"""A captured panorama on which a mask of the lamp is painted, and the ring of the brush."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import pen
 
 BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]
-"""Effect of the brush: brighter, darker, ignore or restore."""
+"""The effect of the brush: brighter, darker, ignore or restore."""
 
 _RING_WHITE = QColor(255, 255, 255)
 _BLACK = QColor(0, 0, 0)
@@ -36,7 +36,7 @@ def draw_brush_ring(
 ) -> None:
     """Draw the extent of the brush, its area of full strength and its effect.
 
-    The inner ring is left out if there is no room for it.
+    The inner ring, which shows the area of full strength, is left out if it would not fit.
     """
     middle = QPointF(*centre)
     painter.save()
@@ -86,7 +86,7 @@ _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space}
 
 
 class MaskPicture(Protocol):
-    """The panorama, its mask and the brush; see `MaskState` of the Light screen."""
+    """The panorama, its mask and the brush (see `MaskState` of the Light screen)."""
 
     @property
     def picture(self) -> NDArray[np.uint8]:
@@ -98,7 +98,7 @@ class MaskPicture(Protocol):
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Azimuth and elevation in the middle of the initial view, in degrees."""
+        """Azimuth and elevation of the middle of the initial view, in degrees."""
 
     @property
     def adds_lamp(self) -> bool:
@@ -112,18 +112,18 @@ class MaskPicture(Protocol):
 class MaskCanvas(Plot):
     """The panorama with the mask over it, and the brush.
 
-    The mouse paints, the wheel zooms around the pointer, and the right button pans. Arrows move the
-    brush by 1°, or with Shift by 10°; Enter or Space paints a dab; + and − zoom.
+    The mouse paints, the wheel zooms around the pointer, and the right button pans. The arrow keys
+    move the brush by 1°, or by 10° with Shift. Enter or Space paints a dab, and + and − zoom.
     """
 
     preferred_size = (720, 360)
     least = (320, 160)
 
     pressed = Signal(float, float)
-    """Emitted at the start of a stroke with azimuth and elevation in degrees."""
+    """Emitted at the start of a stroke with the azimuth and the elevation in degrees."""
 
     drawn = Signal(float, float)
-    """Emitted for the next point of a stroke with azimuth and elevation in degrees."""
+    """Emitted for each further point of a stroke with the azimuth and the elevation in degrees."""
 
     lifted = Signal()
 
@@ -135,7 +135,7 @@ class MaskCanvas(Plot):
         self._ring.hide()
         self.panel.setBackgroundBrush(theme().c.well)
         self.panel.paint_changes_only()
-        # An opaque widget, so that a stroke does not repaint the sheet behind it.
+        # Make the widgets opaque, so that a stroke does not repaint the sheet behind them.
         for widget in (self, self.panel.viewport()):
             widget.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
@@ -147,7 +147,7 @@ class MaskCanvas(Plot):
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
         self.setCursor(Qt.CursorShape.CrossCursor)
-        self.setToolTip(tr("Paint with the mouse. Wheel zooms, the right button moves the picture"))
+        self.setToolTip(tr("Paint with the mouse. Wheel: zoom. Right button: move the picture"))
 
     def show_state(self, state: MaskPicture) -> None:
         """Show another mask or brush."""
@@ -161,9 +161,9 @@ class MaskCanvas(Plot):
         if first:
             self._brush = state.centre
             self._look(replace(self._sized(), zoom=_fitting(state.alpha)).moved_to(*state.centre))
-        words = tr("The brush, {radius:.1f}° around, takes away", radius=state.radius_deg)
+        words = tr("Brush radius {radius:.1f}°, erases the lamp", radius=state.radius_deg)
         if state.adds_lamp:
-            words = tr("The brush, {radius:.1f}° around, adds to the lamp", radius=state.radius_deg)
+            words = tr("Brush radius {radius:.1f}°, adds to the lamp", radius=state.radius_deg)
         self.say(words)
         self._show_brush()
 
@@ -309,14 +309,14 @@ class MaskCanvas(Plot):
 
 
 def _tinted(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the colours of the picture inside the mask."""
+    """Return the picture tinted as it appears inside the mask."""
     amber = theme().c.amberfill
     tone = np.array([amber.red(), amber.green(), amber.blue()], np.float32)
     return np.asarray(picture + (tone - picture) * np.float32(_TINT) + 0.5).astype(np.uint8)
 
 
 def _fitting(alpha: NDArray[np.float32]) -> float:
-    """Return the zoom at which the lamp fills a good part of the picture."""
+    """Return the zoom at which the lamp fills a large part of the picture."""
     rows = np.flatnonzero((alpha > 0.5).any(axis=1))
     tall = (rows[-1] - rows[0] + 1) * 180.0 / alpha.shape[0] if rows.size else 180.0
     return max((zoom for zoom in _ZOOMS if tall * zoom <= 100.0), default=1.0)
@@ -325,7 +325,7 @@ def _fitting(alpha: NDArray[np.float32]) -> float:
 def _draw(
     picture: NDArray[np.uint8], tinted: NDArray[np.uint8], alpha: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
-    """Return the picture with the lamp tinted, and its outline in white on black."""
+    """Return the picture with the lamp tinted and outlined in white on black."""
     inside = (alpha > 0.5).astype(np.uint8)
     around = np.ones((3, 3), np.uint8)
     outer = cv2.dilate(inside, around) - inside

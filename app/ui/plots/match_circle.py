@@ -1,4 +1,4 @@
-"""The match around the circle of turns, in curves of pyqtgraph from the middle of the dial."""
+"""The match around the circle of turns, drawn with pyqtgraph around the middle of the dial."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ class _Data:
 class PolarPlot(TurnPlot):
     """The match (or quality) at every turn, with 0° at the top and clockwise to the right.
 
-    Arrows move the needle by 1°, or with Shift by 10°. Home moves it to the best turn, and Page
-    Down and Page Up to the next peak clockwise and counter-clockwise.
+    The arrow keys move the needle by 1°, or by 10° with Shift. Home moves it to the best turn, and
+    Page Down and Page Up move it to the next peak clockwise and counter-clockwise.
     """
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -75,7 +75,7 @@ class PolarPlot(TurnPlot):
         self._marked: tuple[str, ...] = ()
         self._make_items()
         self.setMouseTracking(True)
-        self.setToolTip(tr("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn"))
+        self.setToolTip(tr("Drag to try another turn. Arrows: 1°, with Shift 10°. Home: best turn"))
         self.describe()
 
     def _make_items(self) -> None:
@@ -124,14 +124,14 @@ class PolarPlot(TurnPlot):
         """Show a style.
 
         Args:
-            curve: Match from 0 to 100 at evenly spaced turns, clockwise from 0; empty for a bare
-                dial.
+            curve: Match from 0 to 100 at evenly spaced turns, clockwise from 0, or an empty
+                sequence for a bare dial.
             limit: Match at the limit of reach.
             arc: Tolerance arc (from, to) in degrees, clockwise and possibly wrapping, or None if
                 the style is out of reach.
             best: Best turn in degrees, or None if there is none.
-            peaks: Turns of the other peaks in degrees, without the best.
-            needle: Turn of the needle in degrees, by default the best.
+            peaks: Turns of the other peaks in degrees, not including the best turn.
+            needle: Turn of the needle in degrees, or None for the best turn.
             marks: Names of dots on the curve, with their turns in degrees.
         """
         data = _Data(
@@ -149,12 +149,12 @@ class PolarPlot(TurnPlot):
         self.set_needle(0.0 if turn is None else turn)
 
     def tell(self, numbers: str, limit: str, marked: Sequence[str] = ()) -> None:
-        """Set the text for needle, limit and marks."""
+        """Set the text for the needle, the limit and the marks."""
         self._numbers, self._limit_words, self._marked = numbers, limit, tuple(marked)
         self.describe()
 
     def describe(self) -> None:
-        """Describe needle, match, best turn, arc, limit and peaks for screen readers."""
+        """Describe the needle, match, best turn, arc, limit and peaks for screen readers."""
         data = self._data
         if not data.curve:
             self.say(tr("No turn yet"))
@@ -173,7 +173,7 @@ class PolarPlot(TurnPlot):
 
     @property
     def dial(self) -> Dial:
-        """Circles of the plot at its current size, in logical pixels."""
+        """The circles of the plot at its current size, in logical pixels."""
         centre = (self.width() / 2.0, self.height() / 2.0)
         rim = max(min(self.width(), self.height()) / 2.0 - px(_INSET), 1.0)
         return Dial(centre, min(float(px(_CORE)), rim * 0.4), rim)
@@ -224,7 +224,7 @@ class PolarPlot(TurnPlot):
         self._lay_signs(dial)
 
     def _lay_signs(self, dial: Dial) -> None:
-        """Place peaks and marks on the curve, and the name of a mark outside or inside it."""
+        """Place the peaks and the marks on the curve, and the marks' names outside or inside it."""
         x, y = self.dial.centre
         places = [(place[0] - x, place[1] - y) for place in self.peak_places()]
         signs: list[tuple[Point, Draw, float]] = []
@@ -239,7 +239,7 @@ class PolarPlot(TurnPlot):
         self._marks.show_marks(signs)
 
     def _show_needle(self) -> None:
-        """Turn the head and the needle, and hide a number under the dot."""
+        """Turn the head and the needle, and hide a number that the dot would cover."""
         has_curve = bool(self._data.curve)
         self._turned.setRotation(self.needle)
         self._needle_line.setVisible(has_curve)
@@ -285,7 +285,7 @@ class PolarPlot(TurnPlot):
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
 
     def turn_under(self, point: Point) -> float | None:
-        """Return the turn toward a pointer, or None near the middle."""
+        """Return the turn at a pointer position, or None near the middle."""
         far = math.dist(point, self.dial.centre) > _STILL
         return turn_at(self.dial.centre, point) if far else None
 
@@ -317,7 +317,7 @@ class PolarPlot(TurnPlot):
 def _name_place(
     dial: Dial, radius: float, turn: float, name: str, peaks: Sequence[Point]
 ) -> Point | None:
-    """Return a free position for the name of a mark, outside or inside its dot, or None."""
+    """Return a free position for a mark's name outside or inside its dot, or None."""
     wide = text_width(theme().font(12), name)
     half = wide / 2.0 * abs(math.sin(math.radians(turn)))
     away = half + px(12)

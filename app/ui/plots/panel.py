@@ -36,7 +36,7 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.scene().setItemIndexMethod(QGraphicsScene.ItemIndexMethod.NoIndex)
         self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
         self.box.disableAutoRange()
-        # the view clips its content itself
+        # The view already clips its content.
         self.box.setFlag(self.box.GraphicsItemFlag.ItemClipsChildrenToShape, False)
         self.setCentralItem(self.box)
 
@@ -50,7 +50,7 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.setViewportUpdateMode(self.ViewportUpdateMode.MinimalViewportUpdate)
 
     def look(self, view: Viewport) -> None:
-        """Show a part of a panorama, in units of degrees."""
+        """Show a part of a panorama, whose data units are degrees."""
         across, up = view.width / 2.0 / view.scale, view.height / 2.0 / view.scale
         x, y = view.azimuth_deg, -view.elevation_deg
         self.look_at(QRectF(x - across, y - up, 2.0 * across, 2.0 * up))

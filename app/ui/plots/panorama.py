@@ -50,8 +50,8 @@ class PanoramaView(Plot):
     """A panorama that can be zoomed and panned, with a marker for the photographer's position.
 
     All azimuths in the interface are the panorama's own, but the scale below counts from the
-    photographer. Arrows pan by 1°, or with Shift by 10°. Plus and minus zoom, 0 shows everything,
-    Home centres the photographer, and M focuses the marker.
+    photographer. The arrow keys pan by 1°, or by 10° with Shift. Plus and minus zoom, 0 shows
+    everything, Home centres the photographer, and M focuses the marker.
     """
 
     marker_moved = Signal(float)
@@ -110,7 +110,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def make_ready(self) -> None:
-        """Create the panel in advance, because that takes as long as showing the picture."""
+        """Create the panel in advance, because creating it takes as long as showing the picture."""
         if self._drawing is None:
             # Importing pyqtgraph takes a quarter of a second.
             from app.ui.plots.panorama_items import PanoramaDrawing
@@ -124,8 +124,8 @@ class PanoramaView(Plot):
         """Set the clipped areas, which are hatched.
 
         Args:
-            clipped: (H, W) array of any size, or None. Whether each texel is clipped (bool), or its
-                clipped fraction from 0 to 1 (float).
+            clipped: (H, W) array of any size with each texel's clipped state (bool) or clipped
+                fraction from 0 to 1 (float), or None to hatch nothing.
         """
         if clipped is not self._clipped:
             self._clipped = clipped
@@ -168,7 +168,7 @@ class PanoramaView(Plot):
         self._look(view.zoomed(zoom, view.width / 2.0, view.height / 2.0))
 
     def zoom_by(self, steps: float) -> None:
-        """Zoom in steps of 25%, positive to zoom in."""
+        """Zoom in by a number of steps of 25%, or out if the number is negative."""
         self.set_zoom(self.view.zoom * _ZOOM_STEP**steps)
 
     def fit(self) -> None:
@@ -185,7 +185,7 @@ class PanoramaView(Plot):
         return QRect((self.width() - width) // 2, 0, width, width // 2)
 
     def sizeHint(self) -> QSize:
-        """Return the designed size."""
+        """Return the design size."""
         return QSize(864, self.heightForWidth(864))
 
     def minimumSizeHint(self) -> QSize:
@@ -375,7 +375,7 @@ class PanoramaView(Plot):
         self._look(self.view.zoomed(self.view.zoom * factor, x, y))
 
     def event(self, event: QEvent) -> bool:
-        """Zoom with two fingers on a touch pad as well."""
+        """Also zoom when two fingers pinch on a touchpad."""
         if isinstance(event, QNativeGestureEvent) and (
             event.gestureType() == Qt.NativeGestureType.ZoomNativeGesture
         ):

@@ -24,7 +24,7 @@ _DARK: Final = QColor(0, 0, 0, 80)
 _LIGHT: Final = QColor(255, 255, 255, 130)
 _AROUND_DEG: Final = 45  # spacing of vertical lines in degrees
 _UP_DEG: Final = 30  # spacing of horizontal lines in degrees
-_LAMP: Final = 13  # radius
+_LAMP: Final = 13  # radius of a lamp's ring
 
 
 class PanoramaDrawing:
@@ -64,7 +64,7 @@ class PanoramaDrawing:
     def _show_grid(self, view: Viewport, marks: Marks) -> None:
         """Centre the grid on the line nearest to the middle of the view."""
         if self._grid is None and marks.grid:
-            # All dark edges are below all lines.
+            # Draw all dark edges below all lines.
             self._grid = self._panel.add(Group(*_grid(_DARK, 2.0), *_grid(_LIGHT, 0.0)))
         if self._grid is not None:
             self._grid.setVisible(marks.grid)

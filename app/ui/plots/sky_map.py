@@ -1,4 +1,4 @@
-"""The map of matches by azimuth and altitude of the lamp, drawn with pyqtgraph."""
+"""The map of matches by the lamp's azimuth and altitude, drawn with pyqtgraph."""
 
 from __future__ import annotations
 
@@ -39,10 +39,12 @@ class Sky(Protocol):
     """A map of matches.
 
     Attributes:
-        tones: (h, w) uint8 or None. Azimuths run from −180° to 180° to the right, and altitudes
-            from the top down; None draws nothing.
-        closed: (h, w) bool or None. Directions in which the lamp may not be held.
-        line: (n, 4) float32. Segments of a line, with azimuth and altitude of both ends in degrees.
+        tones: (h, w) uint8, or None to draw nothing. Azimuths run from −180° to 180° to the right,
+            and altitudes run from the top down.
+        closed: (h, w) bool, or None if no direction is forbidden. True in directions in which the
+            lamp may not be held.
+        line: (n, 4) float32. Segments of a line, each with the azimuth and the altitude of both
+            ends in degrees.
     """
 
     @property
@@ -72,7 +74,7 @@ class SkyMap(LampPlot):
     least = (280, 72 + _LABELS + _ABOVE)
 
     ground = "bg"
-    """Colour of the surroundings, used to round its corners."""
+    """Colour of the surroundings, used to round the corners of the map."""
 
     def __init__(self) -> None:
         super().__init__(tr("Where the lamp works at this turn"))
@@ -145,7 +147,7 @@ class SkyMap(LampPlot):
         return across * 360.0 - 180.0, half - 2.0 * half * down
 
     def takes(self, point: Point) -> bool:
-        """Return whether a point is on the map, so that the lamp jumps to the pointer."""
+        """Return whether a point is on the map, where a press moves the lamp to the pointer."""
         ready = self._state is not None and self._state.shape is not None
         return ready and self.area.contains(QPointF(*point))
 
@@ -215,7 +217,7 @@ class SkyMap(LampPlot):
 
 
 def _outline(closed: NDArray[np.bool_]) -> QPainterPath:
-    """Return the outline of cells, in columns and rows."""
+    """Return the outline of the closed cells in units of columns and rows."""
     path = QPainterPath()
     edges = np.diff(np.pad(closed.astype(np.int8), ((0, 0), (1, 1))))
     # one rectangle for each run of cells in a row

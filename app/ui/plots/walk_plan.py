@@ -32,12 +32,12 @@ _TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
     "goal": (9, 1.0, "amberfill", "onamber", ""),
     "lamp": (10, 0.6, "amberfill", "onamber", "bulb"),
 }
-"""Radius, position as a fraction of the ring's radius, fill, ink and icon of marks drawn as discs.
+"""The radius, position (as a fraction of the ring's radius), fill, ink and icon of each disc.
 """
 
 
 class PlanView(Plot):
-    """The sitter, the start, now, the goal, the way between, the light and the background."""
+    """The sitter, start, current turn, goal, way to the goal, light and background."""
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -69,7 +69,7 @@ class PlanView(Plot):
         return max(min(wide, high), float(px(30)))
 
     def _px(self, length: float) -> int:
-        """Return a designed length, scaled up in a large drawing."""
+        """Return a design length, scaled up in a large drawing."""
         grown = min(self.width() / px(_DESIGNED[0]), self.height() / px(_DESIGNED[1]))
         return px(length * min(max(grown, 1.0), 2.0))
 
@@ -80,7 +80,7 @@ class PlanView(Plot):
         return at_turn(self.centre, radius, turn_deg - self._plan.up_deg)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint from back to front; the most important mark is on top and gets its label first."""
+        """Paint from back to front, with the most important mark on top and labelled first."""
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         draw_text(

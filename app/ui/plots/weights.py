@@ -64,7 +64,7 @@ class WeightScale(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
-        """Return the designed size at the theme's scale."""
+        """Return the design size at the theme's scale."""
         return QSize(680, px(20))
 
     def minimumSizeHint(self) -> QSize:
@@ -126,7 +126,7 @@ class WeightLegend(Plot):
 
 _RADIUS: Final = 6
 _SHADE: Final = 0.72  # brightness of the grey panorama under the weights
-_STRONGEST: Final = 0.80  # opacity of the largest weight, so that the place remains visible
+_STRONGEST: Final = 0.80  # opacity of the largest weight, low enough to keep the place visible
 _GAMMA: Final = 0.8
 _DOTS: Final = (2.0, 2.0)
 
@@ -145,10 +145,10 @@ def tinted(
 
     Args:
         target: (H, W) float. F of eq. 3 for turn 0 at any scale, positive where light helps.
-        plus, minus: sRGB of positive and negative weights.
+        plus, minus: sRGB colours of positive and negative weights.
 
     Returns:
-        (H, W, 4) uint8. Blue, green, red and opacity, premultiplied, which Qt blends fastest.
+        (H, W, 4) uint8. Premultiplied blue, green and red, and opacity, which Qt blends fastest.
     """
     values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
     largest = float(np.abs(values).max(initial=0.0))
@@ -162,9 +162,9 @@ def tinted(
 class WeightPanorama(TurnPlot):
     """The panorama of a place with the weights of a style, which turn with the sitter.
 
-    Its middle is the photographer's position at turn 0. A solid line marks the direction that the
-    sitter faces, and a dotted one the background behind them. Dragging turns the sitter, and arrows
-    turn by 1°, or with Shift by 10°.
+    The middle of the panorama is the photographer's position at turn 0. A solid line marks the
+    direction that the sitter faces, and a dotted line marks the background behind them. Dragging
+    turns the sitter, and the arrow keys turn the sitter by 1°, or by 10° with Shift.
     """
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -218,7 +218,7 @@ class WeightPanorama(TurnPlot):
         self._behind.setX(wrap(self.needle + 180.0))
 
     def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
-        """Turn the sitter without emitting a signal; weights at azimuth a move to a + turn."""
+        """Turn the sitter without emitting a signal. Weights at azimuth a move to a + turn."""
         if best_deg is not None:
             self._best = wrap(best_deg)
         self.set_needle(turn_deg)
@@ -227,14 +227,14 @@ class WeightPanorama(TurnPlot):
         """Describe the direction of the sitter for screen readers."""
         self.say(
             tr(
-                "The sitter faces {turn}, the background is {behind}. Orange: "
+                "The sitter faces {turn}, and the background is {behind}. Orange: "
                 "light helps. Blue: light hurts.",
                 turn=turn_words(self.needle),
                 behind=turn_words(self.needle + 180.0),
             )
             if self.needle
             else tr(
-                "The sitter faces the photographer’s first place. Orange: light helps. "
+                "The sitter faces the photographer’s starting position. Orange: light helps. "
                 "Blue: light hurts."
             )
         )
@@ -264,7 +264,7 @@ class WeightPanorama(TurnPlot):
         draw_corners(painter, self.rect(), theme().c.panel)
 
     def _tag_area(self, x: float, words: str, box: QRectF) -> QRectF:
-        """Return the area of a label to the right of its line, or to the left without room."""
+        """Return the area of a label to the right of its line, or to the left if space is short."""
         gap = px(6)
         area = label_area((x + gap, gap), words)
         if area.right() > self.width() - gap:

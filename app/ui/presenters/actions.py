@@ -22,7 +22,7 @@ class Findable:
     """An entry of "Find anything".
 
     Attributes:
-        detail: The kind of entry in a word or two: "style", "place of 21 Nov".
+        detail: The kind of entry in a few words, such as "style" or "place, 21 Nov".
     """
 
     words: str
@@ -99,9 +99,12 @@ class Action:
 
     Attributes:
         key: Unique name in code, such as ``open-files``.
-        shortcut: Shortcuts in Qt's notation, such as "Ctrl+O", separated by "; "; may be empty.
-        hint: One or two words for the line at the foot of the window; empty to leave it out.
-        about: The current target, which follows `words`: "Undo" "delete My Rembrandt".
+        shortcut: Shortcuts in Qt's notation, such as "Ctrl+O", separated by "; ", or an empty
+            string if there are none.
+        hint: One or two words for the line at the foot of the window, or an empty string to leave
+            the action out of that line.
+        about: What the action applies to now, shown after `words`, such as "delete My Rembrandt"
+            after "Undo".
     """
 
     key: str

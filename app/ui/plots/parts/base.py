@@ -41,7 +41,7 @@ _ARROWS: Final = {
 
 
 def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
-    """Return the step in degrees to the right and up for an arrow key (10 with Shift), or None."""
+    """Return an arrow key's step to the right and up in degrees, or None for any other key."""
     way = _ARROWS.get(Qt.Key(event.key()))
     size = 10.0 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
     return None if way is None else (way[0] * size, way[1] * size)
@@ -53,7 +53,7 @@ def device_ratio(painter: QPainter) -> float:
 
 
 def snap(value: float, ratio: float, width: float = 1.0) -> float:
-    """Return the middle of a line such that its edges align with device pixels."""
+    """Move the middle of a line so that the line's edges align with device pixels."""
     odd = round(width * ratio) % 2
     return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
 
@@ -77,7 +77,8 @@ def draw_text(
 ) -> float:
     """Draw one line of text aligned with device pixels, and return its width.
 
-    `middle` is at half the height of capital letters, and `align` sets its horizontal position.
+    `middle` is at half the height of the capital letters, and `align` is the fraction of the text's
+    width to the left of it.
     """
     text = visible(text)
     painter.setFont(font)
@@ -113,7 +114,8 @@ def label_area(
 ) -> QRectF:
     """Return the rectangle of a label as drawn by `draw_label`, in logical pixels.
 
-    With `align` (0, 0) its upper left corner is at `place`, with (1, 1) its lower right one.
+    An `align` of (0, 0) puts the label's upper left corner at `place`, and (1, 1) puts its lower
+    right corner there.
     """
     width, height = tag_size(text, weight)
     # Align with whole pixels to keep the edges sharp.
@@ -130,7 +132,7 @@ def disc(
     edge: QColor | Qt.GlobalColor | None = None,
     width: float = 1.0,
 ) -> None:
-    """Draw a disc, or a ring without a fill; the edge is centred on the radius."""
+    """Draw a disc, or a ring if there is no fill, with the edge centred on the radius."""
     painter.setBrush(Qt.BrushStyle.NoBrush if fill is None else fill)
     painter.setPen(Qt.PenStyle.NoPen if edge is None else QPen(edge, width))
     painter.drawEllipse(QPointF(*place), radius, radius)
@@ -160,7 +162,7 @@ class Plot(Paints, QWidget):
     def panel(self) -> Panel:
         """The part drawn by pyqtgraph, created on first use."""
         if self._panel is None:
-            # Import pyqtgraph late, because that takes a quarter of a second.
+            # Import pyqtgraph late, because the import takes a quarter of a second.
             from app.ui.plots.panel import Panel
 
             self._panel = Panel(self, lambda p: self.draw_over(p, device_ratio(p)))
@@ -231,9 +233,9 @@ class Plot(Paints, QWidget):
 
 
 class TurnPlot(Plot):
-    """A plot with a needle that can be moved to a turn with mouse and keyboard.
+    """A plot with a needle that the mouse and the keyboard move to a turn.
 
-    Arrows move it by 1°, or with Shift by 10°, and Home moves it to the best turn.
+    The arrow keys move the needle by 1°, or by 10° with Shift, and Home moves it to the best turn.
     """
 
     role = QAccessible.Role.Dial
@@ -279,7 +281,7 @@ class TurnPlot(Plot):
         event.accept()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Release the needle when no key is repeating any more."""
+        """Release the needle when the key stops repeating."""
         if self._stepped and not event.isAutoRepeat():
             self._stepped = False
             self.released.emit(self.needle)

@@ -1,4 +1,4 @@
-"""Lines, curves and marks in data units, equally wide on any screen and at any zoom.
+"""Lines, curves and marks in data units, with the same width on any screen and at any zoom.
 
 pyqtgraph measures its pens in device pixels, which makes lines thin on high-resolution screens.
 """
@@ -55,7 +55,7 @@ class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
 
 
 class Curve(pg.PlotCurveItem):  # type: ignore[misc]
-    """A curve with any number of pens, widest first; a curve with a fill is closed."""
+    """A curve with any number of pens, widest first, which is closed if it has a fill."""
 
     def __init__(self, *pens: QPen, fill: QColor | None = None) -> None:
         super().__init__(pen=_padding(pens))
@@ -88,7 +88,7 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
 
     def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
-        """Set the segments, as (n, 4) with x and y of both ends, clipped to an area."""
+        """Set the segments, clipped to an area, as (n, 4) with the x and y of both ends."""
         self._ends, self._area = np.asarray(ends, float), area
         places = self._ends.reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1], connect="pairs")
@@ -114,7 +114,7 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
 
 
 def _padding(pens: Sequence[QPen]) -> QPen:
-    """Return a pen that gives pyqtgraph the total width of a curve's own pens."""
+    """Return a pen from which pyqtgraph learns the total width of a curve's own pens."""
     pen = QPen(pens[0]) if pens else QPen(Qt.PenStyle.NoPen)
     pen.setCosmetic(True)
     return pen
@@ -147,7 +147,10 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
 
 
 class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
-    """A function that paints between items in logical pixels; only the exposed part is needed."""
+    """A layer between items that a function paints in logical pixels.
+
+    The function receives the exposed part, which is all that it needs to paint.
+    """
 
     def __init__(self, draw: Callable[[QPainter, QRect], object]) -> None:
         super().__init__()
@@ -161,7 +164,7 @@ class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
 
 
 class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
-    """Items that change rarely, painted once into a picture of the whole view.
+    """Items that rarely change, painted once into a picture of the whole view.
 
     The scene does not paint them, so call `changed` after a change to one of them.
     """
@@ -211,7 +214,7 @@ class Group(pg.ItemGroup):  # type: ignore[misc]
 
     def __init__(self, *items: Any) -> None:
         super().__init__()
-        # Keep references, because Qt deletes an item without any.
+        # Keep references, because Qt deletes items that have none.
         self._items = items
         for item in items:
             self.addItem(item)
@@ -241,7 +244,7 @@ class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
 
 
 def around(*pens: QPen) -> Group:
-    """Return a line at an azimuth, the group's x, that appears at both edges of a panorama."""
+    """Return a line at an azimuth (the group's x) that appears at both edges of a panorama."""
     lines = [PlotLine(*pens) for _ in range(3)]
     for line, turn in zip(lines, (-360.0, 0.0, 360.0), strict=True):
         line.setPos(turn)

@@ -34,13 +34,13 @@ _CIRCLE: Final = np.array([at_turn((0.0, 0.0), 1.0, 90.0 + 2.0 * k) for k in ran
 
 @cache
 def _half_head() -> list[Point]:
-    """Return half of the mean head's outline from above, (side, forward) in half head lengths."""
+    """Return half the mean head's outline from above, as (side, forward) in half head lengths."""
     outline = json.loads((resources() / "heads" / "outline.json").read_text(encoding="utf-8"))
     return [(float(side), float(front)) for side, front in outline]
 
 
 def turn_at(centre: Point, point: Point) -> float:
-    """Return the turn toward a point in (-180, 180] degrees; the inverse of `at_turn`.
+    """Return the turn toward a point in (-180, 180] degrees, which is the inverse of `at_turn`.
 
     Examples:
         >>> turn_at((0.0, 0.0), (-3.0, 0.0))
@@ -100,12 +100,12 @@ class Dial:
 def smooth(points: Sequence[Point]) -> NDArray[np.float64]:
     """Fit a smooth closed Bezier curve through points.
 
-    The tangent at a point is that of the parabola through it and its neighbours. Handles are a
-    third of the chord, so that a corner between a long and a short segment makes no loop.
+    The tangent at a point is that of the parabola through the point and its neighbours. The handles
+    are a third of the chord, so that a corner between a long and a short segment makes no loop.
 
     Returns:
-        (n, 3, 2). For each point, the two control points of the segment to the next one, and that
-        one.
+        (n, 3, 2). For each point, the two control points of the segment to the next point, followed
+        by the next point.
     """
     here = np.asarray(points, np.float64)
     stop = np.roll(here, -1, axis=0)
@@ -158,9 +158,9 @@ def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
 def spread(
     targets: Sequence[float], widths: Sequence[float], gap: float, low: float, high: float
 ) -> list[float]:
-    """Move overlapping labels on a line apart by the same distance, within its limits.
+    """Move overlapping labels apart by the same distance, within the limits of their line.
 
-    `targets` are their preferred centres in any order.
+    `targets` are the labels' preferred centres in any order.
     """
     order = sorted(range(len(targets)), key=lambda index: targets[index])
     middles = [targets[index] for index in order]
@@ -198,7 +198,7 @@ class ArrowShape:
 
 
 def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
-    """Fit a thick curved arrow, designed for 320 x 104, into a box with the same proportions."""
+    """Fit a thick curved arrow, designed at 320 x 104 pixels, into a box without distortion."""
     unit = min(width / 320.0, height / 104.0)
     side = 1.0 if clockwise else -1.0
     # The arrowhead is wider than the tail, so centre the whole arrow instead of the circle.

@@ -25,7 +25,7 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from app.core.base.arrays import Bytes
 
 _SMALLEST: Final = 512  # minimum columns of a smaller copy
-_GAP: Final = 1 / 340  # fraction of the width, half of the widest gap: 3 texels of 1,024
+_GAP: Final = 1 / 340  # half of the widest gap as a fraction of the width: 3 texels of 1,024
 _CLIPPED: Final = 0.02  # fraction of a texel from which it counts as clipped
 _PERIOD: Final = 8.0  # spacing of the hatching in logical pixels along a row
 _INK: Final = QColor(16, 16, 16)
@@ -44,9 +44,9 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         """Show other pixels.
 
         Args:
-            pixels: (h, w), (h, w, 3) or (h, w, 4) uint8, or None. Grey, sRGB, or blue, green, red
-                and opacity with premultiplied colours. Azimuths run from −180° to 180°, shifted by
-                `setX`.
+            pixels: (h, w) grey, (h, w, 3) sRGB, or (h, w, 4) blue, green, red and opacity with
+                premultiplied colours, all uint8, or None to show nothing. Azimuths run from −180°
+                to 180°, shifted by `setX`.
         """
         self._images = {}
         self._copies = [] if pixels is None else [pixels]
@@ -59,7 +59,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         self.setRect(QRectF(-180.0, -90.0, 360.0, 180.0))
 
     def boundingRect(self) -> QRectF:
-        """Return the panorama plus half a turn on both sides, in its pixels."""
+        """Return the area of the panorama plus half a turn on both sides, in panorama pixels."""
         return self._around if self._copies else QRectF()
 
     def paint(self, painter: QPainter, *_args: object) -> None:
@@ -97,7 +97,7 @@ def _image_around(pixels: Bytes) -> QImage:
 
 
 class Hatching(QGraphicsItem):
-    """Black and white lines with a black edge over clipped areas, equally wide at any zoom."""
+    """Black and white lines with a black edge over clipped areas, the same width at any zoom."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -108,14 +108,14 @@ class Hatching(QGraphicsItem):
         """Set the hatched areas.
 
         Args:
-            clipped: (h, w) array of any size, or None. Whether each texel is clipped (bool), or its
-                clipped fraction from 0 to 1 (float).
+            clipped: (h, w) array of any size with each texel's clipped state (bool) or clipped
+                fraction from 0 to 1 (float), or None to hatch nothing.
         """
         self._outlines = [] if clipped is None else _outlines(clipped)
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """Return the panorama plus half a turn on both sides."""
+        """Return the area of the panorama plus half a turn on both sides."""
         return QRectF(-360.0, -90.0, 720.0, 180.0)
 
     def paint(
@@ -142,7 +142,7 @@ class Hatching(QGraphicsItem):
         painter.fillPath(path, lines)
 
     def _ratio(self, painter: QPainter) -> float:
-        """Return device pixels per logical pixel, in addition to the scene's own scale."""
+        """Return the device pixels per logical pixel, without the scene's own scale."""
         return painter.deviceTransform().m11() / max(self.sceneTransform().m11(), 1e-9)
 
 
@@ -150,8 +150,8 @@ def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
     """Return outlines of clipped areas in degrees, with an extra half turn on both sides.
 
     Returns:
-        list of (QRectF, QPainterPath). Each piece with its holes, and the area that its edge may
-        cover.
+        list of (QRectF, QPainterPath). For each piece, the area that its edge may cover, and its
+        path with the holes.
     """
     mask = np.asarray(np.asarray(clipped, np.float32) > _CLIPPED, np.uint8)
     if not mask.any():

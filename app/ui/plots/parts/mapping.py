@@ -1,4 +1,4 @@
-"""The mapping of angles to pixels and back, for a moving panorama and for a strip of one.
+"""The mapping between angles and pixels, for a moving panorama and for a strip of a panorama.
 
 Azimuths and turns are in degrees, positive clockwise seen from above, which is to the right in the
 picture. Elevations are positive upward. Pixels are logical, with y downward. This module does not
@@ -30,7 +30,7 @@ class Tick:
 
 
 def scale_label(value_deg: float) -> str:
-    """Return a number on a scale as text; the left end may be −180°.
+    """Return a number on a scale as text, where the left end may be −180°.
 
     Examples:
         >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
@@ -49,8 +49,8 @@ def label_step(pixels_per_degree: float, room: float) -> int:
 class Viewport:
     """The visible part of a panorama, for the ViewBox.
 
-    pyqtgraph's ViewBox supports neither wrapping nor poles. Azimuth, in (-180, 180], and elevation
-    are those at the centre; `shape` is the height of the window divided by its width.
+    pyqtgraph's ViewBox supports neither wrapping nor poles. The azimuth, in (-180, 180], and the
+    elevation are those of the centre. `shape` is the height of the window divided by its width.
     """
 
     width: float
@@ -83,7 +83,7 @@ class Viewport:
         return [x for x in places if -margin - 1e-9 <= x <= self.width + margin + 1e-9]
 
     def azimuth_at(self, x: float) -> float:
-        """Return the azimuth at an x in (-180, 180] degrees; the inverse of `x_of`."""
+        """Return the azimuth at an x in (-180, 180] degrees, which is the inverse of `x_of`."""
         return wrap(self.azimuth_deg + (x - self.width / 2.0) / self.scale)
 
     def y_of(self, elevation_deg: float) -> float:
@@ -91,7 +91,7 @@ class Viewport:
         return self.height / 2.0 - (elevation_deg - self.elevation_deg) * self.scale
 
     def elevation_at(self, y: float) -> float:
-        """Return the elevation at a y in degrees; the inverse of `y_of`."""
+        """Return the elevation at a y in degrees, which is the inverse of `y_of`."""
         return self.elevation_deg - (y - self.height / 2.0) / self.scale
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
@@ -114,7 +114,7 @@ class Viewport:
         return new.moved_to(azimuth - across, elevation - up)
 
     def ticks(self, front_deg: float, step: int, labelled: int) -> list[Tick]:
-        """Return the ticks of the scale under the window, which counts from an azimuth."""
+        """Return the ticks of the scale under the window, whose numbers count from an azimuth."""
         middle = difference(self.azimuth_deg, front_deg)
         half = self.width / 2.0 / self.scale + 1e-9
         first = math.ceil((middle - half) / step)
@@ -147,7 +147,7 @@ class StripScale:
         return self.width / self.span_deg
 
     def x_of(self, turn_deg: float) -> float:
-        """Return the x of a turn, the shorter way from the goal, which may be outside the strip."""
+        """Return the x of a turn, measured the shorter way from the goal; it may be off the strip."""
         return self._x(difference(turn_deg, self.goal_deg))
 
     def _x(self, beside_deg: float) -> float:
@@ -184,7 +184,7 @@ class StripScale:
         return result
 
     def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
-        """Return the ticks, which count without signs from the goal to both sides.
+        """Return the ticks, whose numbers count from the goal to both sides without signs.
 
         Labels that would be too close to a marker are left out.
         """

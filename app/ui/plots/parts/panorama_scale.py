@@ -1,4 +1,4 @@
-"""The scale under a panorama, painted because pyqtgraph cuts labels, and the marker's grip."""
+"""The marker's grip, and a panorama's scale, painted here because pyqtgraph cuts labels off."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ _GAP: Final = 8
 
 
 class MarkerGrip(PaintedWidget):
-    """An amber pill with a person, text and a sign that it can be dragged.
+    """An amber pill with a person, text and a sign that the pill can be dragged.
 
-    Arrows move it by 1°, or with Shift by 10°. Enter keeps the new position, and Esc restores the
-    old one.
+    The arrow keys move the marker by 1°, or by 10° with Shift. Enter keeps the new position, and
+    Esc restores the old one.
     """
 
     dragged = Signal(QPoint)
@@ -64,7 +64,7 @@ class MarkerGrip(PaintedWidget):
         self.held = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
-        self.setToolTip(tr("Drag it to where you stand (M). Arrows 1°, Shift 10°, Enter keeps it"))
+        self.setToolTip(tr("Drag to where you stand (M). Arrows: 1°, with Shift 10°. Enter: keep"))
         self.set_words(words)
 
     def set_words(self, words: str) -> None:
@@ -75,7 +75,7 @@ class MarkerGrip(PaintedWidget):
         self.update()
 
     def set_moving(self, words: str) -> None:
-        """Set the text during a move, or empty at rest."""
+        """Set the text during a move, or an empty string at rest."""
         if words != self._moving:
             self._moving = words
             self.setAccessibleDescription(words)
@@ -149,7 +149,7 @@ _LABEL_ROOM: Final = 72
 
 @dataclass(frozen=True, slots=True)
 class SceneLamp:
-    """A lamp in the panorama, with the direction of its middle in the original."""
+    """A lamp in the panorama, with the azimuth and elevation of its middle in the file."""
 
     letter: str
     azimuth_deg: float
@@ -158,7 +158,7 @@ class SceneLamp:
 
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """Overlays of a panorama, whose scale counts from the front."""
+    """The overlays of a panorama, and the azimuth from which its scale counts."""
 
     front_deg: float
     marker_deg: float | None
