@@ -147,7 +147,7 @@ class StripScale:
         return self.width / self.span_deg
 
     def x_of(self, turn_deg: float) -> float:
-        """Return the x of a turn, measured the shorter way from the goal; it may be off the strip."""
+        """Return the x of a turn measured the shorter way from the goal, even off the strip."""
         return self._x(difference(turn_deg, self.goal_deg))
 
     def _x(self, beside_deg: float) -> float:
