@@ -37,8 +37,8 @@ EXPLANATIONS: Final = {
         "The sitter’s own left, which is on the right of the picture. A style is named "
         "after the side of its key light.")),
     "card": (tr("How to read a card"), tr(
-        "On the left is the style in the studio, on the right this place at the best "
-        "turn. Amber marks that turn; the number and bar show the match.")),
+        "The left picture shows the style in the studio; the right one shows this place at "
+        "the best turn. Amber marks that turn; the number and bar show the match.")),
 }
 """Title and explanation of each number, by key."""
 # fmt: on

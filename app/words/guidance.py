@@ -14,9 +14,9 @@ from app.words.phrases.directions import lens_words, nose_words, sitter_words
 
 
 class PillWords(NamedTuple):
-    """Texts of the pill: on target, nearly there, before.
+    """Texts of the pill for a turn on target, nearly on target and not there yet.
 
-    Without a number, since large type already shows the distance.
+    They contain no number, since large type already shows the distance.
     """
 
     here: str
@@ -45,7 +45,7 @@ DIRECTIONS: Final[dict[Direction, str]] = {
     "counter-clockwise": turns.direction_words(-1.0),
     "none": "",
 }
-"""Direction shown beside a number; empty if there is none."""
+"""The direction shown beside a number, or an empty string if no turn is needed."""
 NOSE_TO: Final = {
     Mode.WALK: (tr("nose to their left"), tr("nose to their right")),
     Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
@@ -69,14 +69,14 @@ class GuideWords:
     """The text of the guidance, ready to show.
 
     Attributes:
-        number_words: Text beside the large number, "to go" or "back"; empty if the number is the
-            whole turn.
+        number_words: Text beside the large number ("to go" or "back"), or an empty string if the
+            number is the whole turn.
         headline: The direction in large type, "You are in the light", "Hold it", or the problem.
-        walk, company: Instructions such as "Walk to your left" and "The sitter turns with you.";
-            empty if there is nothing to do.
+        walk, company: Instructions such as "Walk to your left" and "The sitter turns with you.",
+            or empty strings if there is nothing to do.
         light: The status pill: "Not in the light yet", "You are in the light", "Too far".
         spoken: The instruction as spoken text.
-        sitter: Instruction about the nose; empty if the nose should point at the lens.
+        sitter: Instruction about the nose, or an empty string if the nose should point at the lens.
     """
 
     number_words: str = ""
@@ -93,7 +93,7 @@ def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> G
 
     Args:
         mode: Who moves.
-        missing: Reason why there is no heading, "No webcam" by default.
+        missing: Why there is no heading. An empty string means "No webcam".
     """
     if guidance.phase in TROUBLE:
         sentence = TROUBLE[guidance.phase]
@@ -104,12 +104,12 @@ def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> G
 
 
 def trouble_line(phase: Phase) -> str:
-    """Describe in one sentence why the heading is lost; return "" if it is not."""
+    """Return one sentence that says why the heading is lost, or "" if it is not lost."""
     return _TROUBLE_LINES.get(phase, "")
 
 
 def arc_words(guidance: Guide) -> str:
-    """Name the arc of the goal; return "" if it has none."""
+    """Return a name for the arc of the goal, or "" if the goal has no arc."""
     if not guidance.has_arc:
         return ""
     return ARC_FOR_LAMP if guidance.lamp else ARC_IN_LIGHT
@@ -149,7 +149,7 @@ def _turning(guidance: Guide, mode: Mode) -> GuideWords:
 
 
 def _by_eye(guidance: Guide, mode: Mode, missing: str) -> GuideWords:
-    """Return the instructions for the whole turn at once, without a heading."""
+    """Return instructions for the whole turn at once, since there is no heading."""
     to_go = whole(guidance.goal - guidance.start)
     walk, company = turns.walking_words(guidance.direction, mode)
     goal = turns.goal_words(to_go, guidance.start)
@@ -168,13 +168,13 @@ def _with_sitter(words: GuideWords, guidance: Guide, mode: Mode) -> GuideWords:
     company = "\n".join(part for part in (company, sitter) if part)
     spoken = [words.spoken]
     if yaw and guidance.nose is None and (guidance.inside or guidance.now is None):
-        # Shown before the photo is taken; the line for when everything is in place comes last.
+        # Inside the arc, the sitter's instruction comes before the one to take the picture.
         spoken.insert(0 if guidance.inside else 1, sitter)
     return replace(words, company=company, sitter=sitter, spoken=" ".join(spoken))
 
 
 def _for_sitter(guidance: Guide, mode: Mode) -> str:
-    """Describe what the sitter should do with the nose, or how far off it is."""
+    """Describe what the sitter should do with the nose, or how far off the nose is."""
     if not guidance.yaw:
         return ""
     off, wrong = guidance.nose, guidance.phase is Phase.NOSE

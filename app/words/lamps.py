@@ -1,4 +1,4 @@
-"""Text about lamps: names, powers, the studio's lamps, capture, and comparison with a place."""
+"""Text about lamps: names, powers, studio lamps, capture and comparison with a place."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ RATIO_CHOICES: Final = {key: tr("Unchanged") if key == "none" else key for key i
 
 GUIDE: Final = (
     tr(
-        "Make the room as dark as possible: close the curtains, switch off other lamps and screens."
+        "Make the room as dark as possible: close the curtains and switch off other lamps "
+        "and screens."
     ),
     tr("Put the 360 camera on a stand where the head will be, away from mirrors and shiny tables."),
     tr(
@@ -52,12 +53,12 @@ GUIDE: Final = (
         "distance from the camera."
     ),
     tr(
-        "Shoot a bracket with fixed white balance. The lamp must not be clipped in the "
+        "Shoot a bracket with a fixed white balance. The lamp must not be clipped in the "
         "darkest frame."
     ),
     tr(
-        "Add the files here. Measure places with the same camera, so that their "
-        "brightness is comparable."
+        "Add the files here. Measure places with the same camera, so that the brightness "
+        "of the lamp and of the places is comparable."
     ),
 )
 """Steps for capturing a lamp."""
@@ -102,7 +103,7 @@ def power_share(power: float, kind: str = "") -> str:
 
 
 def stops_down(power: float, kind: str = "") -> str:
-    """Format how many stops a lamp is turned down; empty at full power.
+    """Return how many stops a lamp is turned down, or "" at full power.
 
     Examples:
         >>> stops_down(0.125), stops_down(0.5), stops_down(1.0)
@@ -125,7 +126,10 @@ def studio_words(studio: Studio) -> str:
 
 
 def comparison_words(comparison: Comparison) -> str:
-    """Explain why a lamp's light cannot be added to a place, and what to do; empty if it can."""
+    """Explain why a lamp's light cannot be added to a place, and what to do.
+
+    Returns "" if the light can be added and the cameras do not differ.
+    """
     return " ".join(filter(None, (comparison_sentence(comparison), _hint(comparison))))
 
 
@@ -134,19 +138,19 @@ def comparison_sentence(comparison: Comparison) -> str:
     title = comparison.title
     if comparison.unknown is Unknown.LAMP:
         return tr(
-            "The brightness of “{title}” is unknown: its files do not state the exposure.",
+            "The brightness of “{title}” is unknown: its files do not record the exposure.",
             title=title,
         )
     if comparison.unknown is Unknown.BOTH:
         return tr(
             "The brightness of “{title}” and of the place is unknown: their files do not "
-            "state the exposure.",
+            "record the exposure.",
             title=title,
         )
     if comparison.unknown is Unknown.PLACE:
         return tr(
             "“{title}” cannot be added: the brightness of this place is unknown, as its "
-            "files do not state the exposure.",
+            "files do not record the exposure.",
             title=title,
         )
     if comparison.cameras is None:
@@ -167,20 +171,20 @@ def _hint(comparison: Comparison) -> str:
     if comparison.unknown is Unknown.PLACE:
         return tr("Enter the light on the face there, in lux, or capture the place again.")
     return tr(
-        "Enter its illuminance: hold a light meter where the camera stood, facing the "
-        "lamp. Or capture it again with files that state ISO, aperture and shutter."
+        "Enter the lamp’s illuminance: hold a light meter where the camera stood, facing the "
+        "lamp. Or capture it again with files that record ISO, aperture and shutter."
     )
 
 
 def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
-    """List the doubts about a lamp detected in its capture."""
+    """List the doubts about a lamp that was detected in a capture."""
     warnings = []
     if mask is not None and mask.in_lit_room:
         warnings.append(
             tr(
                 "The room is not dark enough: the lamp is only {contrast:.0f} times "
-                "brighter. Close the curtains and switch off other lights, or check the "
-                "mask.",
+                "brighter than its surroundings. Close the curtains and switch off other "
+                "lights, or check the mask.",
                 contrast=mask.contrast,
             )
         )
@@ -196,7 +200,7 @@ def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
 
 
 def mask_notes(mask: LampMask | None) -> tuple[str, ...]:
-    """List the areas excluded when a lamp was detected in its capture."""
+    """List the areas that were excluded when a lamp was detected in a capture."""
     if mask is None or not mask.rejected:
         return ()
     return (
@@ -209,7 +213,7 @@ def mask_notes(mask: LampMask | None) -> tuple[str, ...]:
 
 
 def damage_words(damage: LampDamage) -> str:
-    """Name the part of a lamp's text file that is lost."""
+    """Name the parts of a lamp's text file that cannot be read."""
     parts = ", ".join(_PARTS[part] for part in damage.parts)
     if not parts:
         parts = tr("its description") if damage.error is None else damage.error.message

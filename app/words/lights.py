@@ -18,7 +18,7 @@ NAMES: Final[dict[Source, str]] = {
     "above": tr("Sky or ceiling"),
     "area": tr("Bright area"),
 }
-"""Names for lists."""
+"""Names of light sources in lists."""
 
 MIRRORED: Final[dict[Source, str]] = {
     "sun": tr("the sun"),
@@ -30,7 +30,7 @@ MIRRORED: Final[dict[Source, str]] = {
     "above": tr("the sky or ceiling"),
     "area": tr("a bright area"),
 }
-"""Names for reflections in an eye."""
+"""Names of light sources reflected in an eye."""
 
 CLIPPED: Final[dict[Source, str]] = {
     "sun": tr("The sun {where} ({id}) is clipped."),

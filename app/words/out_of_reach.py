@@ -1,4 +1,4 @@
-"""Reasons why a style is out of reach or only nearly in reach: sentences for `Shortfall`.
+"""Reasons why a style is out of reach or only nearly within reach: sentences for `Shortfall`.
 
 They have no full stop and come in these lengths:
 
@@ -62,7 +62,7 @@ _OBSTACLES: Final = {
 
 
 def reason_sentence(shortfall: Shortfall | None) -> str:
-    """Describe the cause with its numbers; empty without a shortfall.
+    """Describe the cause with its numbers, or return "" if there is no shortfall.
 
     Examples:
         >>> reason_sentence(LightShortfall(Cause.NO_LIGHT, "match", 14.3, 45.0, Origin.BELOW))
@@ -136,12 +136,12 @@ def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
 
 
 def nearly_sentence(shortfall: Shortfall) -> str:
-    """State that a style is only nearly in reach, and why."""
+    """State that a style is only nearly within reach, and why."""
     return tr("Nearly. {what}", what=reason_sentence(shortfall))
 
 
 def nearly_card(shortfall: Shortfall) -> str:
-    """State that a style is only nearly in reach, and why, for a card."""
+    """State that a style is only nearly within reach, and why, for a card."""
     return tr("Nearly. {what}", what=reason_card(shortfall))
 
 
@@ -171,7 +171,7 @@ def too_soft_card(contrast: float, least: float) -> str:
 
 
 def grade_words(grade: str | None, attainable: bool) -> str:
-    """Return the word for a grade, or whether the style is in reach if it has no grade.
+    """Return the word for a grade, or for whether the style is within reach if it has no grade.
 
     Examples:
         >>> grade_words("nearly", True), grade_words(None, False)
@@ -209,7 +209,7 @@ def _areas(shortfall: AreaShortfall, words: str) -> str:
 
 
 def _stops(value: float, limit: float, sign: Literal["", "+"] = "") -> str:
-    """Format stops rounded away from the limit, so that a value outside never reads as the limit.
+    """Format stops rounded away from the limit, so that a value beyond it never reads as the limit.
 
     Examples:
         >>> _stops(0.31, 0.6), _stops(-1.66, 0.0), _stops(1.98, 2.0), _stops(-0.01, 0.6)
@@ -230,7 +230,7 @@ def _with_place(shortfall: LightShortfall, words: str) -> str:
 
 
 def _number(shortfall: LightShortfall) -> str:
-    """Format a number rounded down, so that one under its limit never reads as the limit."""
+    """Format a value rounded down, so that a value under its limit never reads as the limit."""
     if shortfall.measure == "contrast":
         return tr("contrast {contrast}", contrast=contrast_words(shortfall.value))
     return tr("match {value} of 100", value=max(math.floor(shortfall.value), 0))

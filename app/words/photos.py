@@ -48,8 +48,7 @@ def registration_words(registered: Registration) -> str:
     if not registered.turned:
         if registered.tilted:
             return tr(
-                "Same spot, camera tilted {tilt} differently. Your position and all "
-                "marks are kept.",
+                "Same spot, camera tilt changed by {tilt}. Your position and all marks are kept.",
                 tilt=tilt,
             )
         return tr("Same spot, same camera direction. Your position and all marks are kept.")
@@ -57,8 +56,8 @@ def registration_words(registered: Registration) -> str:
     turn = {"size": size, "direction": direction_words(math.copysign(1.0, yaw))}
     if registered.tilted:
         return tr(
-            "Same spot, camera turned {size} {direction} and tilted {tilt} differently. "
-            "Your position and all marks are kept.",
+            "Same spot, camera turned {size} {direction}, tilt changed by {tilt}. Your "
+            "position and all marks are kept.",
             tilt=tilt,
             **turn,
         )

@@ -21,21 +21,21 @@ from app.core.places.remarks import (
     PlaceUnreadable,
     Unfinished,
 )
-from app.core.text import tr
+from app.core.text import tr, tr_plural
 from app.words.sentences import Sentences, sentence_of
 
 _PARTS: Final = {
     "name": tr("its name"),
     "made_at": tr("its time"),
     "environment": tr("its light"),
-    "fingerprint": tr("the light's checksum"),
+    "fingerprint": tr("the light’s checksum"),
     "measured_at": tr("when the light was measured"),
     "front_deg": tr("where the photographer stands"),
     "head": tr("the head"),
     "notes": tr("the notes"),
     "tags": tr("the tags"),
     "location": tr("the location"),
-    "asked": tr("the options of the results"),
+    "asked": tr("the options for the results"),
     "results": tr("the results"),
     "before": tr("the earlier results"),
     "chosen": tr("the chosen style"),
@@ -56,7 +56,8 @@ def trouble_words(trouble: Remark) -> str:
 
 def _damage(remark: PartLost) -> str:
     return tr(
-        "Part of this place cannot be read: {why}. Open it to check, or capture here again.",
+        "Part of this place cannot be read: {why}. Open the place to check it, or capture it "
+        "again.",
         why=remark.why or _names(remark.parts),
     )
 
@@ -86,10 +87,12 @@ def _name(part: LostPart) -> str:
 
 def _photos_lost(remark: PhotosLost) -> str:
     if remark.count:
-        return tr(
+        return tr_plural(
+            "The results for {count} photo taken here could not be read. The photo itself "
+            "is in {folder}.",
             "The results for {count} photos taken here could not be read. The photos "
             "themselves are in {folder}.",
-            count=remark.count,
+            remark.count,
             folder=remark.folder,
         )
     return tr(
@@ -101,28 +104,29 @@ def _photos_lost(remark: PhotosLost) -> str:
 
 SENTENCES: Final[Sentences] = {
     LightChanged: tr(
-        "{name} has changed since the results were computed. They are being computed again."
+        "{name} has changed since the results were computed. They are being recomputed."
     ),
-    LightFoundAgain: tr("Its light was found again in {name}."),
+    LightFoundAgain: tr("The light measurement for this place was found in {name}."),
     JudgedAnew: tr(
-        "Turnlight now judges styles by the face. This place is being computed again; "
-        "its earlier answers are kept."
+        "Turnlight now judges styles by the face. The results for this place are being "
+        "recomputed; the earlier ones are kept."
     ),
     Unfinished: tr("This place is not finished. You can resume it."),
     PartLost: _part_lost,
     FromNewer: tr(
-        "This place was saved by a newer Turnlight. What this version cannot read is kept."
+        "This place was saved by a newer version of Turnlight. Data that this version "
+        "cannot read is kept."
     ),
     CopyKept: tr("The damaged file was saved as {name}."),
-    CopyFailed: tr("The damaged file could not be copied. It is still {name}."),
+    CopyFailed: tr("The damaged file could not be copied and is still named {name}."),
     FolderUnreadable: tr("The places folder {folder} cannot be read: {reason}."),
     PlaceUnreadable: tr("This place cannot be read: {why}."),
-    LightMissing: tr("The light of this place is missing. Capture here again."),
+    LightMissing: tr("The light measurement for this place is missing. Capture the place again."),
     PhotosLost: _photos_lost,
 }
-"""Sentence with field names, or function that returns it, for each type of remark."""
+"""For each type of remark, a sentence with field names or a function that returns the sentence."""
 _TROUBLES: Final[Sentences] = {
     Unfinished: tr("This place is not finished. Everything captured so far is saved."),
     PartLost: _damage,
-    FromNewer: tr("This place was saved by a newer Turnlight. Update to see all of it."),
+    FromNewer: tr("This place was saved by a newer version of Turnlight. Update to see all of it."),
 }

@@ -16,7 +16,7 @@ class PlanWords:
     """Text of a plan.
 
     Attributes:
-        labels: Labels of the marks in their order; empty for a mark without one.
+        labels: Labels of the marks, in their order. A mark without a label has an empty string.
         description: Description for a screen reader.
     """
 

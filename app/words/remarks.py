@@ -21,7 +21,7 @@ SENTENCES: Final[Sentences] = {
     PlainRemark: "{sentence}",
     **{kind: entry for table in _TABLES for kind, entry in table.items()},
 }
-"""Sentence with field names, or function that returns it, for each type of remark."""
+"""For each type of remark, a sentence with field names or a function that returns the sentence."""
 
 
 def remark_words(remark: Remark) -> str:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from app.core.base.remarks import Remark
 
 Sentences: TypeAlias = Mapping[type[Remark], str | Callable[[Any], str]]
-"""By type of remark: a sentence with field names in braces, or a function that returns it."""
+"""For each type of remark, a sentence with field names in braces or a function that returns it."""
 
 
 def sentence_of(sentences: Sentences, remark: Remark) -> str:

@@ -61,8 +61,8 @@ WORDS: Final = {
     "head": SettingWords(
         tr("Head"),
         tr(
-            "Head and skin tone for new places; change it for one place at the top of "
-            "the window. On dark skin, match reads about 6 points low."
+            "Head and skin tone for new places; change them for one place at the top of "
+            "the window. On dark skin, the match reads about 6 points low."
         ),
     ),
     "hair": SettingWords(
@@ -201,7 +201,7 @@ def explanation(entry: Setting) -> str:
 
 
 def choices(entry: Setting) -> tuple[tuple[str, str], ...]:
-    """Return the values of a choice with their labels; empty if the program supplies them."""
+    """Return the values of a choice with their labels, or () if the program supplies the values."""
     words = WORDS[entry.key].choices
     return tuple((value, words[value]) for value in entry.choices)
 

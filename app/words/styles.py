@@ -10,7 +10,7 @@ from app.words.phrases.directions import face_direction_words, place_words
 
 
 def side_words(style: Style | UserStyle) -> str:
-    """Return the side, named twice, or the position of a style's lamps: "from overhead"."""
+    """Return the side of a style's lamps, for sitter and camera, or the lamps' position."""
     return place_words(style.side, style.place)
 
 
@@ -37,10 +37,10 @@ def photo_title(name: str) -> str:
 
 
 def photo_note(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
-    """Describe the position and size of a key, and the amount of fill.
+    """Describe the position and size of a key light, and the amount of fill.
 
     Args:
-        lamps: The key, followed by a fill if there is one.
+        lamps: The key light, followed by a fill light if there is one.
         read: Whether all values were read from a photo and not edited since.
     """
     key = lamps[0]

@@ -52,7 +52,7 @@ def quality_words(value: float) -> str:
 
 
 def numbers_words(match: float, quality: float | None) -> str:
-    """Format the match, and C if it decides, as on cards and plots."""
+    """Format the match as on cards and plots, with C in front if the paper's rule decides."""
     if quality is None:
         return tr("match {match}", match=str(whole_of(match)))
     return tr(
@@ -85,7 +85,10 @@ def verdict_sentence(result: StyleResult) -> str:
     match = whole_of(result.match)
     values |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
     if match < _UNLIKE:
-        return tr("No turn here comes close: the best match is {best}; it takes {limit}.", **values)
+        return tr(
+            "No turn here comes close: the best match is {best}, but the limit is {limit}.",
+            **values,
+        )
     if whole(turn) == 0:
         return tr("Best match here is {best} without a turn. The limit is {limit}.", **values)
     return tr("Best match here is {best} at {turn}. The limit is {limit}.", **values)
@@ -110,18 +113,18 @@ def paper_quality(quality: float) -> str:
 
 
 def ours_words(result: StyleResult) -> str:
-    """Format our grade for display beside the paper's rule."""
+    """Format Turnlight's own grade for display beside the paper's rule."""
     return tr("Ours: {grade}", grade=grade_words(result.grade, result.attainable))
 
 
 def ours_card(result: StyleResult, side: str) -> str:
-    """Format our grade and the side, for a card."""
+    """Format Turnlight's own grade and the side, for a card."""
     grade = grade_words(result.grade, result.attainable)
     return _OURS.get(side, tr("Ours: {grade}")).format(grade=grade)
 
 
 def rules_words(disagreements: int, count: int) -> str:
-    """Describe on how many styles the paper's rule and ours disagree."""
+    """State on how many styles the paper's rule and Turnlight's own disagree."""
     return tr(
         "The paper’s rule and ours disagree on {count} of {all} styles.",
         count=disagreements,
@@ -142,11 +145,11 @@ def close_to_card(title: str, side: str) -> tuple[str, str]:
 def near_words(
     result: StyleResult, title: str, more_like: str = "", same: Sequence[str] = ()
 ) -> list[str]:
-    """Describe in what respects a style in reach falls short of its target.
+    """Describe in what respects a style within reach falls short of its target.
 
     Args:
         title: Title of the style.
-        more_like: Title of the style that its picture resembles more; empty if there is none.
+        more_like: Title of the style that its picture resembles more, or "" if there is none.
         same: Titles of styles that have the same picture.
     """
     lines = []
@@ -181,7 +184,7 @@ def gain_words(gain: Gain, match: float) -> str:
 
 
 def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
-    """Explain why an answer is doubtful; empty if it is not."""
+    """Explain why an answer is doubtful or rough, or return "" if it is neither."""
     if clipped and unseen:
         return tr("Doubtful: affected by clipped light and gaps.")
     if clipped:
@@ -192,9 +195,10 @@ def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
 
 
 def own_lamps_words(studio: Studio) -> str:
-    """State that a style keeps its own lamps, since the studio's would not show it."""
+    """State that a style keeps its own lamps, since the studio's lamps would not show the style."""
     return tr(
-        "Shown with its own lamps: lamps of {lamps} would not show it.", lamps=studio_words(studio)
+        "Shown with its own lamps: studio lamps of {lamps} would not show this style.",
+        lamps=studio_words(studio),
     )
 
 
@@ -209,9 +213,9 @@ def spoken_words(
     """Return the text of a whole card for a screen reader.
 
     Args:
-        close: Title of the style that the picture is close to; empty if there is none.
-        quality: C if the paper's rule decides, or None if ours does.
-        within: Whether the style is in reach by the deciding rule.
+        close: Title of the style that the picture is close to, or "" if there is none.
+        quality: C if the paper's rule decides, or None if Turnlight's own does.
+        within: Whether the style is within reach by the deciding rule.
     """
     light = _SPOKEN_SIDES.get(style.side) or (
         tr("light {place}", place=side_words(style)) if style.place else tr("painted")
@@ -226,13 +230,13 @@ def spoken_words(
         way = tr_plural(
             "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
         )
-    reach = tr("nearly in reach") if result.grade == "nearly" else tr("in reach")
+    reach = tr("nearly within reach") if result.grade == "nearly" else tr("within reach")
     if not result.attainable:
         reach = out_of_reach_spoken(result.shortfall)
     elif close:
         reach = tr("{reach}. {close}", reach=reach, close=close_to(close))
     if quality is not None:
-        rule = tr("in reach") if within else tr("out of reach")
+        rule = tr("within reach") if within else tr("out of reach")
         grade = grade_words(result.grade, result.attainable)
         reach = tr("{rule} by the paper’s rule, ours: {grade}", rule=rule, grade=grade)
     return tr(

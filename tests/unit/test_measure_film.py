@@ -47,7 +47,7 @@ def test_a_camera_that_stands_still_sees_the_turns_of_the_face() -> None:
     assert np.abs(film.noses_deg - np.arange(48, -50, -4)).max() < 1.0
     assert 14 <= film.visible.sum() <= 20
     assert any("stood still" in note for note in sentences(film.notes))
-    assert any("of the turn only" in note for note in sentences(film.notes))
+    assert any("over only" in note for note in sentences(film.notes))
     for result in film.results(load_named_pack("generic")):
         assert abs(result.turn_deg) <= 56.25
 

@@ -60,7 +60,7 @@ def test_white_counts_as_four_stops_and_one_clipped_channel_as_one(tmp_path: Pat
     assert found[rest] == pytest.approx(0.2, rel=0.01)
     assert probe.rough
     assert probe.merged.cd_m2 is None
-    assert any("does not state its exposure time" in each for each in sentences(probe.warnings))
+    assert any("does not record its exposure time" in each for each in sentences(probe.warnings))
 
 
 @pytest.mark.usefixtures("best_turns")
@@ -97,7 +97,7 @@ def test_what_is_not_clipped_is_not_in_doubt(tmp_path: Path) -> None:
     assert in_doubt(probe) == ()
     assert probe.merged.radiance.max() == pytest.approx(0.8, rel=0.01)
     assert probe.finished.audit is not None
-    assert "nothing in it is clipped" in sentences(probe.finished.audit.advice)[0]
+    assert "nothing in the photo is clipped" in sentences(probe.finished.audit.advice)[0]
 
 
 def test_the_user_knows_a_lamp_better(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def test_what_a_newer_version_wrote_survives(kept: Path) -> None:
     (kept / "place.json").write_text(json.dumps(facts), "utf-8")
     place = read_place(kept)
     assert place.name == "Café de l’Été"
-    assert any("newer Turnlight" in remark for remark in sentences(place.remarks))
+    assert any("newer version of Turnlight" in remark for remark in sentences(place.remarks))
     assert list_places(kept.parent)[0].state == "newer"
     write_place(kept, replace(place, notes="new", location=replace(place.location, sun=False)))
     facts["notes"] = "new"
@@ -121,7 +121,7 @@ def test_lost_name_of_the_light_is_found_again(kept: Path) -> None:
     (kept / "place.json").write_text(json.dumps(facts | {"environment": 5}), "utf-8")
     place = read_place(kept)
     assert place.environment == "environment-0123456789ab.exr"
-    assert "found again" in sentences(place.remarks)[-1]
+    assert "was found in" in sentences(place.remarks)[-1]
 
 
 def test_light_of_another_name_is_not_taken_for_ours(kept: Path) -> None:

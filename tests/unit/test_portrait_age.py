@@ -123,7 +123,7 @@ def test_indoors_is_softer() -> None:
     assert after(60.0, "windows").state == "ageing"
     assert "Capture again if it looks different." in age_words(after(120.0, "windows"))
     assert after(600.0, "lamps").state == "fresh"
-    assert "while the lamps have not moved" in age_words(after(3000.0, "lamps"))
+    assert "as long as the lamps have not moved" in age_words(after(3000.0, "lamps"))
     assert age_words(after(2000.0, "windows")).endswith("Capture again.")
     assert "unless only lamps" in age_words(after(2000.0, "unknown"))
 

@@ -201,7 +201,7 @@ class TestCards:
         table.model.update(results=(taken,))
         card = table.card("left-loop")
         assert card.line.endswith(f"Rembrandt, {SIDES['left']}")
-        assert card.spoken.endswith("nearly in reach")
+        assert card.spoken.endswith("nearly within reach")
 
     def test_filters_count_and_keep(self, table: Table) -> None:
         presenter = table.open(scene_light()).presenter

@@ -81,7 +81,7 @@ def test_a_known_turn_in_a_sentence(
     (row,) = rig.state.shots.rows
     best = int(rig.model.result.match) if rig.model.result else -1
     assert row.sentence == taken_words(goal - 3, goal, 0)
-    assert f" of best {best}, " in row.detail
+    assert f" of a possible {best}, " in row.detail
     assert (row.inside, row.icon, row.new, row.pictured) == (True, "check", True, True)
     assert "21 Nov, 13:03, IMG_1.jpg, match " in row.detail
     assert row.detail.endswith("heading certain")

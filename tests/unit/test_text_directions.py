@@ -84,5 +84,5 @@ def test_where_a_light_is_for_the_sitter(azimuth: float, elevation: float, words
 def test_sides_are_named_twice() -> None:
     assert light_words("left") == "Light from the sitter’s left (camera right)"
     assert light_words("right") == "Light from the sitter’s right (camera left)"
-    assert light_words("none", "in front, from above") == "Light in front, from above"
+    assert light_words("none", "in front, from above") == "Light from in front and above"
     assert light_words("none") == ""

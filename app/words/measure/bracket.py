@@ -1,4 +1,4 @@
-"""Sentences for a bracket's remarks: files, exposures, tone curve and movement."""
+"""Sentences for remarks about a bracket: files, exposures, tone curve and movement."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def _pictures_taken(remark: PicturesTaken) -> str:
 
 def _not_of_bracket(remark: NotOfBracket) -> str:
     return tr_plural(
-        "Left out, not part of the bracket: {names}.",
-        "Left out, not part of the bracket: {names}.",
+        "Not part of the bracket, so left out: {names}.",
+        "Not part of the bracket, so left out: {names}.",
         len(remark.names),
         names=listed(remark.names),
     )
@@ -76,8 +76,8 @@ def _not_of_bracket(remark: NotOfBracket) -> str:
 
 def _rendered(remark: RenderedByCamera) -> str:
     words = tr_plural(
-        "{names} was taken with the camera's HDR or range compensation on.",
-        "{names} were taken with the camera's HDR or range compensation on.",
+        "{names} was taken with the camera’s HDR or range compensation on.",
+        "{names} were taken with the camera’s HDR or range compensation on.",
         len(remark.names),
         names=listed(remark.names),
     )
@@ -103,14 +103,14 @@ def _same_exposure(remark: SameExposure) -> str:
 def _unstated_tag(remark: TagAssumed | TagIgnored) -> str:
     if remark.tag == "iso":
         return tr_plural(
-            "{names} does not state the ISO",
-            "{names} do not state the ISO",
+            "{names} does not record the ISO",
+            "{names} do not record the ISO",
             len(remark.names),
             names=listed(remark.names),
         )
     return tr_plural(
-        "{names} does not state the f-number",
-        "{names} do not state the f-number",
+        "{names} does not record the f-number",
+        "{names} do not record the f-number",
         len(remark.names),
         names=listed(remark.names),
     )
@@ -134,12 +134,12 @@ def _ignored(remark: TagIgnored) -> str:
 
 def _unstated(remark: TagsUnstated) -> str:
     if remark.iso and remark.aperture:
-        start = tr("The frames do not record ISO and f-number, which are assumed to be equal")
+        start = tr("The frames record neither ISO nor f-number; both are assumed to be constant")
     elif remark.iso:
-        start = tr("The frames do not record their ISO, which is assumed to be equal")
+        start = tr("The frames do not record the ISO, which is assumed to be constant")
     else:
-        start = tr("The frames do not record their f-number, which is assumed to be equal")
-    return tr("{start}, and the brightness of the place in cd/m² stays unknown.", start=start)
+        start = tr("The frames do not record the f-number, which is assumed to be constant")
+    return tr("{start}. The brightness of the place in cd/m² is unknown.", start=start)
 
 
 def _against_exif(remark: TimesAgainstExif) -> str:
@@ -148,7 +148,7 @@ def _against_exif(remark: TimesAgainstExif) -> str:
         tr("{name} ({time:.4g} s, not {stated:.4g} s)", name=name, time=time, stated=stated)
         for name, time, stated in frames
     ]
-    return tr("The exposure times you gave override EXIF: {listed}.", listed=listed(words))
+    return tr("The exposure times you gave override the EXIF data: {listed}.", listed=listed(words))
 
 
 def _lenses_apart(remark: LensesApart) -> str:
@@ -191,7 +191,8 @@ def _contradiction(remark: NoteContradiction) -> str:
         for name, one, two in frames
     ]
     return tr(
-        "The exposure time in EXIF and in the maker note differ: {listed}.", listed=listed(words)
+        "The EXIF data and the maker note give different exposure times: {listed}.",
+        listed=listed(words),
     )
 
 
@@ -241,14 +242,14 @@ def _rotated(remark: FramesRotated) -> str:
 
 def _unlike(remark: FramesUnlike) -> str:
     return tr(
-        "Could not be aligned by a small rotation, left as shot: {listed}.",
+        "Could not be aligned by a small rotation, so left as shot: {listed}.",
         listed=", ".join(remark.names),
     )
 
 
 def _apart(remark: FramesApart) -> str:
     return tr(
-        "Too little in common with the other frames to align, left as shot: {listed}.",
+        "Too little in common with the other frames to align, so left as shot: {listed}.",
         listed=", ".join(remark.names),
     )
 
@@ -270,8 +271,8 @@ def _levelled(remark: Levelled) -> str:
     )
     if remark.by_camera:
         return tr(
-            "{name} states a tilt ({tilt}), but the camera has already levelled the "
-            "picture. It is left as it is.",
+            "{name} records a tilt ({tilt}), but the camera has already levelled the "
+            "picture, which was left unchanged.",
             name=remark.name,
             tilt=tilt,
         )
@@ -335,13 +336,13 @@ SENTENCES: Final[Sentences] = {
     NotOfBracket: _not_of_bracket,
     RenderedByCamera: _rendered,
     PhoneRendered: tr(
-        "{name} was rendered by the phone’s HDR, which alters every pixel differently."
+        "{name} was rendered by the phone’s HDR mode, which alters every pixel differently."
     ),
-    TwoTimes: tr("{name} states two exposure times: {shutter_s:.4g} s and {apex_s:.4g} s."),
-    TwoApertures: tr("{name} states two f-numbers: f/{aperture:.3g} and f/{apex:.3g}."),
+    TwoTimes: tr("{name} records two exposure times: {shutter_s:.4g} s and {apex_s:.4g} s."),
+    TwoApertures: tr("{name} records two f-numbers: f/{aperture:.3g} and f/{apex:.3g}."),
     Copies: _copies,
     SameExposure: _same_exposure,
-    TimeUnstated: tr("{name} does not state its exposure time."),
+    TimeUnstated: tr("{name} does not record its exposure time."),
     TagAssumed: _assumed,
     TagIgnored: _ignored,
     TagsUnstated: _unstated,
@@ -370,7 +371,7 @@ SENTENCES: Final[Sentences] = {
     ),
     FramesUnfit: tr(
         "The frames do not match: they are {residual_stops:.2f} stops off. The light "
-        "changed between them, or several exposures are not as stated."
+        "changed between them, or several exposures are not as recorded."
     ),
     FramesRotated: _rotated,
     FramesUnlike: _unlike,
@@ -381,4 +382,4 @@ SENTENCES: Final[Sentences] = {
     Motion: _motion,
     MuchMotion: _much_motion,
 }
-"""Sentence with field names, or function that returns it, for each type of remark."""
+"""For each type of remark, a sentence with field names or a function that returns the sentence."""

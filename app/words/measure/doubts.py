@@ -22,7 +22,7 @@ def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -
     elif environment.clipped is not None:
         lines.append(
             tr(
-                "Clipped areas give at least {share} of the light.",
+                "Clipped areas provide at least {share} of the light.",
                 share=small_percent(environment.clipped_light),
             )
         )

@@ -30,12 +30,12 @@ def clutter_reason(clutter: Clutter) -> str:
         return tr("Masked by hand.")
     if origin.azimuth_deg is None:
         return tr(
-            "It reaches {far:.0f}° from the foot of the stand and does not look like the "
-            "ground around it.",
+            "This area reaches {far:.0f}° from the foot of the stand and does not look like "
+            "the ground around it.",
             far=origin.reach_deg,
         )
     return tr(
-        "It reaches {far:.0f}° from the foot of the stand, around azimuth "
+        "This area reaches {far:.0f}° from the foot of the stand, around azimuth "
         "{azimuth:.0f}°, and does not look like the ground around it.",
         far=origin.reach_deg,
         azimuth=origin.azimuth_deg,

@@ -38,19 +38,23 @@ _SHOOT: Final = (
     tr("Shoot four darker frames."),
 )
 _SOON: Final[dict[Effect, str]] = {
-    "turn": tr("If clipped light is up to 3 stops brighter, the turn would change for {names}."),
-    "into reach": tr("If clipped light is up to 3 stops brighter, {names} would come into reach."),
+    "turn": tr("If clipped light were up to 3 stops brighter, the turn would change for {names}."),
+    "into reach": tr(
+        "If clipped light were up to 3 stops brighter, {names} would come within reach."
+    ),
     "out of reach": tr(
-        "If clipped light is up to 3 stops brighter, {names} would be out of reach."
+        "If clipped light were up to 3 stops brighter, {names} would be out of reach."
     ),
 }
 _LATE: Final[dict[Effect, str]] = {
-    "turn": tr("If clipped light is 6 or more stops brighter, the turn would change for {names}."),
+    "turn": tr(
+        "If clipped light were 6 or more stops brighter, the turn would change for {names}."
+    ),
     "into reach": tr(
-        "If clipped light is 6 or more stops brighter, {names} would come into reach."
+        "If clipped light were 6 or more stops brighter, {names} would come within reach."
     ),
     "out of reach": tr(
-        "If clipped light is 6 or more stops brighter, {names} would be out of reach."
+        "If clipped light were 6 or more stops brighter, {names} would be out of reach."
     ),
 }
 _SKIES: Final = {"clear": tr("a clear sky"), "hazy": tr("haze"), "thin cloud": tr("thin cloud")}
@@ -86,7 +90,7 @@ def _clipped(remark: LampClipped) -> str:
 
 def _maybe_sun(remark: MaybeSun) -> str:
     return tr(
-        "The lamp {where} ({id}) is clipped and may be the sun. Use frames that state "
+        "The lamp {where} ({id}) is clipped and may be the sun. Use frames that record "
         "ISO and f-number, so that its light can be restored.",
         where=direction_words(remark.azimuth_deg, remark.elevation_deg),
         id=remark.lamp,
@@ -132,7 +136,7 @@ def _blind(remark: BlindMatters) -> str:
 
 
 def _all(names: Sequence[str], others: Sequence[str]) -> str:
-    """List styles by name, or as all but the others if that is shorter."""
+    """List styles by name, or name only the styles left out if that is shorter."""
     if not others:
         return tr("every style")
     if len(others) < len(names) / 2:
@@ -142,9 +146,9 @@ def _all(names: Sequence[str], others: Sequence[str]) -> str:
 
 def _rough(remark: RoughLight) -> str:
     if remark.share <= 0.0:
-        return tr("Rough answer: one photo, although nothing in it is clipped.")
+        return tr("Rough answer from one photo, although nothing in the photo is clipped.")
     return tr(
-        "Rough answer: in this one photo, {share} of the light is clipped and estimated.",
+        "Rough answer from one photo: {share} of the light is clipped and estimated.",
         share=percent(remark.share),
     )
 
@@ -187,7 +191,7 @@ def _masking(remark: MaskingChanges) -> str:
         parts = [
             tr("Masking makes no turn worse."),
             tr(
-                "Turns move by up to {most:.0f} degrees, but the old ones are as good to "
+                "Turns move by up to {most:.0f} degrees, but the old turns are as good to "
                 "within 1%.",
                 most=remark.moved_deg,
             ),
@@ -242,4 +246,4 @@ SENTENCES: Final[Sentences] = {
     NoClutter: tr("No tripod or photographer found below the camera."),
     MaskingChanges: _masking,
 }
-"""Sentence with field names, or function that returns it, for each type of remark."""
+"""For each type of remark, a sentence with field names or a function that returns the sentence."""

@@ -66,4 +66,4 @@ SENTENCES: Final[Sentences] = {
     ClippedFile: tr("{name} is clipped: its highlights may be brighter than the file says."),
     PartUnseen: _unseen,
 }
-"""Sentence with field names, or function that returns it, for each type of remark."""
+"""For each type of remark, a sentence with field names or a function that returns the sentence."""

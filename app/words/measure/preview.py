@@ -11,11 +11,11 @@ from app.words.phrases.turns import turn_words
 
 
 def rough_words(answers: Sequence[RoughAnswer] | None) -> str:
-    """Describe how to turn for the best styles; empty if the thumbnail gives no answers."""
+    """Describe how to turn for the best styles, or return "" if there are no answers."""
     if answers is None:
         return ""
     if not answers:
-        return tr("Rough first answer: no style seems to be in reach here.")
+        return tr("Rough first answer: no style seems to be within reach here.")
     return tr("Rough first answer: {turns}.", turns="; ".join(_named(each) for each in answers))
 
 

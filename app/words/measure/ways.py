@@ -1,4 +1,4 @@
-"""Sentences for mirror balls, photos, videos, fisheye circles and planned brackets."""
+"""Sentences about mirror balls, photos, films, fisheye circles and planned brackets."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ SENTENCES: Final[Sentences] = {
     BallSmall: tr("Move closer or use a longer lens, so that the ball is larger."),
     BallBlind: _ball_blind,
     LensFromBackground: tr(
-        "The files do not state the focal length. It was estimated from the background."
+        "The files do not record the focal length. It was estimated from the background."
     ),
     CirclesStitched: _circles,
     SeamUnsure: tr(
@@ -131,11 +131,11 @@ SENTENCES: Final[Sentences] = {
         "near the seam may be off by a few degrees. If you can, stitch with the camera "
         "maker’s software."
     ),
-    OneExposure: tr("Only one exposure: lamps and windows are clipped and really brighter."),
+    OneExposure: tr("Only one exposure: lamps and windows are clipped, so in reality brighter."),
     PhotosLeftOut: _left_out,
     CameraMoved: tr("The camera moved between photos. Nearby objects may appear twice."),
     GapsFilled: _gaps,
-    FilmPart: tr("The face is visible over {seen_deg}° of the turn only."),
+    FilmPart: tr("The face is visible over only {seen_deg}° of the turn."),
     FilmStill: tr("The camera stood still. Walk around with the sitter to cover all turns."),
     FilmOpen: tr("The film does not end where it began, so its angles are less certain."),
     FilmBlank: _film_blank,
@@ -155,11 +155,11 @@ SENTENCES: Final[Sentences] = {
     ),
     BracketShifted: _shifted,
 }
-"""Sentence with field names, or function that returns it, for each type of remark."""
+"""For each type of remark, a sentence with field names or a function that returns the sentence."""
 
 
 def beside_words(beside: Beside) -> str:
-    """Describe whether a video and a panorama agree, and what to do if they do not."""
+    """Describe whether a film and a panorama agree, and what to do if they do not."""
     if beside.typical_deg is None:
         return tr("Film and panorama have no style in common. Trust the film.")
     if beside.agree:
@@ -172,10 +172,12 @@ def beside_words(beside: Beside) -> str:
 
 
 def mirror_words(mirrored: bool, fits: bool | None) -> str:
-    """Explain that a video is read with other sides than the setting says, or return "".
+    """Explain that a film was or was not flipped, contrary to the setting; otherwise return "".
 
     Args:
-        fits: Whether only the mirror image of the video matches the place, or None if neither does.
+        mirrored: Whether the setting says that the film is mirrored.
+        fits: True if only the mirror image of the film matches the place, False if only the film
+            itself does, or None if neither can be told.
     """
     if fits is None or fits == mirrored:
         return ""

@@ -1,4 +1,4 @@
-"""Sentences for a picture's deviation from a style, by the relation of areas that fails."""
+"""Sentences for a picture's deviation from a style, by the relation between areas that fails."""
 
 from __future__ import annotations
 
@@ -60,12 +60,18 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.EVENNESS: (
         Wording(
-            tr("The sitter’s right is too bright: {value} over the left; {style} allows {limit}"),
-            tr("The sitter’s right is too bright"),
+            tr(
+                "The sitter’s right side is too bright: {value} over the left; {style} allows "
+                "{limit}"
+            ),
+            tr("The sitter’s right side is too bright"),
         ),
         Wording(
-            tr("The sitter’s left is too bright: {value} over the right; {style} allows {limit}"),
-            tr("The sitter’s left is too bright"),
+            tr(
+                "The sitter’s left side is too bright: {value} over the right; {style} allows "
+                "{limit}"
+            ),
+            tr("The sitter’s left side is too bright"),
         ),
     ),
     Aspect.HEIGHT: (
@@ -142,7 +148,7 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.ONE_RIM: (
         Wording(
-            tr("Both edges of the face are bright; {style} needs one"),
+            tr("Both edges of the face are bright; {style} needs only one"),
             tr("Both edges of the face are bright"),
         ),
     )

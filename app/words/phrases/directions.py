@@ -23,7 +23,7 @@ SIDES: Final[dict[str, str]] = {
 """Side of the sitter that a light is on."""
 
 BARE_SIDES: Final[dict[str, str]] = {"left": tr("sitter’s left"), "right": tr("sitter’s right")}
-"""Side without the camera's, for use beside a picture that shows it."""
+"""Side of the sitter without that of the camera, for use beside a picture that shows both."""
 
 SIDE_LINES: Final[dict[str, str]] = {
     "left": tr("sitter’s left\n(camera right)"),
@@ -38,16 +38,16 @@ _LIGHT: Final[dict[str, str]] = {
     "left": tr("Light from the sitter’s left (camera right)"),
     "right": tr("Light from the sitter’s right (camera left)"),
     "behind": tr("Light from behind"),
-    "behind, from above": tr("Light from behind, from above"),
+    "behind, from above": tr("Light from behind and above"),
     "behind, on both sides": tr("Light from behind, on both sides"),
     "both sides, at head height": tr("Light from both sides, at head height"),
     "from overhead": tr("Light from overhead"),
     "in front, above and below": tr("Light in front, above and below"),
     "in front, at eye level": tr("Light in front, at eye level"),
-    "in front, from above": tr("Light in front, from above"),
-    "in front, from beneath": tr("Light in front, from beneath"),
+    "in front, from above": tr("Light from in front and above"),
+    "in front, from beneath": tr("Light from in front and beneath"),
 }
-# Keyed by whether it is the sitter's left, and whether space is tight.
+# Keyed by whether the side is the sitter's left, and whether space is tight.
 _FROM_FACE: Final = {
     (True, False): tr("{angle} to the sitter’s left (camera right)"),
     (False, False): tr("{angle} to the sitter’s right (camera left)"),
@@ -141,13 +141,15 @@ LIGHTINGS: Final[dict[str, str]] = {
     "short": tr("short"),
     "broad": tr("broad"),
 }
-"""Names of lightings; short lights the side of the face away from the lens, broad the side toward
-it.
+"""Names of the lighting on a turned face.
+
+Short light falls on the side of the face away from the lens, broad light on the side toward the
+lens.
 """
 
 
 def aside_words(yaw_deg: float) -> str:
-    """Describe the nose direction seen from the lens; empty if the nose points at the lens.
+    """Describe the nose direction relative to the lens, or return "" if it points at the lens.
 
     Examples:
         >>> aside_words(30.0), aside_words(0.0)
@@ -162,7 +164,7 @@ def aside_words(yaw_deg: float) -> str:
 
 
 def lit_aside_words(yaw_deg: float, lighting: str) -> str:
-    """Describe the nose direction and the resulting lighting; empty if the nose points at the lens.
+    """Describe the nose direction and the lighting, or return "" if the nose points at the lens.
 
     Examples:
         >>> lit_aside_words(30.0, "short")
@@ -173,7 +175,7 @@ def lit_aside_words(yaw_deg: float, lighting: str) -> str:
 
 
 def lit_aside_brief(yaw_deg: float, lighting: str) -> str:
-    """Name the light on a turned face, or where its nose points if that has no name.
+    """Name the light on a turned face, or the nose direction if the light has no name.
 
     Examples:
         >>> lit_aside_brief(30.0, "short"), lit_aside_brief(30.0, "front")
@@ -190,7 +192,7 @@ LENS_CHOICES: Final[dict[str, str]] = {
     "broad": tr("Broad light"),
     **{f"{yaw}": upper_first(aside_words(yaw)) for yaw in (15, 30, 45, -15, -30, -45)},
 }
-"""Lens positions offered, by value of ``--yaw``."""
+"""Lens positions to choose from, by value of ``--yaw``."""
 
 
 def lens_words(yaw_deg: float) -> str:
@@ -253,10 +255,10 @@ def nose_words(off_deg: float, mode: Mode = Mode.WALK) -> str:
 
     Examples:
         >>> nose_words(12.0), nose_words(-8.0, Mode.SELFIE), nose_words(0.0)
-        ('Nose 12° further to their left', 'Nose 8° further to your right', 'The nose is right')
+        ('Nose 12° further to their left', 'Nose 8° further to your right', 'Nose in position')
     """
     if not off_deg:
-        return tr("The nose is right")
+        return tr("Nose in position")
     return _NOSE_FURTHER[mode][off_deg < 0].format(size=round(abs(off_deg)))
 
 
@@ -266,7 +268,8 @@ def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool
     Args:
         azimuth_deg: Azimuth in degrees, positive clockwise.
         elevation_deg: Elevation in degrees, positive up.
-        of_sitter: Whether the sitter faces azimuth 0, so that each side is named twice.
+        of_sitter: Whether the sitter faces azimuth 0, so that each side is named for the sitter
+            and for the camera.
 
     Examples:
         >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)
@@ -330,8 +333,8 @@ def placement_words(
         azimuth_deg: Azimuth from the centre of the head in degrees, positive toward the sitter's
             left.
         altitude_deg: Altitude from the centre of the head in degrees, positive up.
-        distance_m: Distance of the lamp in metres, if known.
-        skin_m: Shortest distance from the lamp to the skin in metres.
+        distance_m: Distance of the lamp in metres, or None to leave it out.
+        skin_m: Shortest distance from the lamp to the skin in metres, or None to leave it out.
 
     Examples:
         >>> placement_words(105.0, 20.0, 0.3, 0.21)  # doctest: +ELLIPSIS
@@ -346,7 +349,7 @@ def placement_words(
 
 
 def light_words(side: str, place: str = "") -> str:
-    """Describe the origin of a style's light by its side, named twice, or by its position.
+    """Describe where a style's light comes from: the side, for sitter and camera, or the position.
 
     Examples:
         >>> light_words("left"), light_words("none", "from overhead")
@@ -363,7 +366,7 @@ def light_words(side: str, place: str = "") -> str:
 
 
 def place_words(side: str, place: str) -> str:
-    """Describe a style's lamp positions by their side, named twice, or as its file states them.
+    """Return the side of a style's lamps, for sitter and camera, or the position from its file.
 
     Examples:
         >>> place_words("left", ""), place_words("none", "from overhead")
@@ -389,7 +392,7 @@ def _altitude(altitude_deg: float) -> str:
 
 
 def key_words(key_deg: float, promised_deg: float) -> str:
-    """Describe how a key deviates from the promised one; empty if it does not.
+    """Describe how a key light deviates from the promised one, or return "" if it does not.
 
     Args:
         key_deg, promised_deg: Azimuths from the face in degrees, positive toward the sitter’s left.

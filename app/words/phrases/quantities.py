@@ -72,14 +72,14 @@ def read_metres(text: str) -> float:
     if match is None:
         raise CoreError(
             tr("This is not a distance."),
-            tr("Type metres, such as 0.4, or centimetres, such as 40 cm."),
+            tr("Enter the distance in metres, such as 0.4, or in centimetres, such as 40 cm."),
         )
     value = float(match[1].replace(",", "."))
     return value / 100.0 if match[2] == "cm" else value
 
 
 def ev_words(stops: float, *, tenths: bool = False) -> str:
-    """Format an exposure in EV; `tenths` always keeps one decimal.
+    """Format an exposure in EV, always with one decimal if `tenths` is set.
 
     Examples:
         >>> ev_words(2.0), ev_words(-1.67), ev_words(0.02), ev_words(-2.0, tenths=True)
@@ -96,7 +96,7 @@ def _signed_tenths(stops: float) -> str:
 
 
 def tenths(stops: float) -> str:
-    """Format the stops of a lighting ratio to one decimal, the same everywhere.
+    """Format a lighting ratio in stops to one decimal, so that it reads the same everywhere.
 
     Examples:
         >>> tenths(1.04), tenths(0.0)
@@ -140,7 +140,7 @@ def lux_words(lux: float) -> str:
 
 
 def contrast_words(contrast: float) -> str:
-    """Format the contrast on a face, rounded down so that it never reads as the limit it misses.
+    """Format the contrast on a face, rounded down so that it never reads as a limit that it misses.
 
     Args:
         contrast: Contrast as a percentage of that in the style's studio picture.
@@ -162,7 +162,7 @@ def time_words(moment: datetime, today: datetime) -> str:
 
 
 def day_words(moment: datetime, today: datetime) -> str:
-    """Format a day as "Today", "Yesterday" or "Thursday 12 November", with its year if past.
+    """Format a day as "Today", "Yesterday" or "Thursday 12 November", with the year if not current.
 
     Examples:
         >>> now = datetime(2026, 11, 26, 9)

@@ -119,8 +119,8 @@ def clock_words(turn_deg: float) -> str:
     The sitter faces 12 o’clock at turn 0, and the hours run clockwise seen from above.
 
     Args:
-        turn_deg: Turn in degrees, positive clockwise. Half-way between two hours it is rounded to
-            the even one.
+        turn_deg: Turn in degrees, positive clockwise. A turn halfway between two hours is rounded
+            to the even hour.
 
     Examples:
         >>> clock_words(96.0), clock_words(-30.0), clock_words(7.0), clock_words(180.0)
@@ -148,7 +148,7 @@ def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
 
 
 def arc_words(arc_deg: tuple[float, float]) -> str:
-    """Format an arc; one that wraps continues from 180 to negative turns.
+    """Format an arc, which may continue from 180° to negative turns.
 
     Args:
         arc_deg: Arc (from, to) in degrees, clockwise; (-180, 180) is the whole circle.
@@ -183,7 +183,8 @@ def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
     """Return the walking instruction for a direction.
 
     Returns:
-        The instruction, and a note on what moves along; both are empty for ``none``.
+        The instruction, and a note on who or what turns too. Both are empty strings if the
+        direction is ``none``.
 
     Examples:
         >>> walking_words("clockwise", Mode.WALK)[0], walking_words("clockwise", Mode.SELFIE)[0]
@@ -200,7 +201,7 @@ def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> s
 
     Args:
         turn, goal: Turns in whole degrees.
-        outside: Distance to the light in whole degrees; 0 inside.
+        outside: Distance to the light in whole degrees, or 0 in the light.
         rough: Whether the turn is uncertain by more than a degree.
 
     Examples:
@@ -224,16 +225,16 @@ def likeness_words(match: int, best: int) -> str:
 
     Examples:
         >>> likeness_words(81, 82), likeness_words(84, 82)
-        ('match 81 of best 82', 'match 84, best possible 82')
+        ('match 81 of a possible 82', 'match 84, best possible 82')
     """
     if match > best:
         # Another turn matches better than the best one, but its light is too flat.
         return tr("match {match}, best possible {best}", match=match, best=best)
-    return tr("match {match} of best {best}", match=match, best=best)
+    return tr("match {match} of a possible {best}", match=match, best=best)
 
 
 def sureness_words(confidence: float) -> str:
-    """Describe the confidence in a heading, given as 0 to 1.
+    """Describe the confidence in a heading, given from 0 to 1.
 
     Examples:
         >>> sureness_words(0.999), sureness_words(0.84), sureness_words(0.4)
@@ -243,7 +244,7 @@ def sureness_words(confidence: float) -> str:
 
 
 def _beside(to_go: int, goal: int) -> _Beside:
-    """Return whether a turn is before the goal, past it, or far from it."""
+    """Return whether a turn is short of the goal or past it, or its direction from a far goal."""
     if goal == 0 or abs(to_go) > _FAR_DEG:
         return "counter-clockwise" if to_go > 0 else "clockwise"
     return "short" if (to_go > 0) == (goal > 0) else "past"

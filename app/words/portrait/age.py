@@ -24,7 +24,7 @@ _CHANGED: Final = {
         "Measured {ago}; daylight may have changed. Capture again if it looks different."
     ),
 }
-# Movement of the sun: the light holds, holds a little longer, or no longer holds.
+# After the sun has moved: the light is valid, valid for a little longer, or no longer valid.
 _SUN: Final = {
     "fresh": tr("Measured {ago}; the sun has moved {degrees}."),
     "ageing": tr("Measured {ago}; the sun has moved {degrees}. Capture again soon."),
@@ -48,12 +48,12 @@ _ANYWHERE_DEG: Final = 90.0
 
 
 def age_words(age: Age) -> str:
-    """Describe the age of the light, and what to do if it may no longer hold."""
+    """Describe the age of the light, and what to do if the light may have changed."""
     if age.minutes is None:
-        return tr("No measuring time is stored. Capture again to be sure.")
+        return tr("The time of measurement is not recorded. Capture again to be sure.")
     if age.minutes < 0.0:
         return tr(
-            "Measured {ahead} in the future. Check the clocks of camera and computer.",
+            "Measured {ahead} in the future. Check the clocks of the camera and the computer.",
             ahead=span_words(-age.minutes),
         )
     ago = ago_words(age.minutes)
@@ -62,7 +62,7 @@ def age_words(age: Age) -> str:
     if age.kind == "lamps":
         if age.state == "fresh":
             return tr("Measured {ago}.", ago=ago)
-        return tr("Measured {ago}; valid while the lamps have not moved.", ago=ago)
+        return tr("Measured {ago}; valid as long as the lamps have not moved.", ago=ago)
     if age.minutes >= DAY_MINUTES:
         if age.kind == "unknown":
             return tr("Measured {ago}. Capture again unless only lamps light the place.", ago=ago)

@@ -1,4 +1,4 @@
-"""Text on the light on a face: ratio, direction, glare and catchlights."""
+"""Text about the light on a face: ratio, direction, glare and catchlights."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _NOTICEABLE: Final = {
         "A bright window is in the sitter’s view at this turn: {place}. They may squint a little."
     ),
 }
-# For one line: strong, then noticeable.
+# Short forms for one line: strong glare, then noticeable glare.
 _LINES: Final = {
     "sun": (tr("Sun in the eyes: {where}"), tr("Sun in view: {where}")),
     "lamp": (tr("Bright lamp in the eyes: {where}"), tr("Bright lamp in view: {where}")),
@@ -111,7 +111,7 @@ def ratio_sentence(ratio: LightingRatio) -> str:
 
 
 def flow_words(flow: Flow) -> str:
-    """Describe how directional the light is and its direction, without a full stop."""
+    """Describe how directional the light is and where it comes from, without a full stop."""
     place = face_direction_words(flow.azimuth_deg, flow.elevation_deg)
     if flow.elevation_deg > _OVERHEAD_DEG:
         place = tr("overhead")
@@ -137,7 +137,7 @@ def glare_sentence(glare: Glare) -> str:
 
 
 def glare_line(glare: Glare) -> str:
-    """Describe the glare for a narrow line; empty if there is none."""
+    """Describe the glare for a narrow line, or return "" if there is none."""
     if not glare.warns:
         return ""
     where = face_direction_words(glare.azimuth_deg, glare.elevation_deg, brief=True)
@@ -145,7 +145,7 @@ def glare_line(glare: Glare) -> str:
 
 
 def catchlight_words(lights: Sequence[Catchlight] | None) -> str:
-    """Describe the eye with the most catchlights; empty if the eyes are not visible.
+    """Describe the eye with the most catchlights, or return "" if the eyes are not visible.
 
     Examples:
         >>> catchlight_words([Catchlight("left", 10.0, 0.1, "window", "A")])

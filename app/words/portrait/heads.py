@@ -15,7 +15,7 @@ _SKINS: Final = {
 
 
 def head_words(head: str) -> str:
-    """Return the title of a head, with its skin tone if the name has one.
+    """Return the title of a head, with the skin tone if the name includes one.
 
     Examples:
         >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
