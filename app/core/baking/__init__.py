@@ -1,1 +1,1 @@
-"""Compute the transport matrix of a head and a skin tone; only this package uses Mitsuba."""
+"""Compute the transport matrix of a head and a skin tone. Only this package uses Mitsuba."""

@@ -1,9 +1,10 @@
 """Bake the transport of a head, all columns at once, in batches of pixels.
 
 T is the sum of two parts. The reflection of the surface is integrated for each pixel
-(`exposure.shine`). The light from inside the skin is a product: the fraction of each pixel's light
-that comes from each point of the skin (`random_walk`), times the light that enters there from each
-column (`skin_light`). Lamps are further columns, which give the studio pictures of the styles.
+(`exposure.shine`). The light from inside the skin is the product of the fraction of each pixel's
+light that comes from each point on the skin (`random_walk`) and the light that enters at that point
+from each column (`skin_light`). Lamps are additional columns, which produce the studio pictures of
+the styles.
 """
 
 from __future__ import annotations
@@ -65,8 +66,8 @@ class _How(TypedDict):
     """Settings of a bake.
 
     Attributes:
-        environment: Rows and columns (H, W) of the environment, W = 2 H.
-        picture: Pixels along one side of the picture.
+        environment: Rows and columns (H, W) of the environment, with W = 2 H.
+        picture: Side of the square picture, in pixels.
     """
 
     environment: tuple[int, int]
@@ -84,10 +85,10 @@ class BakeResult:
     """A baked head.
 
     Attributes:
-        targets: (S, P, 3) float32. Linear pictures of the styles under their own lamps, on the
+        targets: (S, P, 3) float32. Linear picture of the head under each style's own lamps, at the
             transport's pixels.
-        shape: Point on the skin at each of those pixels.
-        views: The head turned toward its own left, by each of the requested yaws.
+        shape: Position on the head at each of those pixels.
+        views: Views of the head turned toward its own left by each of the requested yaws.
     """
 
     transport: Transport
@@ -138,14 +139,14 @@ def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How
 def bake_views(
     head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]
 ) -> Iterator[BakedView]:
-    """Compute only the views of a head; as `bake`."""
+    """Compute only the views of a head, with the arguments and errors of `bake`."""
     setup = _begin(head, skin, styles, how)
     yield from _views(setup, how.get("yaws", ()), setup.measured)
     setup.cache.clear()
 
 
 def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _BakeSetup:
-    """Place points on the skin, and measure the light that enters there."""
+    """Place points on the skin, and measure the light that enters at these points."""
     picture, quality, seed = how["picture"], how["quality"], how["seed"]
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)
@@ -193,7 +194,7 @@ def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[B
 def _turn_job(
     job: BakeJob, head: HeadMesh, skin: Skin, yaw: float
 ) -> tuple[BakeJob, Float32, Float32]:
-    """Return the job of a camera at the head's side, its coverage, (P,), and positions, (P, 3)."""
+    """Return the job for a camera at the head's side, its coverage (P,) and positions (P, 3)."""
     scene = build_scene(head, skin, frame_head(head, job.picture, yaw))
     skin_cover, places = look_from(head, scene, job.picture)
     pixels = np.flatnonzero(skin_cover > 0).astype(np.int32)
@@ -270,7 +271,7 @@ def _key(
 def _finish(
     head: HeadMesh, skin: Skin, camera: Camera, skin_cover: Float32, job: BakeJob, matrix: Float32
 ) -> Transport:
-    """Make the transport symmetric if the head is, and compress it."""
+    """Make the transport symmetric if the head is symmetric, and compress the transport."""
     coverage, full, noise = skin_cover[job.pixels], matrix[:, : job.texels.count], float("nan")
     if head.symmetric:
         twin = mirror_pixels(job.pixels, camera.size)
@@ -295,7 +296,7 @@ def _finish(
 
 
 def _targets(styles: Sequence[Style], pictures: Float32) -> Float32:
-    """Sum the pictures of all lamps, (P, lamps, 3), to those of the styles, (S, P, 3)."""
+    """Sum the pictures of the lamps, (P, lamps, 3), into those of the styles, (S, P, 3)."""
     targets = np.empty((len(styles), len(pictures), 3), np.float32)
     end = 0
     for target, style in zip(targets, styles, strict=True):

@@ -1,4 +1,4 @@
-"""Saved parts of a bake on disk, so that an interrupted bake can be resumed."""
+"""Save parts of a bake on disk, so that an interrupted bake can be resumed."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from app.core.base.errors import TransportError
 from app.core.text import tr
 
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
-"""``keep(name, shape, compute)`` returns the named part, computed only if it is not saved yet."""
+"""``keep(name, shape, compute)`` returns the named part, computing it only if it is not saved."""
 
 _MOST_BYTES: Final = 1 << 34
 
 
 @dataclass(frozen=True, slots=True)
 class BakeCache:
-    """A folder of arrays, one file for each finished part of a bake."""
+    """A folder of arrays, with one file for each finished part of a bake."""
 
     folder: Path
 
@@ -40,11 +40,11 @@ class BakeCache:
         return part
 
     def prefixed(self, prefix: str) -> Keep:
-        """Return a `keep` that puts a prefix before all its names."""
+        """Return a variant of `keep` that puts a prefix before every name."""
         return lambda name, shape, compute: self.keep(f"{prefix}-{name}", shape, compute)
 
     def clear(self) -> None:
-        """Delete all parts, and then the folder and its parent if they are empty."""
+        """Delete all parts, and then the folder and its parent if these are empty."""
         for file in self.folder.glob("*.npz"):
             file.unlink(missing_ok=True)
         for path in (self.folder, self.folder.parent):

@@ -18,7 +18,7 @@ from app.core.portrait.head_views import pack_view
 from app.core.solver.transport import Transport
 
 _VIEW_RANK, _VIEW_TINTS = 200, 176
-# Between weights of texels by their light (0) and equal weights (1): best in real places.
+# 0 weights texels by their light, 1 weights them equally; this value is best in real places.
 _VIEW_EVENNESS = 0.3
 
 
@@ -27,10 +27,10 @@ class BakedView:
     """A head as seen by a camera at its side.
 
     Attributes:
-        pixels, coverage: (P,) int32, float32. As in a transport.
-        positions: (P, 3) float32. Point on the skin at each pixel, as in `HeadShape`.
+        pixels, coverage: (P,) int32 and (P,) float32, as in a transport.
+        positions: (P, 3) float32. Position on the head at each pixel, as in `HeadShape`.
         matrix: (P, H * W, 3) float32. The uncompressed transport.
-        targets: (S, P, 3) float32. As in `BakeResult`.
+        targets: (S, P, 3) float32, as in `BakeResult`.
     """
 
     yaw_deg: float
@@ -50,8 +50,8 @@ def packed_views(
         transport: Transport of the same head.
 
     Returns:
-        (rank, H * W) float32. Functions of texels, shared by all views; and the arrays of each
-        view, by yaw, as `pack_view` returns them.
+        The functions over the texels that all views share, (rank, H * W) float32, and the arrays of
+        each view by yaw, as `pack_view` returns them.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float32)
     greys = [view.matrix @ weights for view in views]

@@ -2,11 +2,11 @@
 
 For every vertex and every column (a texel of the environment, or a lamp), the visible part of the
 column is integrated on a jittered grid, weighted by the first powers of the cosine of incidence.
-Any smooth dependence of the skin on that cosine (the profile of `core.baking.random_walk`) is a
-combination of these moments.
+Any smooth dependence of the skin on that cosine (such as the profile in `core.baking.random_walk`)
+is a combination of these moments.
 
-Camera rays that find a head's shape are also traced here: the position on the skin behind each
-pixel, the pixels that the head covers, and its outlines.
+The camera rays that determine a head's shape are also traced here. They find the position on the
+skin behind each pixel, the pixels that the head covers, and the head's outlines.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ class Points:
     """Points on the skin and the eyes, and the grid of points on each face.
 
     Attributes:
-        positions, normals: (V, 3) float32. Scene units; unit vectors.
-        level: (F,) uint32. Grid steps along each side of a face; 1 = corners only. The skin's faces
-            come first, then those of the eyes.
+        positions, normals: (V, 3) float32. Positions in scene units, and unit normals.
+        level: (F,) uint32. Grid steps along each side of a face, where 1 means corners only. The
+            skin's faces come first, then those of the eyes.
         first: (F,) uint32. Index in `table` of each face's first point.
-        table: (K,) uint32. Point numbers. In a face of level n, point (i, j) with i + j <= n is
-            entry ``j (n + 1) - j (j - 1) / 2 + i``, at barycentric coordinates b1 = i / n, b2 = j /
-            n.
+        table: (K,) uint32. Indices of points. In a face of level n, point (i, j) with i + j <= n is
+            entry ``j (n + 1) - j (j - 1) / 2 + i``, at barycentric coordinates b1 = i / n and b2 =
+            j / n.
     """
 
     positions: Float32
@@ -142,11 +142,12 @@ def expose(
     """Integrate visibility times powers of the cosine of incidence over each column.
 
     Args:
-        samples: Shadow rays along each side of a column, so `samples` squared for each pair.
+        samples: Shadow rays along each side of a column, which makes `samples` squared for each
+            pair of a point and a column.
 
     Returns:
-        (MOMENTS, V, columns) float32. ``[m]`` is the integral of L V mu^(m + 1), radiance times
-        steradian.
+        (MOMENTS, V, columns) float32. ``[m]`` is the integral of L V mu^(m + 1), in radiance times
+        steradians.
     """
     out = np.empty((MOMENTS, points.count, columns.count), np.float32)
     step = max(1, at_once(_LANES) // columns.count)
@@ -175,7 +176,7 @@ def _expose_some(
     seed: int,
     watch: Watch,
 ) -> Float32:
-    """Integrate the moments at some places (positions, normals), with a lane for each pair.
+    """Integrate the moments at some points (positions, normals), with a lane for each pair.
 
     Returns:
         (MOMENTS, n, columns) float32.
@@ -194,7 +195,7 @@ def _expose_some(
 def _visible_moments(
     scene: Any, position: Any, normal: Any, column: Any, columns: Columns, samples: int, rng: Any
 ) -> tuple[Any, ...]:
-    """Sum weight V mu^(m + 1) over a jittered grid inside each column."""
+    """Sum weight times V mu^(m + 1) over a jittered grid inside each column."""
     import drjit as dr
     import mitsuba as mi
 
@@ -233,12 +234,12 @@ def shine(
     seed: int,
     watch: Watch = unwatched,
 ) -> Float32:
-    """Trace the light that the first visible surface reflects straight from each column.
+    """Trace the light from each column that the first visible surface reflects directly.
 
     Args:
-        picture: Pixels along one side.
-        pixels: (n,) int32. Flat row-major pixel numbers.
-        samples: Points in each pixel; each casts one shadow ray to every column.
+        picture: Side of the square picture, in pixels.
+        pixels: (n,) int32. Flat row-major pixel indices.
+        samples: Points in each pixel, each of which casts one shadow ray to every column.
 
     Returns:
         (n, columns, 3) float32. Linear Rec. 709 radiance.
@@ -274,7 +275,7 @@ def shine(
 def _reflect(
     scene: Any, si: Any, columns: Columns, rng: Any, add: Callable[[Any, Any, Any], None]
 ) -> None:
-    """Call ``add(column, colour, mask)`` with the light that a place reflects from each column."""
+    """Call ``add(column, colour, mask)`` with the light from each column that a point reflects."""
     import drjit as dr
     import mitsuba as mi
 
@@ -303,15 +304,15 @@ _STEPS: Final = 16  # rays along each side of a pixel
 _THIN_M: Final = 0.006
 _DOTS_PER_M: Final = 2000
 _SMOOTH_M: Final = 0.0005
-_CHIN_UNITS: Final = 1.25  # skin further below the eyes counts as neck
+_CHIN_UNITS: Final = 1.25  # skin farther below the eyes counts as neck
 
 
 def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: int) -> HeadShape:
     """Find the position on the head behind each pixel of its picture.
 
     Args:
-        pixels: (P,) int32. Flat row-major numbers of the pixels that the head covers.
-        size: Pixels along one side.
+        pixels: (P,) int32. Flat row-major indices of the pixels that the head covers.
+        size: Side of the square picture, in pixels.
     """
     middle = head_middle(head)
     metres = MILLIMETRES_PER_UNIT / 1000.0
@@ -334,7 +335,7 @@ def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: i
 
 
 def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
-    """Find the coverage and position on the head for each pixel of any camera's picture.
+    """Find the coverage of each pixel and the position on the head behind it, for any camera.
 
     Returns:
         coverage: (N * N,) float32. Fraction of each pixel that the head covers.
@@ -353,7 +354,7 @@ def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
 
 
 def _visibility(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float64, Float64]:
-    """Return the sum of the points that each pixel's rays hit, (N, N, 3), and their number."""
+    """Return the sum of the points that each pixel's rays hit, (N, N, 3), and their count."""
     import drjit as dr
     import mitsuba as mi
 
@@ -397,7 +398,7 @@ def _outline(points: Float64, faces: Int64) -> Float32:
     contours, _ = cv2.findContours(shadow, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     longest = max(contours, key=cv2.contourArea)
     smooth = cv2.approxPolyDP(longest, _SMOOTH_M * _DOTS_PER_M, True)[:, 0].astype(np.float64)
-    # OpenCV's y points down, so its clockwise is counter-clockwise here.
+    # OpenCV's y points down, so clockwise in OpenCV is counter-clockwise here.
     if cv2.contourArea(smooth.astype(np.float32), True) < 0:
         smooth = smooth[::-1]
     return np.asarray(smooth / _DOTS_PER_M + start, np.float32)

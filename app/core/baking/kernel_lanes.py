@@ -1,8 +1,9 @@
-"""Run one kernel for many lanes: all at once where Mitsuba can, otherwise one after another.
+"""Run one kernel for many lanes, all at once if Mitsuba can, otherwise one after another.
 
-In Mitsuba's wavefront variants (llvm, cuda), a number in a kernel is an array with an entry for
-each lane, and one call computes all lanes. In the scalar variant it is a plain Python number, and
-the kernel is called once for each lane. A kernel works in both if it reads from a `Table`, adds to
+In Mitsuba's wavefront variants (llvm, cuda), a number in a kernel is an array with one entry for
+each lane, and one call computes all lanes. In the scalar variant, a number is a plain Python
+number, and the kernel is called once for each lane. A kernel works in both if it reads from a
+`Table`, adds to
 a `Tally`, and otherwise uses only ``dr.while_loop``, ``dr.if_stmt``, ``dr.select`` and arithmetic.
 It must use `negate` in place of ``~``, because Python's ``~True`` is -2.
 
@@ -30,9 +31,9 @@ from app.core.base.errors import BakeError
 from app.core.text import tr
 
 Watch: TypeAlias = Callable[[float], None]
-"""Called with the finished share, 0 to 1, a few times a second where lanes run one by one.
+"""Function called with the finished fraction, 0 to 1, a few times a second if lanes run in turn.
 
-It may raise an exception to stop the work.
+The function may raise an exception to stop the work.
 """
 
 _SCALAR_SHARE = 256
@@ -40,7 +41,7 @@ _WATCH_EVERY_S = 0.25
 
 
 class Table:
-    """A table of numbers or vectors that the lanes read.
+    """A table of numbers or vectors from which the lanes read.
 
     Args:
         values: (n,) uint32, (n,) float or (n, 3) float. Floats are stored in single precision.
@@ -58,7 +59,7 @@ class Table:
         self._values: Any = number(values.ravel()) if is_wavefront(mi) else values.tolist()
 
     def take(self, index: Any, active: Any = True) -> Any:
-        """Return the entry at an index: UInt32, Float or Vector3f; zero in inactive lanes."""
+        """Return the entry at an index as UInt32, Float or Vector3f, or zero in inactive lanes."""
         import drjit as dr
 
         if isinstance(self._values, list):
@@ -93,19 +94,19 @@ class Tally:
             dr.scatter_reduce(dr.ReduceOp.Add, self._sums, part, row * 3 + channel, active)
 
     def sums(self, *shape: int) -> Float32:
-        """Return the sums so far, (*shape, 3) float32; `shape` multiplies to the number of rows."""
+        """Return the sums so far, (*shape, 3) float32. `shape` multiplies to the number of rows."""
         return np.array(self._sums, np.float32).reshape(*shape, 3)
 
 
 def at_once(lanes: int) -> int:
-    """Return the number of lanes in one batch: all in a wavefront variant, else fewer."""
+    """Return how many lanes run in one batch: all in a wavefront variant, otherwise fewer."""
     import mitsuba as mi
 
     return lanes if is_wavefront(mi) else max(1, lanes // _SCALAR_SHARE)
 
 
 def negate(condition: Any) -> Any:
-    """Return the logical not of a mask or of a Python bool."""
+    """Return the logical NOT of a mask or of a Python bool."""
     return condition ^ True
 
 
@@ -114,7 +115,7 @@ def unwatched(share: float) -> None:
 
 
 def part_of(watch: Watch, start: float, stop: float) -> Watch:
-    """Return a callback for a part of the work: its 0..1 becomes `start`..`stop` of the whole."""
+    """Return a callback for part of the work, which maps 0..1 to `start`..`stop` of the whole."""
     return lambda share: watch(start + share * (stop - start))
 
 
@@ -127,11 +128,11 @@ def run_lanes(
     """Run a kernel for every lane.
 
     Args:
-        kernel: ``kernel(lane, rng)`` takes a UInt32 from 0 to `count` - 1 and a PCG32, and returns
-            a tuple of Float.
+        kernel: Function ``kernel(lane, rng)`` that takes a UInt32 from 0 to `count` - 1 and a
+            PCG32, and returns a tuple of Float.
 
     Returns:
-        tuple of (count,) float32. The kernel's results for all lanes.
+        The kernel's results for all lanes, as a tuple of (count,) float32 arrays.
     """
     import drjit as dr
     import mitsuba as mi
@@ -158,7 +159,7 @@ def run_lanes(
 def _random(lane: Any, seed: int) -> Any:
     """Return a random number generator for each lane.
 
-    The seeds are scrambled as in Mitsuba's own samplers: generators that differ only in their
+    The seeds are scrambled as in Mitsuba's own samplers, since generators that differ only in their
     starting state are correlated between seeds.
     """
     import drjit as dr
@@ -180,11 +181,11 @@ _log = logging.getLogger(__name__)
 
 
 def select_variant(variant: str = "auto") -> Any:
-    """Make a Mitsuba variant current and return the module.
+    """Activate a Mitsuba variant and return the Mitsuba module.
 
     Args:
-        variant: ``llvm``, ``cuda``, ``scalar``, or ``auto``: llvm where a new enough LLVM is found,
-            else scalar with a notice.
+        variant: ``llvm``, ``cuda``, ``scalar``, or ``auto`` for llvm if a recent enough LLVM is
+            found and otherwise scalar, with a notice.
 
     Raises:
         BakeError: If the variant is unknown or does not work on this computer.
@@ -199,14 +200,14 @@ def select_variant(variant: str = "auto") -> Any:
         variant_name = "llvm" if _point_to_llvm() else "scalar"
         if variant_name == "scalar":
             _log.warning(
-                "No LLVM 16 or newer was found, so baking runs in Mitsuba's scalar variant: the "
-                "same result, hundreds of times slower. Install libllvm19 (Debian, Ubuntu) or "
-                "point DRJIT_LIBLLVM_PATH at a libLLVM."
+                "No LLVM 16 or newer was found, so baking runs in Mitsuba's scalar variant, which "
+                "gives the same result hundreds of times more slowly. Install libllvm19 (Debian, "
+                "Ubuntu) or point DRJIT_LIBLLVM_PATH at a libLLVM."
             )
     try:
         mitsuba = importlib.import_module("mitsuba")
         mitsuba.set_variant(_NAMES[variant_name])
-        # Its log would clutter the command's output in colour; real problems raise errors.
+        # Mitsuba's coloured log would clutter the command's output; real problems raise errors.
         mitsuba.set_log_level(mitsuba.LogLevel.Error)
         if variant_name != "scalar":
             float_type = mitsuba.Float
@@ -225,7 +226,7 @@ def is_wavefront(mitsuba: Any) -> bool:
 
 
 def find_llvm() -> Path | None:
-    """Find a libLLVM of version 16 or newer; older ones abort inside Mitsuba 3.9."""
+    """Find a libLLVM of version 16 or newer, since older ones abort inside Mitsuba 3.9."""
     for candidate in _llvm_candidates():
         if candidate.exists() and _llvm_major(candidate) >= 16:
             return candidate

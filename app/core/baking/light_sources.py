@@ -1,10 +1,10 @@
-"""Light sources of a bake: the texels of an environment, or lamps near the head.
+"""Light sources for a bake: the texels of an environment, or lamps near the head.
 
-Both are lists of columns. A transport has one column for each texel; the pictures of the studio
-styles have one for each lamp. The rest of the package treats them alike.
+Both are lists of columns. A transport has one column for each texel, and the pictures of the studio
+styles have one for each lamp. The rest of the package treats both alike.
 
-This module also brings a full matrix of texel columns into the form that ships: mirror symmetric
-and of low rank.
+This module also converts a full matrix of texel columns to the mirror-symmetric, low-rank form that
+ships with the program.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from app.core.styles.style import StyleLamp
 
 
 class Columns(Protocol):
-    """A list of light sources; each is integrated over its own small area."""
+    """A list of light sources, each of which is integrated over its own small area."""
 
     @property
     def count(self) -> int:
@@ -32,22 +32,22 @@ class Columns(Protocol):
         ...
 
     def directions(self) -> Float32:
-        """Return unit vectors from between the eyes to the columns' centres, (count, 3)."""
+        """Return the unit vectors from between the eyes to the columns' centres, (count, 3)."""
         ...
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
-        """Return one point of a column's area, as seen from a position.
+        """Return one point in a column's area, as seen from a position.
 
         Args:
-            column: Column index of each lane.
-            position: Point that receives the light, scene units.
-            s, t: In [0, 1); uniform values cover the column's area evenly.
+            column: Column index for each lane.
+            position: Point that receives the light, in scene units.
+            s, t: Coordinates in [0, 1). Uniform values cover the column's area evenly.
 
         Returns:
             direction: Unit vector from the position to the point.
-            distance: Scene units; infinite for texels.
-            weight: Radiance times solid angle (steradian) that the whole column would have at the
-                position if all of it were like this point.
+            distance: Distance in scene units, or infinity for texels.
+            weight: Radiance times solid angle (steradians) that the whole column would have at the
+                position if all of the column were like this point.
         """
         ...
 
@@ -89,7 +89,7 @@ class TexelColumns:
 
 
 class LampColumns:
-    """Round flat lamps at a finite distance, facing the point between the eyes.
+    """Round, flat lamps at a finite distance that face the point between the eyes.
 
     A lamp of power 1 gives irradiance 1 at that point, on a surface that faces the lamp.
     """
@@ -136,14 +136,14 @@ class LampColumns:
 
 
 def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
-    """Return the index in `pixels` of each pixel's mirror image; its own if there is none.
+    """Return the index in `pixels` of each pixel's mirror image, or its own if there is none.
 
     Args:
-        pixels: (P,) int32. Flat indices into a square picture, sorted.
+        pixels: (P,) int32. Sorted flat indices into a square picture.
         size: Side of that picture, in pixels.
 
     Returns:
-        (P,) int64.
+        (P,) int64. Indices in `pixels`.
     """
     mirrored = pixels // size * size + size - 1 - pixels % size
     where = np.searchsorted(pixels, mirrored)
@@ -155,16 +155,16 @@ def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
 def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Float32, float]:
     """Average a matrix with its own mirror image.
 
-    The two halves of a symmetric head are traced independently, so their difference is also a
-    measure of the noise.
+    The two halves of a symmetric head are traced independently, so their difference also measures
+    the noise.
 
     Args:
-        matrix: (P, H * W, 3) float32.
+        matrix: (P, H * W, 3) float32. Transport matrix.
         twin: (P,) int. Index of each pixel's mirror image.
 
     Returns:
-        symmetric: (P, H * W, 3) float32.
-        noise: RMS noise after averaging over RMS of the picture, median over the texels.
+        symmetric: (P, H * W, 3) float32. The averaged matrix.
+        noise: RMS noise after averaging, divided by the RMS of the picture; median over the texels.
     """
     shape = (len(matrix), texels.height, texels.width, 3)
     mirrored = matrix[twin].reshape(shape)[:, :, ::-1].reshape(matrix.shape)
@@ -173,13 +173,13 @@ def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Floa
 
 
 def texel_noise(one: Float32, two: Float32) -> Float64:
-    """Return each texel's noise from two independent bakes: RMS difference / sqrt 2 / RMS.
+    """Return each texel's noise from two independent bakes, as RMS difference / sqrt 2 / RMS.
 
     Args:
         one, two: (P, T, 3) float32. Transport matrices of the same pixels.
 
     Returns:
-        (T,) float64.
+        (T,) float64. Relative noise of each texel.
     """
     difference = np.square(one - two).mean(axis=(0, 2), dtype=np.float64)
     power = np.maximum((one * two).mean(axis=(0, 2), dtype=np.float64), 1e-30)
@@ -187,18 +187,18 @@ def texel_noise(one: Float32, two: Float32) -> Float64:
 
 
 def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32, Float32, float]:
-    """Return the best low-rank form of a transport matrix; each texel's picture counts equally.
+    """Return the best low-rank form of a transport matrix, weighting all texels' pictures equally.
 
     Every basis function over the texels is even or odd under mirroring, so that a mirrored panorama
-    gives exactly the mirrored picture.
+    produces exactly the mirrored picture.
 
     Args:
-        matrix: (P, H * W, 3) float32.
+        matrix: (P, H * W, 3) float32. Transport matrix.
 
     Returns:
-        pixel_basis: (3, P, R) float32.
-        texel_basis: (R, H * W) float32.
-        truncation: RMS error over RMS, 95th percentile over the texels.
+        pixel_basis: (3, P, R) float32. Pixel functions of each channel.
+        texel_basis: (R, H * W) float32. Texel functions, shared by the channels.
+        truncation: RMS error divided by RMS; 95th percentile over the texels.
     """
     flat = matrix.transpose(0, 2, 1).reshape(-1, texels.count)
     basis, scale = texel_functions([flat], texels, rank)
@@ -216,12 +216,13 @@ def texel_functions(
     """Find the even and odd functions over the texels that capture most of several matrices.
 
     Args:
-        matrices: (n, H * W) float32 each.
-        evenness: 1 gives every texel's picture the same weight, 0 weights each by its light.
+        matrices: Matrices of (n, H * W) float32 each.
+        evenness: 1 to give every texel's picture the same weight, 0 to weight each by its light.
 
     Returns:
-        basis: (rank, H * W) float32. Orthonormal over texels divided by their scale.
-        scale: (H * W,) float32.
+        basis: (rank, H * W) float32. Functions that are orthonormal over texels divided by their
+            scale.
+        scale: (H * W,) float32. Scale of each texel.
     """
     count, half = texels.count, texels.width // 2
     power = [np.square(one).mean(axis=0, dtype=np.float64) for one in matrices]

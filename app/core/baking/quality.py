@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Numbers of samples.
+    """Numbers of samples and functions at one quality level.
 
     Attributes:
-        paths: Random walks from each pixel.
-        glints: Points in each pixel at which the reflection of the surface is sampled.
-        shadows: Shadow rays along each side of a texel.
-        rank: Functions that the transport is compressed to.
+        paths: Number of random walks from each pixel.
+        glints: Number of points in each pixel at which the reflection of the surface is sampled.
+        shadows: Number of shadow rays along each side of a texel.
+        rank: Number of functions to which the transport is compressed.
     """
 
     paths: int

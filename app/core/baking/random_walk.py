@@ -1,12 +1,12 @@
-"""Trace light backwards: from a pixel through the skin to the points where the light came in.
+"""Trace light backwards, from a pixel through the skin to the points where the light entered.
 
-Every path starts at the camera and is followed as in Mitsuba's ``volpathmis``: rough dielectric
-boundary, random walk inside, spectral weights for all three channels at once (Miller et al., "A
-null-scattering path integral formulation of light transport", 2019). Where ``volpathmis`` would
-look up the escaping direction in an environment, this tracer records *where* on the skin the path
-came out. Light enters skin equally from all directions except for a smooth factor (the exit
-profile). So only the share that each pixel receives from each point of the skin needs Monte Carlo
-paths; the light that reaches a point from each direction is computed without them
+Every path starts at the camera and is followed as in Mitsuba's ``volpathmis``, with a rough
+dielectric boundary, a random walk inside, and spectral weights for all three channels at once
+(Miller et al., "A null-scattering path integral formulation of light transport", 2019). Where
+``volpathmis`` would look up the escaping direction in an environment, this tracer records *where*
+on the skin the path came out. Light enters skin equally from all directions except for a smooth
+factor (the exit profile). So only the fraction that each pixel receives from each point on the skin
+needs Monte Carlo paths; the light that reaches a point from each direction is computed without them
 (`app.core.baking.exposure`).
 """
 
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from app.core.baking.exposure import Points
 
 _MAX_EVENTS = 2000
-# Below this fraction of their starting weight, paths end by Russian roulette: they cost more than
-# they add.
+# Below this fraction of their starting weight, paths cost more than they contribute, so Russian
+# roulette ends them.
 _FAINT = 0.25
 
 
@@ -37,12 +37,12 @@ class PathTotals:
     """Fractions of light that the paths of some pixels collected.
 
     Attributes:
-        share: (pixels, V, 3) float32. Fraction of the light entering the skin at a point that
+        share: (pixels, V, 3) float32. Fraction of the light entering the skin at each point that
             reaches the pixel.
-        lean: (pixels, V, 3, 3) float32. First moment of the direction in which that light leaves
-            along the backward path, in the tangent plane: [..., axis, channel]. Oblique light
-            travels on under the skin, which shifts the source of a pixel's light slightly along its
-            direction; the lean is that shift.
+        lean: (pixels, V, 3, 3) float32, [..., axis, channel]. First moment, in the tangent plane,
+            of the direction in which the backward path of that light leaves the skin. Oblique light
+            travels on under the skin, which shifts the source of a pixel's light slightly along the
+            light's direction. The lean is that shift.
     """
 
     share: Float32
@@ -52,7 +52,7 @@ class PathTotals:
 def scene_tables(
     scene: Any, head: HeadMesh, skin: Skin, points: Points, picture: int
 ) -> SceneTables:
-    """Collect the tables of a scene made by `app.core.baking.scene.build_scene`."""
+    """Collect the tables for a scene from `app.core.baking.scene.build_scene`."""
     r, g, b = (t * MILLIMETRES_PER_UNIT for t in skin.extinction)
     return SceneTables(
         scene=scene,
@@ -75,7 +75,7 @@ def trace_pixels(
     seed: int,
     watch: Watch = unwatched,
 ) -> PathTotals:
-    """Trace `paths` paths from each pixel to the places where the light came in.
+    """Trace `paths` paths from each pixel to the points where the light entered the skin.
 
     Args:
         pixels: (n,) int32. Flat row-major pixel numbers.
@@ -105,7 +105,7 @@ def trace_profile(
         paths: Paths per pixel.
 
     Returns:
-        (PROFILE_BINS, 3) float32. Any scale.
+        (PROFILE_BINS, 3) float32. Light in each bin of the cosine, on an arbitrary scale.
     """
     profile = Profile(Tally(PROFILE_BINS))
     follow(tables, pixels, paths, seed, profile, watch)
@@ -120,7 +120,7 @@ def follow(
     finder: Finder,
     watch: Watch,
 ) -> None:
-    """Run all paths to their ends, and report them to `finder`."""
+    """Follow all paths to their ends, and report them to `finder`."""
     import drjit as dr
     import mitsuba as mi
 
@@ -141,11 +141,11 @@ def follow(
 
 @dataclass(frozen=True, slots=True)
 class _PathWalk:
-    """A random walk, of one path or of all lanes: free flights, surfaces and scattering events.
+    """A random walk of one path or of all lanes, with free flights, surfaces and scattering.
 
     Attributes:
         slot: Index of the pixel where the path started.
-        hero: Channel that the flights are sampled from.
+        hero: Channel from which the flights are sampled.
     """
 
     tables: SceneTables
@@ -172,7 +172,7 @@ class _PathWalk:
     def _step(
         self, ray: Any, rng: Any, weight: Any, ratio: Any, inside: Any, alive: Any, n: Any
     ) -> tuple[Any, ...]:
-        """Make one flight and handle the event at its end; `n` counts the events."""
+        """Make one flight and handle the event at its end, where `n` counts the events."""
         import drjit as dr
         import mitsuba as mi
 
@@ -215,7 +215,7 @@ class _PathWalk:
     ) -> tuple[Any, Any]:
         """Return the weights after a flight sampled for the hero channel.
 
-        The weights of the other channels follow from their pdf ratios.
+        The weights of the other channels follow from the ratios of their probability densities.
         """
         import drjit as dr
         import mitsuba as mi
@@ -283,7 +283,7 @@ def _pick(colour: Any, channel: Any) -> Any:
 
 
 def _value(weight: Any, ratio: Any) -> Any:
-    """Weight the path by the balance heuristic over the three channels."""
+    """Return the path's weight by the balance heuristic over the three channels."""
     import drjit as dr
 
     return weight * (3 * dr.rcp(ratio.x + ratio.y + ratio.z))
@@ -293,11 +293,11 @@ def fit_profile(profile: Float64) -> Float64:
     """Fit the exit profile with polynomials.
 
     Args:
-        profile: (PROFILE_BINS, 3) float64. Light by the cosine of the exit angle, any scale.
+        profile: (PROFILE_BINS, 3) float64. Light by the cosine of the exit angle, on any scale.
 
     Returns:
         (3, 3) float64. Coefficients a[c, m] of g_c(mu) = sum_m a[c, m] mu^(m + 1) per steradian,
-        with the integral of g_c over the hemisphere = 1.
+        where the integral of g_c over the hemisphere is 1.
     """
     mu = (np.arange(PROFILE_BINS) + 0.5) / PROFILE_BINS
     powers = np.stack([mu, mu**2, mu**3], axis=1)
@@ -325,10 +325,10 @@ PROFILE_BINS = 64
 
 @dataclass(frozen=True, slots=True)
 class SceneTables:
-    """Data for the tracer besides the Mitsuba scene.
+    """The tracer's data, including the Mitsuba scene.
 
     Attributes:
-        picture: Pixels along one side.
+        picture: Side of the square picture, in pixels.
     """
 
     scene: Any
@@ -345,12 +345,13 @@ class SceneTables:
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """A path's meeting with a surface, and its outcome.
+    """A path's encounter with a surface, and the outcome.
 
     Attributes:
         slot: Index of the pixel where the path started.
         leaves: Whether the path leaves the skin.
-        glances: Whether the path came from outside, not straight from the camera, and stays there.
+        glances: Whether the path arrived from outside, not directly from the camera, and stays
+            outside.
     """
 
     slot: Any
@@ -366,17 +367,17 @@ class Finder(Protocol):
     """Records the events of the paths of a trace."""
 
     def on_hit(self, at: Meeting) -> None:
-        """Record a surface interaction: the path leaves the skin, glances off, or neither."""
+        """Record an encounter in which the path leaves the skin, glances off, or does neither."""
         ...
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
-        """Record a path that left the scene, after meeting at least one surface."""
+        """Record a path that left the scene after meeting at least one surface."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """Adds each path to the points around the place where it left the skin."""
+    """Adds each path to the points around the position where the path left the skin."""
 
     tables: SceneTables
     share: Tally
@@ -384,15 +385,15 @@ class Shares:
 
     def on_hit(self, at: Meeting) -> None:
         """See `Finder.on_hit`."""
-        # The camera's first reflection is exact (`exposure.shine`). Later ones carry half a
-        # per cent of the light; the profile treats them as light from their place.
+        # The first reflection is computed exactly (`exposure.shine`). Later ones carry half a
+        # per cent of the light, and the profile treats them as light from where they occur.
         self._deposit(at, at.leaves | at.glances)
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
         """Do nothing."""
 
     def _deposit(self, at: Meeting, active: Any) -> None:
-        """Add a value to the three points around the hit; its lean goes to one of them."""
+        """Add a value to the three points around the hit, and its lean to one of them."""
         import drjit as dr
         import mitsuba as mi
 
@@ -431,7 +432,7 @@ class Shares:
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Adds paths by the angle at which they left the skin."""
+    """Adds up paths by the angle at which they left the skin."""
 
     tally: Tally
 

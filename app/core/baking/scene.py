@@ -1,4 +1,4 @@
-"""The scene to bake: head, eyes, skin and camera, as a Mitsuba scene and as exported files.
+"""Build the scene to bake, with head, eyes, skin and camera, in Mitsuba and as exported files.
 
 Units: 1 scene unit = 10 cm. Frame: +Y up, +Z out of the face, +X the sitter's left.
 """
@@ -33,10 +33,10 @@ _SYMMETRY = 1e-4
 _EXPORT = tr("Export the head again as .ply or .obj, with normals.")
 _MOST_UNIT_MM = 1e6
 _MAX_VERTICES = 2_000_000
-_MAX_MESH_BYTES = 300_000_000  # the text of that many vertices
+_MAX_MESH_BYTES = 300_000_000  # enough for an .obj file with the largest number of vertices
 _MAX_PLY_HEAD = 1 << 14
 _MAX_PLY_ELEMENTS = 16
-# Mitsuba accepts RGB spectra only up to 1; the medium's scale carries the rest (per millimetre).
+# Mitsuba accepts RGB spectra only up to 1, so the medium's scale carries the rest (per millimetre).
 _DENSEST = 4.0
 # Mitsuba 3.9.1's volpathmis starts Russian roulette after 5 events, and from then on weights paths
 # that meet a light as if none had ended. Where light is sampled too, the two weights no longer add
@@ -51,9 +51,9 @@ class Mesh:
     """A triangle mesh with smooth normals.
 
     Attributes:
-        vertices, normals: (V, 3) float32. In scene units (10 cm), head frame; normals have unit
-            length.
-        faces: (F, 3) uint32. Counter-clockwise seen from outside.
+        vertices, normals: (V, 3) float32. Positions in scene units (10 cm) and unit normals, both
+            in the head frame.
+        faces: (F, 3) uint32. Vertex indices, counter-clockwise seen from outside.
         colours: (V, 3) float32 or None. Linear Rec. 709 albedo.
     """
 
@@ -74,7 +74,7 @@ class HeadMesh:
 
     @property
     def eye_point(self) -> tuple[float, float, float]:
-        """Point midway between the fronts of the corneas, scene units."""
+        """Point midway between the fronts of the corneas, in scene units."""
         if self.eyes is not None:
             v = self.eyes.vertices
             middle = (float(v[:, 1].min()) + float(v[:, 1].max())) / 2
@@ -87,12 +87,12 @@ class HeadMesh:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """The portrait camera: level, at eye height, with a shifted lens.
+    """The portrait camera, which is level and at eye height, with a shifted lens.
 
     Attributes:
-        origin: Position, scene units.
+        origin: Position, in scene units.
         shift: Vertical shift of the picture.
-        size: Pixels along one side.
+        size: Side of the square picture, in pixels.
         yaw_deg: Turn of the head toward its own left, away from the line to the camera.
     """
 
@@ -104,7 +104,7 @@ class Camera:
 
     @property
     def ahead(self) -> tuple[float, float, float]:
-        """A point straight in front of the camera, scene units."""
+        """A point straight in front of the camera, in scene units."""
         x, y, z = self.origin
         yaw = math.radians(self.yaw_deg)
         return x + math.sin(yaw), y, z - math.cos(yaw)
@@ -115,7 +115,7 @@ _EAR_SHARE = 0.03  # fraction of the vertices in that range that counts as outer
 
 
 def head_middle(head: HeadMesh) -> Float64:
-    """Return the point midway between the ears, (3,) float64, scene units.
+    """Return the point midway between the ears, (3,) float64, in scene units.
 
     The ears are the outermost points at eye height.
     """
@@ -129,11 +129,12 @@ def head_middle(head: HeadMesh) -> Float64:
 def frame_head(head: HeadMesh, size: int, yaw_deg: float = 0.0) -> Camera:
     """Place the camera 1.8 m from the eyes, and crop from just above the crown to the neck.
 
-    The lower edge stays above the neck's cut even at the back, so no pixel shows it. A head turns
-    about the vertical midway between its ears; here the camera moves around that axis instead.
+    The lower edge stays above the cut through the neck even at the back, so no pixel shows the cut.
+    A head turns about the vertical axis midway between its ears; here the camera moves around that
+    axis instead.
 
     Args:
-        size: Pixels along one side of the picture.
+        size: Side of the square picture, in pixels.
         yaw_deg: Turn of the head toward its own left.
     """
     x, y, z = head.eye_point
@@ -161,11 +162,11 @@ def load_head(
 
     Args:
         eyes_file: Closed eyeballs with vertex colours, or None for a head with closed lids.
-        unit_mm: Millimetres per unit of the files.
+        unit_mm: Millimetres per unit in the files.
 
     Raises:
-        HeadError: If a file is missing or is not a mesh, the skin is not closed, or the size is
-            impossible for a head.
+        HeadError: If a file is missing or is not a mesh, the skin is not closed, or no head could
+            have this size.
     """
     skin = _load_mesh(skin_file, unit_mm)
     height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
@@ -194,7 +195,7 @@ def load_head(
 
 
 def count_open_edges(mesh: Mesh) -> int:
-    """Count the edges without exactly two faces; vertices at the same place count as one."""
+    """Count the edges without exactly two faces, counting vertices at the same position as one."""
     _, where = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
     faces = where.reshape(-1)[mesh.faces]
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -220,7 +221,7 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
         raise HeadError(
             tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm), tr("A metre is 1000.")
         )
-    # First without normals: Mitsuba computes them from the faces.
+    # Load the mesh first without normals, since Mitsuba then computes them from the faces.
     plain = _load({"type": kind, "filename": str(path), "face_normals": True})
     count, corners = len(plain["vertex_positions"]) // 3, np.array(plain["faces"], np.uint32)
     if corners.size and int(corners.max()) >= count:
@@ -264,7 +265,7 @@ def _check_mesh_file(path: Path) -> str:
 
 
 def _is_plain(path: Path) -> bool:
-    """Return whether a PLY's header is short: Mitsuba takes minutes over thousands of lines."""
+    """Return whether a PLY header is short, as Mitsuba takes minutes over thousands of lines."""
     with path.open("rb") as stream:
         head, end, _ = stream.read(_MAX_PLY_HEAD).partition(b"end_header")
     return bool(end) and head.count(b"\nelement ") <= _MAX_PLY_ELEMENTS
@@ -319,10 +320,10 @@ def medium(skin: Skin) -> dict[str, Any]:
 def build_scene(
     head: HeadMesh, skin: Skin, camera: Camera, extra: dict[str, Any] | None = None
 ) -> Any:
-    """Build the Mitsuba scene of a head: skin first, eyes second, and only the lights in `extra`.
+    """Build the Mitsuba scene of a head: the skin, then the eyes, and only the lights in `extra`.
 
     Raises:
-        BakeError: If Mitsuba cannot build it.
+        BakeError: If Mitsuba cannot build the scene.
     """
     import mitsuba as mi
 
@@ -376,7 +377,7 @@ def _template(name: str) -> str:
 
 
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
-    """Write the scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
+    """Write the scene to bake as ``scene.xml`` and meshes, for an unmodified Mitsuba.
 
     Raises:
         BakeError: If the folder cannot be written.
@@ -411,10 +412,10 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
 
 
 def scene_files(folder: Path) -> tuple[Path, Path, Path]:
-    """Return the paths of a scene's files in a folder, which is made if it is missing.
+    """Return the paths of a scene's files in a folder, creating the folder if it is missing.
 
     Raises:
-        BakeError: If the folder cannot be made.
+        BakeError: If the folder cannot be created.
     """
     meshes = folder / "meshes"
     sentence = tr("The folder {folder} cannot be created: {reason}.")

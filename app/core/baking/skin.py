@@ -1,8 +1,8 @@
-"""Skin as a scattering medium: three tones from published measurements.
+"""Skin as a scattering medium, in three tones from published measurements.
 
-The boundary is a rough dielectric; the inside is an isotropic medium with reduced coefficients
+The boundary is a rough dielectric. The inside is an isotropic medium with reduced coefficients
 (similarity theory), traced by a true random walk. The physics is that of the paper's
-``kdsubsurface`` without its diffusion approximation.
+``kdsubsurface``, but without the diffusion approximation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Skin:
         scattering, absorption: Reduced coefficients of red, green and blue, per millimetre.
         index: Refractive index of the boundary.
         roughness: Microfacet roughness of the boundary.
-        source: Publication of the coefficients.
+        source: Publication in which the coefficients appeared.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Skin:
 
 @dataclass(frozen=True, slots=True)
 class Coat:
-    """A clear coat over a diffuse surface: the wet eye."""
+    """A clear coat over a diffuse surface, for the wet eye."""
 
     index: float
     roughness: float
@@ -71,7 +71,7 @@ def skin_bsdf(skin: Skin) -> dict[str, Any]:
 
 
 def eye_bsdf(coat: Coat) -> dict[str, Any]:
-    """Return the Mitsuba description of the eye's surface: vertex colours under a wet coat."""
+    """Return the Mitsuba description of the eye's surface, with vertex colours under a wet coat."""
     return {
         "type": "principled",
         "base_color": {"type": "mesh_attribute", "name": "vertex_color"},
@@ -81,10 +81,10 @@ def eye_bsdf(coat: Coat) -> dict[str, Any]:
 
 
 def dipole_reflectance(albedo: float, index: float) -> float:
-    """Return the diffuse reflectance of a half space with this reduced albedo.
+    """Return the diffuse reflectance of a half-space with this reduced albedo.
 
-    Jensen, Marschner, Levoy, Hanrahan, "A Practical Model for Subsurface Light Transport", SIGGRAPH
-    2001, equation 15, with their fit of the internal reflection.
+    The formula is equation 15 of Jensen, Marschner, Levoy and Hanrahan, "A Practical Model for
+    Subsurface Light Transport", SIGGRAPH 2001, with their fit of the internal reflection.
 
     >>> round(dipole_reflectance(0.74 / (0.74 + 0.032), 1.3), 2)
     0.44
@@ -96,7 +96,7 @@ def dipole_reflectance(albedo: float, index: float) -> float:
 
 
 def _absorption_for(reflectance: float, scattering: float, index: float) -> float:
-    """Return the absorption that gives a reflectance, by bisection."""
+    """Find the absorption that gives a reflectance, by bisection."""
     low, high = 0.0, 100.0 * scattering
     for _ in range(80):
         middle = (low + high) / 2
@@ -109,7 +109,7 @@ def _absorption_for(reflectance: float, scattering: float, index: float) -> floa
 
 
 def _from_reflectance(name: str, reflectance: Rgb, scattering: Rgb, source: str) -> Skin:
-    # Jensen's index of the boundary, so that reflectance and scattering match his measurements.
+    # Jensen's refractive index of the boundary, so that reflectance and scattering match his data.
     r, g, b = (_absorption_for(x, s, 1.3) for x, s in zip(reflectance, scattering, strict=True))
     return Skin(name, scattering, (r, g, b), source=source)
 
@@ -146,7 +146,7 @@ def find_skin(name: str) -> Skin:
     """Return a skin tone by name.
 
     Raises:
-        BakeError: If there is no such tone.
+        BakeError: If there is no tone with that name.
     """
     for skin in SKINS:
         if skin.name == name:

@@ -1,4 +1,4 @@
-"""Light that enters the skin from each texel and lamp."""
+"""Measure the light that enters the skin from each texel and lamp."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from app.core.base.arrays import Float32, Float64
 from app.core.base.progress import Progress, Report, Task, Token
 
 BATCH_PIXELS = 96
-"""Pixels of a batch."""
+"""Number of pixels in a batch."""
 _PROFILE_PIXELS = 1000
 _PROFILE_PATHS = 512
-# A path through the skin takes about as long as this many shadow rays; used only to estimate the
-# time left.
+# A path through the skin takes about as long as this many shadow rays. The number is used only to
+# estimate the time left.
 _RAYS_IN_PATH = 50
 
 
 @dataclass(frozen=True, slots=True)
 class BakeJob:
-    """Scene and settings, shared by all parts of a bake."""
+    """Scene and settings that all parts of a bake share."""
 
     scene: Any
     tables: SceneTables
@@ -55,24 +55,24 @@ class BakeJob:
 
     @property
     def columns(self) -> tuple[Columns, ...]:
-        """The columns of the matrix: texels first, then lamps."""
+        """The columns of the matrix, texels first, then lamps."""
         return (self.texels,) if self.lamps is None else (self.texels, self.lamps)
 
     @property
     def shadows(self) -> tuple[int, ...]:
-        """Shadow rays along each side of a column, for texels and lamps."""
-        # Lamps can have many more rays, since they are few columns beside thousands of texels.
+        """Number of shadow rays along each side of a column, for texels and for lamps."""
+        # Lamps can have many more rays, since they are few compared with thousands of texels.
         return (self.quality.shadows, 4 * self.quality.shadows)[: len(self.columns)]
 
     @property
     def shadow_rays(self) -> tuple[int, ...]:
-        """Shadow rays from each point to all texels, and to all lamps."""
+        """Number of shadow rays from each point to all texels, and to all lamps."""
         both = zip(self.columns, self.shadows, strict=True)
         return tuple(columns.count * side**2 for columns, side in both)
 
     @property
     def count(self) -> int:
-        """Number of all columns."""
+        """Total number of columns."""
         return sum(columns.count for columns in self.columns)
 
 
@@ -81,8 +81,8 @@ class SkinLight:
     """Light that enters the skin.
 
     Attributes:
-        entering: Three (V, columns) float32, by channel. Light that enters the skin at each point
-            from each column.
+        entering: One array per channel, (V, columns) float32. Light that enters the skin at each
+            point from each column.
         slant: (3, 3, columns) float32, [channel, axis]. Weight of the lean of a pixel's share.
     """
 
@@ -92,13 +92,13 @@ class SkinLight:
 
 @dataclass(frozen=True, slots=True)
 class PartProgress:
-    """Progress and cancellation of a bake in parts."""
+    """Progress and cancellation of a bake that consists of parts."""
 
     report: Report
     token: Token
 
     def part(self, start: float, stop: float, task: Task) -> Watch:
-        """Return the watch of a part that takes progress from `start` to `stop`."""
+        """Return the watch for a part that takes the progress from `start` to `stop`."""
 
         def watch(share: float) -> None:
             self.report(share, Progress(task))
@@ -108,7 +108,7 @@ class PartProgress:
 
 
 def light_cache(cache: BakeCache, prefix: str) -> Keep:
-    """Return the cache for measured light; none with a wavefront, which is faster than the disk."""
+    """Return the cache for measured light, or none in a wavefront variant, which beats the disk."""
     import mitsuba as mi
 
     return no_keep if is_wavefront(mi) else cache.prefixed(prefix)
@@ -124,7 +124,7 @@ def skin_light(job: BakeJob, cache: BakeCache, progress: PartProgress, end: floa
 
 
 def light_share(job: BakeJob, views: int) -> float:
-    """Estimate the share of the work for the light, as opposed to the views, for the time left."""
+    """Estimate the fraction of the time that the light takes, as opposed to the views."""
     light = job.points.count * sum(job.shadow_rays)
     paths = len(job.pixels) * job.quality.paths * _RAYS_IN_PATH
     glints = len(job.pixels) * job.quality.glints * job.count

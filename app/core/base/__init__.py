@@ -1,1 +1,1 @@
-"""Angles, colour, files, images, errors and progress, shared by all packages of core."""
+"""Angles, colour, files, images, errors and progress, shared by all packages in core."""

@@ -1,7 +1,7 @@
 """Angles about the vertical: wrapping, the turns of the search grid, and the names of directions.
 
-All angles are in degrees. A turn is the sitter's rotation, positive clockwise seen from above; 0
-faces the panorama's centre column.
+All angles are in degrees. A turn is the sitter's rotation, positive clockwise as seen from above.
+At turn 0 the sitter faces the panorama's centre column.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ import math
 from typing import Final, Literal, TypeAlias
 
 TURNS: Final = 64
-"""Number of turns in the search grid: one per column of a 64 x 32 environment, 5.625 degrees apart.
-"""
+"""Number of turns in the search grid, one for each column of a 64 x 32 environment."""
 
 _NO_TURN_DEG = 0.05  # shown as 0.0 in a table with one decimal
 
@@ -23,7 +22,7 @@ Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 def wrap(angle_deg: float) -> float:
     """Wrap an angle into (-180, 180].
 
-    The result is exact: nothing is rounded, and ``wrap(-a) == -wrap(a)`` away from 180.
+    The result is exact, without rounding, and ``wrap(-a) == -wrap(a)`` unless the result is 180.
 
     Args:
         angle_deg: Any finite angle, in degrees.
@@ -53,7 +52,7 @@ def difference(a_deg: float, b_deg: float) -> float:
 
 
 def turn_of_index(index: float, count: int = TURNS) -> float:
-    """Return the turn of an index of the search grid.
+    """Return the turn at an index of the search grid.
 
     Returns:
         360 * index / count in (-180, 180], in degrees.
@@ -72,7 +71,7 @@ def direction(turn_deg: float) -> str:
         turn_deg: Turn, in degrees.
 
     Returns:
-        ``clockwise`` (positive), ``counter-clockwise``, or ``none`` below 0.05 degrees.
+        ``clockwise`` (positive), ``counter-clockwise``, or ``none`` for less than 0.05 degrees.
 
     Examples:
         >>> direction(12.0), direction(-12.0), direction(0.0), direction(180.0)
@@ -85,7 +84,7 @@ def direction(turn_deg: float) -> str:
 
 
 def arc_width(arc_deg: tuple[float, float]) -> float:
-    """Return the width of an arc, clockwise from its first end to its second, 0 to 360 degrees.
+    """Return the width in degrees, 0 to 360, of an arc that runs clockwise between its ends.
 
     Examples:
         >>> arc_width((170.0, -170.0)), arc_width((-180.0, 180.0))
@@ -96,12 +95,12 @@ def arc_width(arc_deg: tuple[float, float]) -> float:
 
 
 def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tuple[float, float]:
-    """Return the point of a turn on a circle seen from above: turn 0 is up, positive is clockwise.
+    """Return the point that marks a turn on a circle seen from above, with turn 0 at the top.
 
     Args:
-        centre: (x, y), y down.
-        radius: In the unit of `centre`.
-        turn_deg: Turn, in degrees.
+        centre: (x, y), with y pointing down.
+        radius: Radius, in the unit of `centre`.
+        turn_deg: Turn, in degrees, positive clockwise.
 
     Examples:
         >>> at_turn((10.0, 10.0), 5.0, 90.0)
@@ -112,11 +111,11 @@ def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tupl
 
 
 def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
-    """Return whether an angle is on an arc, clockwise from its first end to its second.
+    """Return whether an angle lies on an arc that runs clockwise between its ends.
 
     Args:
         angle_deg: Angle, in degrees.
-        arc_deg: (from, to), in degrees, going clockwise; may wrap. (-180, 180) is the whole circle.
+        arc_deg: (start, stop), in degrees; the arc may wrap. (-180, 180) is the whole circle.
 
     Examples:
         >>> lies_on_arc(179.0, (170.0, -170.0)), lies_on_arc(0.0, (170.0, -170.0))
@@ -135,7 +134,7 @@ def whole(turn_deg: float) -> int:
         turn_deg: Any finite turn, in degrees, positive clockwise.
 
     Returns:
-        In (-180, 180]; `whole` of the mirrored turn is the mirrored number, away from 180.
+        Degrees in (-180, 180]. ``whole(-t) == -whole(t)`` unless the result is 180.
 
     Examples:
         >>> whole(96.2), whole(-179.7), whole(-0.3), whole(200.0)
@@ -148,11 +147,11 @@ def direction_of(turn_deg: float) -> Direction:
     """Return the direction of a turn, after rounding it to whole degrees.
 
     Args:
-        turn_deg: Deg, positive clockwise.
+        turn_deg: Turn, in degrees, positive clockwise.
 
     Returns:
-        ``clockwise``, ``counter-clockwise``, or ``none`` for a turn that rounds to 0°. 180° is
-            clockwise.
+        ``clockwise``, ``counter-clockwise``, or ``none`` for a turn that rounds to 0°. A turn of
+        180° counts as clockwise.
 
     Examples:
         >>> direction_of(12.0), direction_of(-12.0), direction_of(0.4), direction_of(-180.0)
@@ -168,10 +167,11 @@ def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
     """Return the ends of an arc in whole degrees.
 
     Args:
-        arc_deg: (from, to), in degrees, going clockwise; may wrap. (-180, 180) is the whole circle.
+        arc_deg: (start, stop), in degrees, clockwise; the arc may wrap. (-180, 180) is the whole
+            circle.
 
     Returns:
-        tuple of int or None. Both in (-180, 180], or None for the whole circle.
+        The two ends, each in (-180, 180], or None for the whole circle.
     """
     start, stop = arc_deg
     if stop - start >= 360.0:

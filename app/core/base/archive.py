@@ -1,4 +1,4 @@
-"""Read and write ``.npz`` files with a size limit, no pickles, and errors that users can read.
+"""Read and write ``.npz`` files with a size limit, no pickles and errors that users understand.
 
 A *sealed* file also holds a JSON header with a version and the checksum of the arrays.
 """
@@ -30,7 +30,7 @@ CONTRADICTIONS: Final = (
     TypeError,
     ValueError,
 )
-"""Exceptions from reading an untrusted header, since JSON can nest deeply and contain any type."""
+"""Exceptions that an untrusted header may cause, since JSON can nest deeply and hold any type."""
 
 MAX_BYTES: Final = 1 << 28
 Store: TypeAlias = "Callable[[dict[str, NDArray[Any]]], dict[str, NDArray[Any]]]"
@@ -38,20 +38,20 @@ Restore: TypeAlias = "Callable[[dict[str, Any], dict[str, NDArray[Any]]], dict[s
 
 
 def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict[str, NDArray[Any]]:
-    """Read all arrays of a file.
+    """Read all arrays in an ``.npz`` file.
 
     Args:
-        noun, hint: Name of the file's kind and advice, for error messages.
-        most: Size limit, packed and unpacked, in bytes.
+        noun, hint: Word for this kind of file, and advice, both for error messages.
+        most: Size limit in bytes, both packed and unpacked.
 
     Raises:
-        TransportError: If the file is missing, too large, damaged, or of another kind.
+        TransportError: If the file is missing, too large, damaged or of another kind.
     """
     missing = os_errors_as(
         TransportError, tr("There is no {noun} at {path}."), hint, noun=noun, path=path
     )
     with missing, open_file(path) as stream:
-        # Files of the system, such as those in /proc, may hold more than their size states.
+        # System files, such as those in /proc, may hold more than their stated size.
         raw = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
         fits = len(raw) <= most
     try:
@@ -61,7 +61,7 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
                 fits = sum(entry.file_size for entry in archive.infolist()) <= most
         if fits:
             with np.load(io.BytesIO(raw), allow_pickle=False) as file_arrays:
-                # Entries that are not arrays come out as raw bytes.
+                # NumPy returns entries that are not arrays as raw bytes.
                 return {name: _array(file_arrays[name]) for name in file_arrays.files}
     # A damaged zip fails in many ways: bad sizes, bad flags, unknown methods.
     except Exception as error:
@@ -79,12 +79,12 @@ def write_sealed(
     packing: int = zipfile.ZIP_DEFLATED,
     store: Store = dict,
 ) -> str:
-    """Write arrays and a header with their checksum atomically; return the checksum.
+    """Write arrays and a header with their checksum atomically, and return the checksum.
 
     Args:
-        arrays: By name; none may be called "header".
-        packing: As for `write_arrays`.
-        store: Converts the arrays for storage; the checksum is that of the originals.
+        arrays: Arrays by name, none of which may be "header".
+        packing: As in `write_arrays`.
+        store: Function that converts the arrays for storage. The checksum is that of the originals.
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
@@ -96,12 +96,16 @@ def write_sealed(
 def write_arrays(
     path: Path, arrays: Mapping[str, NDArray[Any]], packing: int = zipfile.ZIP_STORED
 ) -> None:
-    """Write arrays to an ``.npz`` file atomically; raises the errors of `atomic_write_bytes`.
+    """Write arrays to an ``.npz`` file atomically.
 
     Args:
-        packing: A constant of `zipfile`: ``ZIP_LZMA`` makes the smallest files, slowly.
+        packing: Compression method from `zipfile`. ``ZIP_LZMA`` makes the smallest files but is
+            slow.
+
+    Raises:
+        CoreError: As `atomic_write_bytes` does.
     """
-    # In memory: a zip file would report a full disk a second time when it is collected.
+    # Built in memory, since a zip file on a full disk would fail again when garbage-collected.
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", packing) as archive:
         for name, values in arrays.items():
@@ -124,15 +128,15 @@ def read_sealed(
     """Read a sealed file.
 
     Args:
-        noun, hint: Name of the file's kind and advice, for error messages.
-        version, oldest: Newest and oldest version that can be read.
+        noun, hint: Word for this kind of file, and advice, both for error messages.
+        version, oldest: Newest and oldest versions that can be read.
         names: Arrays to read, or None for all.
-        most: Size limit, packed and unpacked, in bytes.
-        restore: Inverse of `write_sealed`'s `store`; also receives the header.
+        most: Size limit in bytes, both packed and unpacked.
+        restore: Inverse of the `store` of `write_sealed`. It also receives the header.
 
     Returns:
-        header: Only the version and checksum are checked.
-        arrays: By name; their types and shapes are not checked.
+        header: The header, of which only the version and the checksum have been checked.
+        arrays: The arrays by name, with unchecked types and shapes.
 
     Raises:
         TransportError: If the file is missing, too large, damaged, newer or older than the readable
@@ -168,10 +172,10 @@ def read_sealed(
 
 
 def parse_header(raw: NDArray[Any]) -> dict[str, Any]:
-    """Parse an untrusted JSON header; raises one of `CONTRADICTIONS` if it is invalid."""
+    """Parse an untrusted JSON header, or raise one of `CONTRADICTIONS` if it is invalid."""
     header = json.loads(raw.tobytes().decode())
     if not isinstance(header, dict):
-        raise TypeError("the header is not a table")
+        raise TypeError("the header is not a JSON object")
     return header
 
 
@@ -182,7 +186,7 @@ def _array(value: object) -> NDArray[Any]:
 
 
 def digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Return the SHA-256 of arrays, over their names, types, shapes and values."""
+    """Return the SHA-256 checksum of the names, types, shapes and values of arrays."""
     total = hashlib.sha256()
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])

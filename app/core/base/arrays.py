@@ -1,4 +1,4 @@
-"""Array types by dtype; docstrings state the shapes."""
+"""Array types by dtype. Docstrings state the shapes."""
 
 from typing import Any, TypeAlias
 

@@ -22,17 +22,17 @@ _LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
 _BLOCK: Final = 1 << 20  # bytes
 _PLACE: Final = "place.json"
 _DEEPEST: Final = 4  # folder levels inside a place
-# These flags exist only on POSIX systems. Opening a pipe must not wait for its writer.
+# Each flag exists only on some systems. Opening a pipe must not wait for its writer.
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def open_file(path: Path | str) -> io.BufferedReader:
-    """Open a regular file for reading; pipes and devices could block or never end.
+    """Open a regular file for reading, but no pipe or device, which could block or never end.
 
-    Reading raises it for system files that have no content yet, such as /proc/kmsg.
+    Reading from a system file that has no content yet, such as /proc/kmsg, also raises `OSError`.
 
     Raises:
-        OSError: If it cannot be opened, or is a folder, pipe, socket or device.
+        OSError: If the file cannot be opened, or is a folder, pipe, socket or device.
     """
     handle = os.open(path, os.O_RDONLY | _NO_WAIT)
     mode = os.fstat(handle).st_mode
@@ -45,7 +45,7 @@ def open_file(path: Path | str) -> io.BufferedReader:
 
 
 class _Readable(io.FileIO):
-    """A file that never waits for its content; reading raises `OSError` instead."""
+    """A file that never waits for its content, but raises `OSError` instead."""
 
     def readinto(self, buffer: Any, /) -> int:
         count = super().readinto(buffer)
@@ -65,11 +65,11 @@ def _no_file(name: str | bytes | None) -> OSError:
 
 
 def check_target(path: Path | str) -> Path:
-    """Check that a file can be written, before minutes are spent on computing it.
+    """Check that a file can be written before minutes are spent on computing its content.
 
     Raises:
-        CoreError: If it is a folder, a device or write-protected, or its folder is missing or not
-            writable.
+        CoreError: If the path is a folder, a device or write-protected, or its folder is missing or
+            not writable.
     """
     target = Path(path)
     folder = target.parent
@@ -80,12 +80,12 @@ def check_target(path: Path | str) -> Path:
             mode = stat.S_IFREG
     if stat.S_ISDIR(mode):
         raise CoreError(
-            tr("Cannot write {target}: it is a folder.", target=target), tr("Give a file name.")
+            tr("Cannot write {target}: it is a folder.", target=target), tr("Add a file name.")
         )
     if not stat.S_ISREG(mode):
         raise CoreError(
             tr("Cannot write {target}: it is not an ordinary file.", target=target),
-            tr("Give another file name."),
+            tr("Choose another file name."),
         )
     if not folder.is_dir():
         raise CoreError(
@@ -106,7 +106,7 @@ def check_target(path: Path | str) -> Path:
             tr("Choose another folder."),
         ) from PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
     if target.exists() and not os.access(target, os.W_OK):
-        # Its folder would allow replacing it, but somebody has write-protected the file.
+        # Its folder would allow the file to be replaced, but somebody has write-protected it.
         raise CoreError(
             tr("Cannot write {target}: the file is write-protected.", target=target),
             tr("Choose another name."),
@@ -115,7 +115,7 @@ def check_target(path: Path | str) -> Path:
 
 
 def is_private(path: Path | str) -> bool:
-    """Return whether a path must be private: in the data folder, or in a place stored elsewhere."""
+    """Return whether a path must be private, as in the data folder or in a place elsewhere."""
     full = Path(os.path.realpath(path))
     if full.is_relative_to(os.path.realpath(user_data())):
         return True
@@ -123,13 +123,13 @@ def is_private(path: Path | str) -> bool:
 
 
 def make_folder(folder: Path, *, private: bool | None = None) -> None:
-    """Create a folder and its missing parents; an existing one is left unchanged.
+    """Create a folder and its missing parents, leaving existing folders unchanged.
 
     Args:
-        private: Whether only the user may enter it, or None to follow `is_private`.
+        private: Whether only the user may open the folder, or None to follow `is_private`.
 
     Raises:
-        OSError: If it cannot be made.
+        OSError: If the folder cannot be created.
     """
     missing = []
     for each in (folder, *folder.parents):
@@ -146,25 +146,25 @@ def make_folder(folder: Path, *, private: bool | None = None) -> None:
 
 
 def file_opener(path: str, flags: int) -> int:
-    """Open a file as an `opener` for `open`; only the user can read a private file."""
+    """Open a file as the `opener` of `open`, so that only the user can read a private file."""
     return os.open(path, flags, 0o600 if is_private(path) else 0o666)
 
 
 def atomic_write(
     path: Path | str, writer: Callable[[Path], object], *, private: bool | None = None
 ) -> None:
-    """Write a file atomically: either all of it, or nothing.
+    """Write a file atomically, so that a failure never leaves a partial file.
 
     `writer` fills a temporary file in the same folder, which is then flushed to disk and renamed
     over `path`. If anything fails, the temporary file is removed and the old file stays as it was.
 
     Args:
-        writer: Receives the path of an empty temporary file. It has the suffix of `path`, since
-            image libraries choose the format by it.
-        private: Whether only the user may read it, or None to follow `is_private`.
+        writer: Function that receives the path of an empty temporary file. The file has the suffix
+            of `path`, by which image libraries choose the format.
+        private: Whether only the user may read the file, or None to follow `is_private`.
 
     Raises:
-        CoreError: If the folder is missing or not writable, or the disk fails (full, gone).
+        CoreError: If the folder is missing or not writable, or the disk is full or disconnected.
     """
     target = check_target(path)
     own = is_private(target) if private is None else private
@@ -183,7 +183,7 @@ def atomic_write(
 
 
 def atomic_write_bytes(path: Path | str, data: bytes, *, private: bool | None = None) -> None:
-    """Write bytes atomically; arguments and errors as in `atomic_write`."""
+    """Write bytes atomically, with the arguments and errors of `atomic_write`."""
     atomic_write(path, lambda temporary: temporary.write_bytes(data), private=private)
 
 
@@ -207,10 +207,10 @@ def words_of(error: OSError | ValueError) -> str:
 def os_errors_as(
     kind: Callable[[str, str], Exception], sentence: str, hint: str = "", **values: object
 ) -> Iterator[None]:
-    """Convert an `OSError` in the block to one of the program's own errors.
+    """Convert an `OSError` or `ValueError` in the block to one of the program's own errors.
 
-    `sentence` is translated but not formatted: `values` fill its placeholders, and {reason} is the
-    system's message.
+    `sentence` is already translated but not yet formatted. `values` fill its placeholders, and
+    {reason} becomes the system's message.
 
     Examples:
         >>> with os_errors_as(CoreError, tr("There is no {name}: {reason}."), name="x"):
@@ -228,11 +228,11 @@ class DiskTrouble(Enum):
     """Reason why a file could not be written."""
 
     FULL = "full"
-    LOCKED = "locked"  # nothing may be written there
+    LOCKED = "locked"  # read-only, or no permission to write
 
 
 def disk_trouble(error: BaseException) -> DiskTrouble | None:
-    """Return the reason for a disk error, from the codes of its causes; None for other errors."""
+    """Return the disk's reason for an error, or None if the disk did not cause the error."""
     codes = {one.errno for one in _causes(error) if isinstance(one, OSError)}
     if codes & _NO_ROOM:
         return DiskTrouble.FULL
@@ -242,7 +242,7 @@ def disk_trouble(error: BaseException) -> DiskTrouble | None:
 def write_trouble(path: Path, size: int) -> OSError | None:
     """Return the system's error for appending `size` bytes to a file, or None if there is none.
 
-    Image libraries report a failure without the system's error code.
+    It finds the reason for a failure that an image library reports without the system's code.
     """
     block = bytes(min(size, _BLOCK))
     try:
@@ -257,7 +257,7 @@ def write_trouble(path: Path, size: int) -> OSError | None:
 
 
 def is_full(error: BaseException) -> bool:
-    """Return whether the disk was full."""
+    """Return whether a full disk caused an error."""
     return disk_trouble(error) is DiskTrouble.FULL
 
 
@@ -286,7 +286,7 @@ def _temporary_beside(target: Path, *, private: bool) -> Path:
         handle, name = tempfile.mkstemp(prefix=f".{stem}-", suffix=target.suffix, dir=folder)
         os.close(handle)
         temporary = Path(name)
-        # mkstemp makes the file private, but a result is an ordinary file.
+        # mkstemp makes the file private, but most results need ordinary permissions.
         mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask()
         temporary.chmod(mode & 0o600 | 0o600 if private else mode)
     except OSError as error:
@@ -307,7 +307,7 @@ def _flush(path: Path) -> None:
 
 
 def flush_folder(folder: Path) -> None:
-    """Flush a rename to disk; does nothing on Windows, which cannot open a folder."""
+    """Flush a rename to disk, except on Windows, which cannot open a folder."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

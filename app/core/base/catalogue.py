@@ -1,7 +1,7 @@
 """Translate whole sentences with placeholders, through gettext catalogues.
 
-The source is in English: a sentence is its own key. A translation is a `turnlight.mo` under
-`resources/locale/LANGUAGE/LC_MESSAGES/`; none ships yet, and `pybabel extract` writes the template
+The source is in English, and each sentence is its own key. A translation is a `turnlight.mo` file
+in `resources/locale/LANGUAGE/LC_MESSAGES/`. None ships yet; `pybabel extract` writes the template
 for translators. The language `test` is derived from the English sentences: accented, 40% longer
 and in brackets, to reveal text that is cut off, glued together or not translated.
 
@@ -41,7 +41,7 @@ class PseudoLanguage(gettext.NullTranslations):
 
 
 def stretched(message: str) -> str:
-    """Convert English to the language `test`; placeholders and tags stay as they are.
+    """Convert English to the language `test`, leaving placeholders and tags unchanged.
 
     Examples:
         >>> stretched("Turn {turn} clockwise")
@@ -59,7 +59,11 @@ _speaks: gettext.NullTranslations = gettext.NullTranslations()
 
 
 def speak(language: str, folder: Path) -> None:
-    """Set the language; raise `OSError` if the folder has no catalogue for it."""
+    """Set the language.
+
+    Raises:
+        OSError: If the folder has no catalogue for the language.
+    """
     global _speaks
     if language == "en":
         _speaks = gettext.NullTranslations()
@@ -80,7 +84,7 @@ def tr(sentence: str, /, **values: object) -> str:
 
 
 def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
-    """Translate a sentence, in the singular or plural form for its `{count}`.
+    """Translate a sentence in the singular or plural form that its `{count}` requires.
 
     Examples:
         >>> tr_plural("{count} frame", "{count} frames", 3)
@@ -91,7 +95,7 @@ def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
 
 
 def _filled(translated: str, english: str, values: dict[str, object]) -> str:
-    """Fill in the values; use the English if the translation has other placeholders."""
+    """Fill in the values, falling back to English if the translation has other placeholders."""
     if not values:
         return translated
     fill: Callable[..., str] = translated.format

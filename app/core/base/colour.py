@@ -1,7 +1,7 @@
 """Colour and tone: luminance, the sRGB curve, exposure and tone mapping.
 
-All internal values are linear light with Rec. 709 primaries. Only pictures for display (a PNG) pass
-through `tone_map`.
+All internal values are linear light with Rec. 709 primaries. Only pictures for display, such as PNG
+files, pass through `tone_map`.
 """
 
 from __future__ import annotations
@@ -17,30 +17,25 @@ from numpy.typing import ArrayLike, NDArray
 from app.core.base.arrays import Bytes, Float32, Float64
 
 FloatImage: TypeAlias = Float32
-"""Array of linear light, or of display values in 0..1, float32; users state the shape."""
+"""Float32 array of linear light, or of display values in 0..1. Its users state the shape."""
 
 LUMINANCE_WEIGHTS: Final[tuple[float, float, float]] = (0.2126, 0.7152, 0.0722)
-"""Weights of linear red, green and blue in luminance, Rec.
+"""Weights of linear red, green and blue in the luminance (ITU-R BT.709-6, item 3.2).
 
-709 primaries (ITU-R BT.709-6, item 3.2).
-
-They are defined only here; a transport's header repeats them for its reader.
+They are defined only here. A transport's header repeats them for readers of the file.
 """
 
 SKIN_LEVEL: Final = 0.34
 """Linear display luminance of an evenly lit face (sRGB 0.62)."""
 
 SHOULDER_START: Final = 0.55
-"""Linear value up to which pictures stay unchanged; 1 = display white."""
+"""Linear value up to which `shoulder` leaves pictures unchanged, where 1 is display white."""
 
 REC709: Final = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
-"""Chromaticities x, y of red, green, blue and white (ITU-R BT.709-6, item 1.3)."""
+"""The x and y chromaticities of red, green, blue and white (ITU-R BT.709-6, item 1.3)."""
 
 FADE: Final = 2.0
-"""Distance above `SHOULDER_START`, in linear display values, at which a colour is halfway to white.
-
-
-"""
+"""Linear display value above `SHOULDER_START` at which a colour has faded halfway to white."""
 _BRADFORD: Final = np.array(
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
 )
@@ -77,21 +72,19 @@ def luminance(rgb: ArrayLike) -> FloatImage:
 
 
 def rec709_from(chromaticities: Sequence[float]) -> Float64:
-    """Return the matrix that converts linear colours of other primaries to Rec.
+    """Return the matrix from linear colours of other primaries to Rec. 709, white to white.
 
-    709, white to white.
-
-    Primaries by SMPTE RP 177-1993, section 3.3; whites adapted in Bradford's cone space
-    (ICC.1:2022, annex E).
+    The primaries are converted as in SMPTE RP 177-1993, section 3.3, and the white points are
+    adapted in Bradford's cone space (ICC.1:2022, annex E).
 
     Args:
-        chromaticities: x and y of red, green, blue and white, 8 numbers.
+        chromaticities: The x and y of red, green, blue and white: 8 numbers.
 
     Returns:
-        (3, 3) float64. Multiplies columns of red, green, blue.
+        (3, 3) float64. The matrix, for column vectors of red, green and blue.
 
     Raises:
-        ValueError: If the primaries are impossible.
+        ValueError: If the chromaticities do not define a colour space.
     """
     source, white = _xyz_from(chromaticities)
     target, target_white = _xyz_from(REC709)
@@ -110,10 +103,10 @@ def to_rec709(light: FloatImage, chromaticities: Sequence[float]) -> None:
 
 
 def _xyz_from(chromaticities: Sequence[float]) -> tuple[Float64, Float64]:
-    """Return the XYZ of the primaries, one per column, and of the white, with Y = 1."""
+    """Return the XYZ of the primaries, one per column, and that of white, whose Y is 1."""
     xy = np.asarray(chromaticities, np.float64)
     if xy.shape != (8,) or not np.isfinite(xy).all() or np.abs(xy).max() > _FARTHEST_XY:
-        raise ValueError("chromaticities are eight numbers")
+        raise ValueError("chromaticities must be eight plausible numbers")
     x, y = xy.reshape(4, 2).T
     if abs(y[3]) < _LEAST_Y:
         raise ValueError("white has no luminance")
@@ -177,7 +170,7 @@ def shoulder(linear: ArrayLike) -> FloatImage:
     Value and slope are continuous, so no edge is visible where the shoulder starts.
 
     Returns:
-        Float32, same shape. Linear light in 0..1, never decreasing in the input.
+        Float32, same shape. Linear light in 0..1, which never decreases as the input increases.
 
     Examples:
         >>> [round(float(value), 3) for value in shoulder([0.2, 0.55, 1.0, 100.0])]
@@ -202,7 +195,7 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
         face_luminance: array_like. Luminance of the face pixels only, any shape and scale.
 
     Returns:
-        Factor for the linear picture; 1 where the face is black.
+        Factor for the linear picture, or 1 if the face is black.
 
     Examples:
         >>> round(face_exposure([2.0, 2.0]), 3)
@@ -220,16 +213,16 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
 
 
 def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> float:
-    """Return the gain that displays a panorama: middle tone at `level`, most of it below white.
+    """Return the gain that shows a panorama's middle tone at `level`, and most of it below white.
 
-    The middle tone is the mean of the logarithm over the sphere. The gain is lower if more than a
+    The middle tone is the geometric mean over the sphere. The gain is lower if more than a
     fifth of the sphere would otherwise be brighter than 0.6 (a white floor under a black ceiling).
 
     Args:
         radiance_luminance: array_like, (H, W). Luminance of an equirectangular panorama, any scale.
 
     Returns:
-        Factor for the linear panorama; 1 where it is black.
+        Factor for the linear panorama, or 1 if the panorama is black.
     """
     # A few thousand texels are enough.
     full = np.asarray(radiance_luminance, dtype=np.float64)
@@ -243,7 +236,7 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
     top = float(tones.max())
     if top <= 0.0:
         return 1.0
-    # Clamp the blackest texels from below, and in a black place all texels except the lamps.
+    # Raise the blackest texels to this floor, and in a black place all texels except the lamps.
     floor = 1e-3 * (bright if bright > 0.0 else top)
     middle = float(np.exp(np.average(np.log(np.maximum(tones, floor)), weights=weights)))
     return min(level / middle, _BRIGHT_LEVEL / bright) if bright > 0.0 else level / middle
@@ -256,7 +249,7 @@ def to_bytes(display: ArrayLike) -> Bytes:
         display: array_like, any shape. Display values in 0..1; values outside are clipped.
 
     Returns:
-        Bytes, same shape. 0..255.
+        Uint8, same shape. Values in 0..255.
     """
     values = np.clip(np.asarray(display, dtype=np.float32), 0.0, 1.0)
     return (values * 255.0 + 0.5).astype(np.uint8)
@@ -275,7 +268,7 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     Returns:
         Float32, (..., 3). Linear display light in 0..1.
     """
-    # In double precision: a huge picture times a tiny gain can be an ordinary number.
+    # In double precision, since a huge value times a tiny gain can be an ordinary number.
     product = np.asarray(rgb, dtype=np.float64) * gain
     exposed = np.clip(product, 0.0, 1e4).astype(np.float32)
     largest = exposed.max(axis=-1, keepdims=True)
@@ -306,7 +299,7 @@ def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
         table: One entry for each code: (256,) or (65536,).
 
     Returns:
-        The shape of `index`, and the type of `table`.
+        An array with the shape of `index` and the type of `table`.
     """
     if index.dtype == np.uint8 or wide_tables():
         return np.asarray(cv2.LUT(index, table))
@@ -315,7 +308,10 @@ def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
 
 @cache
 def wide_tables() -> bool:
-    """Return whether OpenCV has 16-bit lookup tables (since version 5), ten times faster."""
+    """Return whether OpenCV has 16-bit lookup tables, as it does since version 5.
+
+    They are ten times faster than NumPy's `take`.
+    """
     try:
         cv2.LUT(np.zeros((1, 1), np.uint16), np.zeros(65536, np.uint8))
     except cv2.error:

@@ -1,7 +1,7 @@
-"""Errors that the user can act on: one clear sentence, and a hint if there is one.
+"""Errors that the user can act on, each with one clear sentence and perhaps a hint.
 
 None of them derives from `RuntimeError`, so that no job runner mistakes one for its own failure.
-The user never sees a traceback: `app.cli` prints the sentence.
+The user never sees a traceback, since `app.cli` prints the sentence instead.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from app.core.base.catalogue import tr
 
 
 class CoreError(Exception):
-    """An error that the user can act on: one sentence, and a hint.
+    """An error that the user can act on, with one sentence and perhaps a hint.
 
     Args:
-        hint: What the user can do, as a second sentence; may be empty.
+        hint: What the user can do, as a second sentence, or "" if there is no advice.
 
     Examples:
         >>> print(CoreError("The file is empty.", "Copy it again."))

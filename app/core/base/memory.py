@@ -14,10 +14,7 @@ _WORDS: Final = (
     *("can't start new thread", "failed to map segment", "out of memory", "could not allocate"),
     *("thread-local", "not enough memory", "unable to allocate", "can't allocate"),
 )
-"""Phrases by which libraries report that memory has run out, also for a thread or a shared library.
-
-
-"""
+"""Phrases with which libraries report that memory has run out, in lower case."""
 
 _MEGABYTE: Final = 1 << 20
 
@@ -27,7 +24,7 @@ class MemoryShort(CoreError):
 
     def __init__(self) -> None:
         super().__init__(
-            tr("There is not enough memory for this."),
+            tr("There is not enough memory to do this."),
             tr("Close other programs, or use a smaller file."),
         )
 
@@ -54,13 +51,13 @@ def says_memory_short(words: str) -> bool:
 def check_limit(least: int) -> None:
     """Refuse to start with less address space than the libraries need.
 
-    Some of them abort the process when it runs out.
+    Some libraries abort the process when address space runs out.
 
     Args:
         least: Bytes needed.
 
     Raises:
-        CoreError: With both numbers.
+        CoreError: If the limit is lower than `least`. The message states both.
     """
     if sys.platform == "win32":
         return

@@ -1,8 +1,8 @@
 """Convert file names and numbers for C and C++ libraries.
 
-OpenCV, OpenImageIO, FFmpeg, Qt and Mitsuba expect file names in UTF-8. On Linux a name may be any
-bytes, so such a file is opened through a link with a plain name. No other module passes file names
-to these libraries.
+OpenCV, OpenImageIO, FFmpeg, Qt and Mitsuba expect file names in UTF-8. On Linux a name may contain
+any bytes, so a file whose name is not UTF-8 is opened through a link with a plain name. No other
+module passes file names to these libraries.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ def native_path(path: Path | str) -> str:
     """Return a path that a C or C++ library can open.
 
     Returns:
-        The path itself if it is text. Otherwise returns a link to it that lasts until the program
-        ends, because some libraries reopen a file while they read it.
+        The path itself if it is UTF-8 text. Otherwise, a link to the file that lasts until the
+        program ends, because some libraries reopen a file while they read it.
 
     Raises:
-        OSError: If the name is not text and the system cannot make links.
+        OSError: If the name is not UTF-8 text and the system cannot create links.
     """
     name = os.fspath(path)
     if _is_plain(name):
@@ -42,7 +42,7 @@ def native_path(path: Path | str) -> str:
     whole = os.path.abspath(name)
     folder, last = os.path.split(whole)
     try:
-        # One link for a whole folder, since files to be written do not exist yet.
+        # Link the whole folder, since a file that is about to be written does not exist yet.
         if _is_plain(last):
             return os.path.join(_link_to(folder), last)
         return _link_to(whole)
@@ -79,7 +79,7 @@ def _links() -> str:
 
 
 def path_in_url(url: bytes) -> Path:
-    """Return the path in an encoded file URL, whatever bytes its name has.
+    """Return the path in an encoded file URL, whatever bytes the file's name contains.
 
     Examples:
         >>> path_in_url(b"file:///tmp/caf%C3%A9.mp4").as_posix()
@@ -89,7 +89,7 @@ def path_in_url(url: bytes) -> Path:
 
 
 def url_of(path: Path) -> bytes:
-    """Return the encoded file URL of an absolute path, whatever bytes its name has.
+    """Return the encoded file URL of a path, whatever bytes the file's name contains.
 
     Examples:
         >>> url_of(Path("/tmp/café.mp4"))
@@ -102,7 +102,7 @@ def path_from_library(name: str) -> Path:
     """Return the path for a name in which a library replaced undecodable bytes with U+FFFD.
 
     Returns:
-        The first of several matching files, or the path as named if none matches.
+        The first matching file, or the path as named if no file matches.
     """
     # Qt reads names as UTF-8 even if the system's locale has another encoding.
     path = Path(name if os.name == "nt" else os.fsdecode(name.encode("utf-8", "surrogateescape")))
@@ -123,5 +123,5 @@ def _entry(folder: Path, stem: str) -> Path:
 
 
 def plain_numbers() -> None:
-    """Reset the C locale's decimal point, which Qt changes to the user's."""
+    """Reset the C locale's decimal separator to a point, since Qt changes it to the user's."""
     locale.setlocale(locale.LC_NUMERIC, "C")

@@ -16,14 +16,14 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 def resources(package: Path = _PACKAGE) -> Path:
     """Return the folder with heads, styles, transports and demo scenes.
 
-    In a clone it is ``resources/`` beside the package; in an installed wheel it is ``_resources/``
-    inside it.
+    In a clone the folder is ``resources/`` beside the package; in an installed wheel it is
+    ``_resources/`` inside the package.
 
     Raises:
-        CoreError: If neither exists: the installation is damaged.
+        CoreError: If neither folder exists, because the installation is damaged.
     """
-    # The wheel's folder comes first: "resources" beside an installed package may belong to another
-    # one.
+    # Try the wheel's folder first, since "resources" beside an installed package may belong to
+    # another package.
     for folder in (package / "_resources", package.parent / "resources"):
         if folder.is_dir():
             return folder
@@ -43,16 +43,16 @@ def user_data(
 ) -> Path:
     """Return the folder for the user's styles and settings, without creating it.
 
-    ``TURNLIGHT_HOME`` overrides it. Otherwise it is ``turnlight`` in the platform's usual
-    place: ``%LOCALAPPDATA%`` on Windows, ``~/Library/Application Support`` on macOS,
-    ``$XDG_DATA_HOME`` or ``~/.local/share`` elsewhere.
+    The environment variable ``TURNLIGHT_HOME`` overrides the default, which is ``turnlight`` in the
+    platform's usual place: ``%LOCALAPPDATA%`` on Windows, ``~/Library/Application Support`` on
+    macOS, and ``$XDG_DATA_HOME`` or ``~/.local/share`` elsewhere.
     """
     env = os.environ if environ is None else environ
     if env.get("TURNLIGHT_HOME"):
         return Path(env["TURNLIGHT_HOME"])
     base = Path.home() if home is None else home
     if platform == "win32":
-        # Not Roaming: photos of people must not be copied to a company's servers.
+        # Not Roaming, since photos of people must not be copied to a company's servers.
         return Path(env.get("LOCALAPPDATA") or base / "AppData" / "Local") / "turnlight"
     if platform == "darwin":
         return base / "Library" / "Application Support" / "turnlight"
@@ -60,7 +60,7 @@ def user_data(
 
 
 def roaming_data(environ: Mapping[str, str] | None = None, home: Path | None = None) -> Path:
-    """Return the data folder of earlier versions on Windows; it may not exist."""
+    """Return the data folder that earlier versions used on Windows, which may not exist."""
     env = os.environ if environ is None else environ
     base = Path.home() if home is None else home
     return Path(env.get("APPDATA") or base / "AppData" / "Roaming") / "turnlight"

@@ -11,7 +11,7 @@ _MOST_NAMES: Final = 3
 
 
 def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
-    """Join names into a list; if there are more than `most`, name the first and count the rest.
+    """Join names into a list, naming at most the first `most` and counting the rest.
 
     Examples:
         >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d", "e"])
@@ -29,7 +29,7 @@ def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
 
 
 def shutter_words(seconds: float) -> str:
-    """Format an exposure time as photographers do.
+    """Format an exposure time as photographers write it.
 
     Examples:
         >>> shutter_words(0.004), shutter_words(0.6), shutter_words(2.0)
@@ -51,7 +51,7 @@ def percent(share: float, digits: int = 0) -> str:
 
 
 def small_percent(share: float) -> str:
-    """Format a share that may be small as a percentage, with a decimal below 10%.
+    """Format a fraction that may be small as a percentage, with one decimal below 10%.
 
     Examples:
         >>> small_percent(0.824), small_percent(0.0637), small_percent(0.0004)

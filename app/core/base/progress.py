@@ -1,8 +1,9 @@
-"""Cancel and report long work, independent of threads and screens.
+"""Cancel long tasks and report their progress, independently of threads and of the UI.
 
-A long function takes a `Token` and a `Report`. It calls ``token.check()`` often (a few times a
-second) and ``report(fraction, progress)`` when there is something new. The caller decides on the
-thread and the display; `app.words.progress` makes the words.
+A long-running function takes a `Token` and a `Report`. It calls ``token.check()`` often (a few
+times a
+second) and ``report(fraction, progress)`` when there is progress to report. The caller chooses the
+thread and the display, and `app.words.progress` writes the text.
 """
 
 from __future__ import annotations
@@ -51,8 +52,9 @@ class Progress:
     """Progress of a long computation, as data.
 
     Attributes:
-        name: File, place or lamp that the step is about; may be empty.
-        number, count: Item number from 1, and the number of items, or 0 if nothing is counted.
+        name: File, place or lamp that the step is about, or "" if there is none.
+        number, count: Number of the current item, counted from 1, and the number of items. Both
+            are 0 if the step does not count items.
     """
 
     task: Task
@@ -62,7 +64,7 @@ class Progress:
 
 
 Report: TypeAlias = Callable[[float, Progress], None]
-"""Callable ``(fraction, progress)`` with a fraction in [0, 1]."""
+"""Function called as ``report(fraction, progress)``, with a fraction in [0, 1]."""
 
 PhraseReport: TypeAlias = Callable[[float, Progress | str], None]
 """A `Report` for code above core, which also accepts a short phrase."""
@@ -72,7 +74,7 @@ M = TypeVar("M")
 
 
 class Token:
-    """A request to stop; it cannot be withdrawn.
+    """A request to stop, which cannot be withdrawn.
 
     Setting a boolean attribute is atomic in CPython, so one thread may cancel while another
     checks; no lock is needed.
@@ -106,23 +108,23 @@ class Token:
 
 
 def silent(fraction: float, message: object) -> None:
-    """Ignore progress; the default report.
+    """Ignore the progress. This is the default report.
 
     Args:
-        fraction: Fraction of the work done, 0 to 1; ignored.
+        fraction: Fraction of the work done, 0 to 1.
     """
 
 
 def span(
     report: Callable[[float, M], None], start: float, stop: float
 ) -> Callable[[float, M], None]:
-    """Return a report for a part of the work: its 0..1 becomes ``start..stop`` of the whole.
+    """Return a report for part of the work, which maps 0..1 to ``start..stop`` of the whole.
 
     Args:
-        start, stop: Range of the part in the whole, 0 to 1.
+        start, stop: Range of the part within the whole, each 0 to 1.
 
     Returns:
-        A report for the part. Fractions outside [0, 1] are clipped.
+        The report for the part, which clips fractions to [0, 1].
 
     Examples:
         >>> half = span(lambda fraction, message: print(fraction, message), 0.5, 1.0)
@@ -141,7 +143,7 @@ T = TypeVar("T")
 
 
 class Handlers(TypedDict, Generic[T], total=False):
-    """A job's title, and the callbacks for its end, which run on the UI thread.
+    """A job's title, and the callbacks that run on the UI thread when the job ends.
 
     Exactly one of `done`, `failed` and `cancelled` is called. A failure without a handler is shown
     to the user.

@@ -1,9 +1,9 @@
-"""Warnings and notes about a result, as data; `app.words.remarks` makes the sentences.
+"""Warnings and notes about a result, as data, for which `app.words.remarks` writes the text.
 
 Each kind of remark is a frozen dataclass whose fields are the numbers and names of its sentence. A
-package keeps its remarks in `remarks.py`, or next to the result they belong to. Places save a
-remark under the names of its class and fields: after renaming either, the old name must still be
-read.
+package keeps its remarks in `remarks.py`, or next to the result they belong to. A place saves a
+remark under the names of its class and fields, so if either is renamed, the old name must still be
+readable.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
-"""Rotate panoramas: axes, directions, and the resampling of pictures and light.
+"""Rotate panoramas: axes, directions and the resampling of pictures and light.
 
-Directions are unit vectors in the panorama's axes, which are those of the head at turn 0: **+Y is
-up (elevation 90), +Z the centre column (azimuth 0, elevation 0), +X azimuth -90**, the left of the
-picture; right-handed. Azimuth a and elevation e are the direction (-sin a cos e, sin e, cos a cos
-e). A rotation is a 3 x 3 matrix R that acts on column vectors and *moves the content*: the content
+Directions are unit vectors in the panorama's axes, which are right-handed and those of the head at
+turn 0: **+Y is up (elevation 90), +Z is the centre column (azimuth 0, elevation 0), and +X is
+azimuth -90**, left of the centre. Azimuth a and elevation e give the direction (-sin a cos e,
+sin e, cos a cos e). A rotation is a 3 x 3 matrix R that acts on column vectors and *moves the
+content*: the content
 at direction d moves to direction R d.
 """
 
@@ -22,10 +23,10 @@ from app.core.base.arrays import Float32, Float64, Floats, Int64, Numbers
 Picture: TypeAlias = NDArray[np.integer[Any]] | Floats
 _Pixel = TypeVar("_Pixel", bound="np.integer[Any] | np.floating[Any]")
 
-# destination pixels per band, so that its maps stay within a few megabytes
+# destination pixels per band, so that the band's maps stay within a few megabytes
 _BAND_PIXELS: Final = 1 << 19
-_DETAIL: Final = 5  # texels: bright detail finer than this is moved texel by texel, like texels
-_LAMP: Final = np.float32(8.0)  # this many times brighter than the mean
+_DETAIL: Final = 5  # texels; bright detail finer than this is moved texel by texel
+_LAMP: Final = np.float32(8.0)  # times the mean; brighter light is moved texel by texel too
 
 
 def solid_angles(shape: tuple[int, int]) -> Float64:
@@ -35,7 +36,7 @@ def solid_angles(shape: tuple[int, int]) -> Float64:
         shape: Rows and columns (H, W).
 
     Returns:
-        Float64, (H,). Steradians per texel; H rows times W texels sum to 4 pi.
+        Float64, (H,). Steradians per texel; the sum over all H times W texels is 4 pi.
 
     Examples:
         >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
@@ -46,7 +47,10 @@ def solid_angles(shape: tuple[int, int]) -> Float64:
 
 
 def row_edges(rows: int) -> Float64:
-    """Return the sine of elevation of the row edges, (rows + 1,); exactly symmetric, 1 to -1."""
+    """Return the sine of the elevation of each row edge, (rows + 1,) float64, from 1 to -1.
+
+    The values are exactly symmetric.
+    """
     elevation = np.pi * (0.5 - np.arange(rows // 2 + 1) / rows)
     half = np.sin(elevation)
     half[0] = 1.0
@@ -80,10 +84,11 @@ def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> F
     `remap_frame` with R levels the turned camera's panorama.
 
     Args:
-        yaw_deg, pitch_deg, roll_deg: Angles in degrees: clockwise from above, up, clockwise.
+        yaw_deg, pitch_deg, roll_deg: Angles in degrees. Positive is clockwise seen from above for
+            yaw, upward for pitch, and clockwise as the camera sees it for roll.
 
     Returns:
-        (3, 3) float64. The rotation; its inverse is its transpose.
+        (3, 3) float64. The rotation, whose inverse is its transpose.
 
     Examples:
         >>> bool(np.allclose(rotation(90.0) @ direction(0.0, 0.0), direction(90.0, 0.0)))
@@ -97,14 +102,14 @@ def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> F
 
 
 def angles_of(matrix: Float64) -> tuple[float, float, float]:
-    """Return the yaw, pitch and roll of a rotation; the inverse of `rotation`.
+    """Return the yaw, pitch and roll of a rotation, inverting `rotation`.
 
     Args:
         matrix: (3, 3) float64. A rotation.
 
     Returns:
-        (yaw, pitch, roll) in degrees; yaw and roll in [-180, 180], pitch in [-90, 90]. At a pitch
-        of exactly 90 or -90 degrees roll is 0.
+        (yaw, pitch, roll) in degrees, with yaw and roll in [-180, 180] and pitch in [-90, 90]. At a
+        pitch of exactly 90 or -90 degrees, roll is 0.
 
     Examples:
         >>> [round(angle, 9) for angle in angles_of(rotation(10.0, -20.0, 30.0))]
@@ -130,7 +135,7 @@ def angle_of(matrix: Float64) -> float:
 
 
 def from_vector(vector: Float64) -> Float64:
-    """Return the rotation given by a vector, axis times angle (Rodrigues).
+    """Return the rotation matrix of a rotation vector, by Rodrigues' formula.
 
     Args:
         vector: (3,) float64. Axis times angle in radians, right-handed about the axis.
@@ -143,7 +148,7 @@ def from_vector(vector: Float64) -> Float64:
 
 
 def to_vector(matrix: Float64) -> Float64:
-    """Return the axis times the angle of a rotation; the inverse of `from_vector`.
+    """Return the rotation vector of a rotation matrix, inverting `from_vector`.
 
     Args:
         matrix: (3, 3) float64. A rotation.
@@ -156,10 +161,10 @@ def to_vector(matrix: Float64) -> Float64:
 
 
 def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
-    """Return the unit vector of an azimuth and elevation, in degrees.
+    """Return the unit vector for an azimuth and an elevation, both in degrees.
 
     Returns:
-        (3,) float64. In the panorama's axes.
+        (3,) float64. Unit vector in the panorama's axes.
     """
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
     level = math.cos(elevation)
@@ -173,7 +178,7 @@ def directions(shape: tuple[int, int]) -> Float32:
         shape: Rows and columns (H, W).
 
     Returns:
-        (H, W, 3) float32. In the panorama's axes.
+        (H, W, 3) float32. Unit vectors in the panorama's axes.
     """
     level, up, across = _row_column_parts(shape)
     result = np.empty((*shape, 3), np.float32)
@@ -191,7 +196,7 @@ def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> F
         texels: (N,) integer. Row times W plus column.
 
     Returns:
-        (N, 3) float64. In the panorama's axes.
+        (N, 3) float64. Unit vectors in the panorama's axes.
     """
     row, column = np.divmod(texels, shape[1])
     elevation = np.pi * (0.5 - (row + 0.5) / shape[0])
@@ -201,7 +206,7 @@ def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> F
 
 
 def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-    """Return the columns and rows of directions in a panorama.
+    """Return the column and row of each direction in a panorama.
 
     Args:
         vectors: (..., 3) float32 or float64. Directions of any non-zero length.
@@ -218,16 +223,16 @@ def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float3
 def remap_frame(image: Picture, matrix: Float64) -> Picture:
     """Rotate a panorama picture by bilinear sampling, seamless at the edge and the poles.
 
-    Use `rotate_light` for light: it preserves the energy.
+    Use `rotate_light` for light, since it preserves the energy. Apart from the result, only a few
+    megabytes of maps are in memory at a time.
 
     Args:
-        image: (H, W) or (H, W, C) uint8, uint16, float32 or float64. Equirectangular panorama; C up
-            to 4.
+        image: (H, W) or (H, W, C) uint8, uint16, float32 or float64. Equirectangular panorama, with
+            C up to 4.
         matrix: (3, 3) float64. Moves the content; see the module's docstring.
 
     Returns:
-        Same shape and dtype. The rotated panorama. Apart from it, only a few megabytes of maps are
-        in memory at a time.
+        The rotated panorama, with the same shape and dtype.
     """
     shape = (image.shape[0], image.shape[1])
     result = np.empty_like(image)
@@ -241,7 +246,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
 
     Lamps and small bright spots (the detail that a morphological opening removes) are moved with
     weights that preserve the solid angle of every texel exactly: bilinear gathering, with each
-    source texel divided by the solid angle that gathers it. The rest is dim or smooth, and
+    source texel divided by the solid angle that gathers it. The rest, which is dim or smooth, is
     interpolated. Near the poles, where texels are very narrow, both are first averaged to texels as
     wide as they are high. A uniform environment stays uniform.
 
@@ -250,7 +255,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
         matrix: (3, 3) float64. Moves the content; see the module's docstring.
 
     Returns:
-        (H, W, C) float32. Linear radiance in the same scale, with the same energy per channel.
+        (H, W, C) float32. Linear radiance on the same scale, with the same energy per channel.
     """
     shape = (radiance.shape[0], radiance.shape[1])
     runs = _runs(shape)
@@ -273,7 +278,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
 
 
 def _plane(first: int, second: int, angle: float) -> Float64:
-    """Return the rotation in the plane of two axes, from the first toward the second, radians."""
+    """Return the rotation by `angle` radians from the first toward the second of two axes."""
     matrix = np.eye(3)
     cosine, sine = math.cos(angle), math.sin(angle)
     matrix[first, first] = matrix[second, second] = cosine
@@ -282,7 +287,7 @@ def _plane(first: int, second: int, angle: float) -> Float64:
 
 
 def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64]:
-    """Return cosine and sine of the rows' elevation; X and Z of the columns' azimuth, (2, W)."""
+    """Return the cosine and sine of the rows' elevation, and X and Z of the columns, (2, W)."""
     height, width = shape
     elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
     azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -292,12 +297,12 @@ def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64
 def _positions(
     x: Float32, y: Float32, z: Float32, shape: tuple[int, int]
 ) -> tuple[Float32, Float32]:
-    """See `positions`; overwrites the components."""
+    """Do the work of `positions`, overwriting the components."""
     height, width = shape
     columns = np.arctan2(-x, z)
     columns *= np.float32(width / (2.0 * np.pi))
     columns += np.float32((width - 1) / 2)
-    # With the arctangent, since the arcsine loses all precision near the poles.
+    # Use the arctangent, since the arcsine loses all precision near the poles.
     x *= x
     z *= z
     x += z
@@ -325,7 +330,7 @@ def _bands(shape: tuple[int, int], matrix: Float64) -> Iterator[tuple[int, Float
 
 
 def _gather(image: Picture, columns: Float32, rows: Float32, into: Picture) -> None:
-    """Sample a panorama at positions, bilinearly, across the edge and the poles."""
+    """Sample a panorama bilinearly at positions, across its edge and its poles."""
     last = np.float32(image.shape[0] - 1)
     inside = np.clip(rows, np.float32(0.0), last)
     cv2.remap(image, columns, inside, cv2.INTER_LINEAR, dst=into, borderMode=cv2.BORDER_WRAP)
@@ -346,14 +351,14 @@ def _over_the_pole(image: Picture, columns: Float32, rows: Float32) -> Picture:
 
 
 def _total(radiance: Float32) -> Float64:
-    """Return the energy per channel; several times faster than `environment.energy`."""
+    """Return the energy per channel, several times faster than `environment.energy` does."""
     sums = cv2.reduce(radiance, 1, cv2.REDUCE_SUM, dtype=cv2.CV_64F)
     shape = (radiance.shape[0], radiance.shape[1])
     return np.asarray(solid_angles(shape) @ sums.reshape(shape[0], -1), np.float64)
 
 
 def _runs(shape: tuple[int, int]) -> Int64:
-    """Return how many texels of each row are about as wide as one is high.
+    """Return, for each row, how many texels side by side are about as wide as one is high.
 
     Each number divides the width.
     """
@@ -366,7 +371,7 @@ def _runs(shape: tuple[int, int]) -> Int64:
 
 
 def _even_runs(values: Numbers, runs: Int64) -> None:
-    """Average each row over runs of texels, in place; the sum of each row is preserved."""
+    """Average each row over runs of texels, in place, preserving the row's sum."""
     width = values.shape[1]
     for run in np.unique(runs[runs > 1]):
         rows = np.nonzero(runs == run)[0]
@@ -377,7 +382,7 @@ def _even_runs(values: Numbers, runs: Int64) -> None:
 
 
 def _opening(radiance: Float32) -> Float32:
-    """Remove bright detail narrower than `_DETAIL` texels (grey opening), across the edge."""
+    """Remove bright detail narrower than `_DETAIL` texels by grey opening, also across the edge."""
     pad = 2 * (_DETAIL // 2)
     kernel = np.ones((_DETAIL, _DETAIL), np.uint8)
     opening = cv2.morphologyEx(wrapped(radiance, pad), cv2.MORPH_OPEN, kernel)
@@ -386,7 +391,7 @@ def _opening(radiance: Float32) -> Float32:
 
 
 def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) -> None:
-    """Rotate small bright spots onto an environment, and preserve the energy of each texel."""
+    """Rotate small bright spots onto an environment, preserving the energy of each texel."""
     shape = (spots.shape[0], spots.shape[1])
     spot_mask = np.where(_brightest(spots) > 0, np.uint8(255), np.uint8(0))
     if not spot_mask.any():
@@ -395,7 +400,7 @@ def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) ->
     for start, columns, rows in _bands(shape, matrix):
         near = np.empty(rows.shape, np.uint8)
         _gather(spot_mask, columns, rows, near)
-        # One more texel all around, so that rounded positions lose none.
+        # Add one texel all around, so that rounding the positions loses no spot.
         row, column = np.nonzero(cv2.dilate(near, np.ones((3, 3), np.uint8)))
         maps.append((row + start, column, columns[row, column], rows[row, column]))
     row, column, columns, rows = (np.concatenate(parts) for parts in zip(*maps, strict=True))
@@ -413,7 +418,10 @@ def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) ->
 
 
 def _brightest(radiance: Float32) -> Float32:
-    """Return the largest channel, (H, W); several times faster than `max` over so short an axis."""
+    """Return the largest channel of each texel, (H, W).
+
+    This is several times faster than `max` over so short an axis.
+    """
     largest = radiance[..., 0]
     for channel in range(1, radiance.shape[2]):
         largest = np.maximum(largest, radiance[..., channel])
@@ -421,7 +429,7 @@ def _brightest(radiance: Float32) -> Float32:
 
 
 def _corners(columns: Float32, rows: Float32, shape: tuple[int, int]) -> tuple[Int64, Float64]:
-    """Return the four texels around each position, (4, N), and their shares, (4, N).
+    """Return the four texels around each position, (4, N), and their weights, (4, N).
 
     The texels lie across the panorama's edge or poles where necessary.
     """

@@ -1,4 +1,4 @@
-"""Names from files and cameras, made safe for display."""
+"""Make names from files and cameras safe for display."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STEERING: Final = frozenset(
         *range(0xD800, 0xE000),
     )
 )
-"""Control characters, direction and line marks, and the bytes of names that are not text."""
+"""Control characters, direction and line marks, and surrogates for bytes that are not text."""
 
 _MARKS: Final = frozenset((0x061C, 0x200E, 0x200F))
 """Invisible marks in right-to-left scripts, which are removed without a replacement."""

@@ -1,1 +1,1 @@
-"""The cameras: the models of Ricoh Theta, and the exposures that each accepts."""
+"""The Ricoh Theta models, and the exposure settings that each accepts."""

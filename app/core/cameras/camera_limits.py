@@ -1,4 +1,4 @@
-"""The values that a camera accepts for exposure."""
+"""The exposure settings that a camera accepts."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True)
 class CameraLimits:
-    """Values that a camera accepts in its manual program.
+    """Exposure settings that a camera accepts in its manual program.
 
-    Exposure times are in seconds, exactly as they must be sent, in any order. An invalid list
-    raises `ProbeError`.
+    Exposure times are in seconds, exactly as they must be sent to the camera. The values may be in
+    any order.
+
+    Raises:
+        ProbeError: If a list is empty or contains an invalid value.
     """
 
     shutters_s: tuple[float, ...]

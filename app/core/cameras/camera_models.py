@@ -1,9 +1,9 @@
-"""The table of cameras, `resources/cameras/theta.toml`: the values that each Ricoh Theta accepts.
+"""Read the table of cameras, `resources/cameras/theta.toml`: what each Ricoh Theta accepts.
 
-The planner of brackets, the client (`app.devices.protocol_profiles`) and the simulated cameras
-(`app.devices.simulated.cameras`) read it, each in its own way, so a row here adds a model to all
-three. Exposure times, ISO and apertures are those of the manual program, digit for digit as in
-Ricoh's Web API v2.1 (options/shutter_speed.md, iso.md, aperture.md). If a camera states its own
+The bracket planner, the client (`app.devices.protocol_profiles`) and the simulated cameras
+(`app.devices.simulated.cameras`) each use the table in their own way, so a new row adds a model to
+all three. Exposure times, ISO and apertures are those of the manual program, digit for digit as in
+Ricoh's Web API v2.1 (options/shutter_speed.md, iso.md, aperture.md). If a camera reports its own
 lists (`shutterSpeedSupport` and so on), those take precedence.
 """
 
@@ -26,17 +26,20 @@ class CameraFacts:
 
     Attributes:
         name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
-        sizes: Rows and columns of its panoramas, the largest first.
-        overhead_s: Time for a frame besides its exposure, in seconds.
-        native_bracket: Whether it takes a bracket by itself, of at most `max_shots`.
-        by_method: Whether its bracket is selected by `_shootingMethod`.
-        old_bracket: Whether the frames of its bracket name neither program nor white balance.
-        watched: Whether it never reports the end of its bracket.
-        switches_api: Whether it starts in API 2.0 and must be switched to 2.1.
-        previews: Accepted formats, the best for viewing first; empty if the camera reports zeros.
-        user_prefix: Letters before the serial number in its user name, or "" if unknown.
-        stitching: Whether seam and level of one picture can be kept for the next.
-        sensor: Model whose sensor the simulated camera uses; empty for its own.
+        sizes: Rows and columns of the camera's panoramas, largest first.
+        overhead_s: Time that each frame takes in addition to its exposure, in seconds.
+        native_bracket: Whether the camera can shoot a bracket on one command, of at most
+            `max_shots` frames.
+        by_method: Whether `_shootingMethod` has to select the bracket.
+        old_bracket: Whether a frame of a bracket is described without a program and a white
+            balance.
+        watched: Whether the camera never reports the end of a bracket.
+        switches_api: Whether the camera starts in API 2.0 and must be switched to 2.1.
+        previews: Accepted preview formats, the best for viewing first, or an empty tuple if the
+            camera reports only zeros.
+        user_prefix: Letters before the serial number in the camera's user name, or "" if unknown.
+        stitching: Whether the seam and the level of one picture can be kept for the next.
+        sensor: Model whose sensor the simulated camera uses, or "" for the camera's own.
     """
 
     name: str
@@ -58,7 +61,7 @@ class CameraFacts:
 
     @property
     def model_text(self) -> str:
-        """The model as the camera states it: "RICOH THETA V"."""
+        """The model as the camera reports it, for example "RICOH THETA V"."""
         return self.model or f"RICOH THETA {self.name}"
 
 
@@ -76,7 +79,7 @@ def _read() -> tuple[CameraFacts, ...]:
         facts: dict[str, Any] = {}
         if "isos" in row:
             least, most = row.pop("isos")
-            # Times already in the list are removed from it.
+            # Other times that are already in the list are removed from it.
             times = {*shutters} ^ {*row.pop("other_shutters_s", ())}
             shortest = row.pop("shortest_s", 0.0)
             facts["limits"] = CameraLimits(
@@ -94,10 +97,10 @@ CAMERAS: Final = _read()
 
 
 def camera_facts(model: str) -> CameraFacts | None:
-    """Return a model by its name in EXIF or from the camera, or None if it is not in the table.
+    """Return a model by its name in EXIF or from the camera, or None if it is unknown.
 
     Args:
-        model: For example "RICOH THETA SC2" or "Z1"; spaces around it and in it do not matter.
+        model: Name such as "RICOH THETA SC2" or "Z1". Extra spaces do not matter.
 
     Examples:
         >>> camera_facts("RICOH THETA Z1 ").limits.apertures
@@ -106,5 +109,5 @@ def camera_facts(model: str) -> CameraFacts | None:
     words = model.upper().replace("RICOH360", "").replace("RICOH", "").replace("THETA", "").split()
     if not words:
         return None
-    name = "SC2" if words[0] == "SC2B" else words[0]  # SC2 for business.
+    name = "SC2" if words[0] == "SC2B" else words[0]  # The SC2B is the SC2 for business.
     return next((each for each in CAMERAS if each.name == name), None)

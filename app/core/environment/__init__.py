@@ -1,1 +1,1 @@
-"""Read, repair and reduce panoramas of light."""
+"""Read, repair and reduce HDR panoramas."""

@@ -1,13 +1,14 @@
-"""Detection of undeclared clipping in a panorama: many texels at one maximum.
+"""Detect undeclared clipping in a panorama, in which many texels share one maximum.
 
-After clipping, all brighter light has the same value. Measured light hardly ever does: of 42
-panoramas, none has more texels within 0.2% of its maximum than just below. Half floats, Radiance's
+Clipping gives all brighter light the same value. Unclipped light is hardly ever that even: of
+42 panoramas, none has more texels within 0.2% of its maximum than just below. Half floats,
+Radiance's
 shared exponent and resampling spread the value by up to a percent, so wider bands, which require
 more texels, are tried as well. Lossy compression overshoots, so the common value is then slightly
 below the maximum (`benchmarks/light/marred_panoramas.py`).
 
-An evenly bright panel, as renderers produce them, is also a plateau, but with abrupt edges all
-around. Clipped light is always surrounded by some light that is nearly as bright.
+An evenly bright panel in a rendered picture is also a plateau, but with abrupt edges all around.
+Clipped light is always surrounded by some light that is nearly as bright.
 """
 
 from __future__ import annotations
@@ -22,23 +23,24 @@ from app.core.base.arrays import Bools, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.sphere import wrapped
 
-# Width of the band below the maximum; fewest texels in it; smallest ratio of these to the texels in
-# and below it.
+# Relative width of the band below the maximum, minimum number of texels in it, and minimum ratio of
+# these to the texels in the band and just below it.
 _BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
 # the same for a single channel
 _BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))
-_BELOW: Final = 0.9  # fraction of the band's lower end that bounds the values just below it
-_LOSSY: Final = 0.02  # width on both sides of the common value
-_LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # fewest texels in the band; largest fraction of them above it
+_BELOW: Final = 0.9  # lower limit of the values just below the band, as a fraction of its end
+_LOSSY: Final = 0.02  # relative width of the band on each side of the common value
+# Minimum number of texels in the band, and maximum number above it as a fraction of these.
+_LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1
 _LEAST_PANEL: Final = 10  # texels; a small clipped lamp may have equally abrupt edges
-_NEAR: Final = 0.25  # fraction of the plateau that counts as nearly as bright
+_NEAR: Final = 0.25  # brightness, relative to the plateau, that counts as nearly as bright
 _ALL: Final = -1  # stands for the largest of the three channels
 _ROWS: Final = 256
 _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
 
 
 def plateau(radiance: FloatImage) -> Bools | None:
-    """Return a mask, (H, W), of the texels that were clipped, or None if too few share a value.
+    """Return a mask, (H, W), of the clipped texels, or None if too few share a value.
 
     The common value is the maximum of one channel, or of the largest channel.
 
@@ -59,7 +61,7 @@ def plateau(radiance: FloatImage) -> Bools | None:
 
 
 def _row_bands(radiance: FloatImage) -> list[slice]:
-    """Return bands of rows, since a large panorama leaves no memory for another whole plane."""
+    """Return bands of rows, since a large panorama leaves no memory for another full plane."""
     return [slice(row, row + _ROWS) for row in range(0, len(radiance), _ROWS)]
 
 
@@ -68,7 +70,7 @@ def _plane(band: FloatImage, channel: int) -> Floats:
 
 
 def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
-    """Return whether no texel beyond a plateau's edge, two texels wide, is nearly as bright."""
+    """Return whether no texel more than two texels from a plateau is nearly as bright."""
     if int(marks.sum()) < _LEAST_PANEL:
         return False
     near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2] > 0
@@ -82,7 +84,7 @@ def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
 
 
 def _near(radiance: FloatImage, channel: int) -> Floats:
-    """Return the largest values of one channel or of all, in ascending order."""
+    """Return the values within 25% of the maximum, of one channel or of all, in ascending order."""
     bands = _row_bands(radiance)
     top = max(float(_plane(radiance[rows], channel).max()) for rows in bands)
     if top <= 0.0:
@@ -95,7 +97,7 @@ def _near(radiance: FloatImage, channel: int) -> Floats:
 
 
 def _level(near: Floats, bands: tuple[tuple[float, int, float], ...]) -> float:
-    """Return the lowest value that counts as clipped; infinite if nothing was clipped."""
+    """Return the lowest value that counts as clipped, or infinity if nothing was clipped."""
     if not near.size:
         return math.inf
     top = float(near[-1])

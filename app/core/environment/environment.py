@@ -1,8 +1,8 @@
 """Linear HDR panoramas of the light at a place, and their energy-preserving reduction.
 
-A panorama is equirectangular, row 0 at the zenith, azimuth 0 at the centre column and positive to
-the right (clockwise from above). Texel (i, j) of an H x W environment is the area u in [j/W,
-(j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
+A panorama is equirectangular, with row 0 at the zenith. Azimuth is 0 at the centre column and
+positive to the right (clockwise from above). Texel (i, j) of an H x W environment covers the area u
+in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
 `app.core.environment.environment_file` reads the file formats.
 """
 
@@ -35,7 +35,7 @@ SHAPE: Final = (32, 64)
 """Rows and columns of the environment that the search uses."""
 
 _ROUNDS: Final = 60
-_FINE: Final = 4096  # columns, for sums over a panorama
+_FINE: Final = 4096  # maximum columns for sums over a panorama
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,14 +43,14 @@ class Environment:
     """A repaired panorama of the light at one place.
 
     Attributes:
-        radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance, finite, not negative, not
-            all zero; read-only.
+        radiance: (H, 2 H, 3) float32, read-only. Linear Rec. 709 relative radiance: finite, not
+            negative and not all zero.
         rough: Whether the file states that much of the light is estimated.
         clipped: (H, 2 H) float32. Clipped fraction of each texel, where the light is a lower bound,
             or an estimate if `rough`. None if nothing is clipped.
         unseen: (H, 2 H) bool. Gaps that were filled from their surroundings, or None if there are
             none.
-        layer, layers: The layer that was read, and all layers, if the file has several.
+        layer, layers: The layer that was read and all layers, or empty if the file has only one.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -69,7 +69,7 @@ class Environment:
 
     @property
     def shares(self) -> dict[str, Float32]:
-        """Extra channels of the file, by name: clipped shares and gaps."""
+        """Extra channels for a file, by name: the clipped fractions and the gaps."""
         return kept_shares(self.clipped, self.unseen)
 
     @property
@@ -105,7 +105,7 @@ class Environment:
 
 
 def kept_shares(clipped: Float32 | None, unseen: Bools | None) -> dict[str, Float32]:
-    """Return the extra channels for `app.core.base.imaging.images.write_exr`, (H, W) each."""
+    """Return the extra channels, (H, W) each, for `app.core.base.imaging.images.write_exr`."""
     planes: dict[str, Float32] = {}
     if clipped is not None and clipped.any():
         planes[CLIPPED] = clipped
@@ -118,7 +118,7 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
     """Read a linear panorama, repair it and fill its gaps.
 
     Args:
-        layer: Name of the layer to read, if there are several; by default the beauty pass.
+        layer: Name of the layer to read, or "" for the default one (see `choose_layer`).
 
     Raises:
         EnvironmentFileError: If the file is missing, empty, damaged, not an HDR image, not 2:1, too
@@ -143,7 +143,7 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
 
 
 def _either(one: NDArray[_Mark] | None, other: NDArray[_Mark] | None) -> NDArray[_Mark] | None:
-    """Return the larger share at each texel of two planes; either may be None."""
+    """Return the larger value at each texel of two planes, either of which may be None."""
     if one is None or other is None:
         return other if one is None else one
     return np.asarray(np.maximum(one, other))
@@ -153,8 +153,8 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     """Create an environment from radiance, repairing it in place.
 
     Args:
-        radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance. Not copied, since panoramas are
-            large: it is repaired in place and becomes read-only.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance. The array is not copied, since
+            panoramas are large, but repaired in place and made read-only.
 
     Raises:
         EnvironmentFileError: If all texels are black, NaN or infinite, or the shape is not 2:1.
@@ -190,7 +190,7 @@ def energy(radiance: Floats) -> Float64:
 def reduce(
     environment: Environment, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
 ) -> FloatImage:
-    """Reduce an environment to the size of the transport, at a turn.
+    """Reduce an environment to the size of the transport, as the sitter sees it at a turn.
 
     Args:
         shape: Rows and columns of the result; it may be larger than the panorama.
@@ -219,7 +219,7 @@ def reduce_radiance(
         turn_deg: Turn in degrees, clockwise from above.
 
     Returns:
-        (rows, columns, C) float32. Linear radiance in the same scale.
+        (rows, columns, C) float32. Linear radiance on the same scale.
     """
     height, width, _ = radiance.shape
     rows = _row_weights(height, shape[0])
@@ -233,7 +233,8 @@ def reduce_light(
 
     If the panorama is at least twice as fine as the result, each of its texels is divided between
     the two nearest rows and columns of the result; otherwise `reduce_radiance` averages it. Both
-    preserve the energy and keep even light even. Arguments and turns as in `reduce_radiance`.
+    preserve the energy and keep even light even. The arguments and the result are those of
+    `reduce_radiance`.
     """
     height, width, _ = radiance.shape
     rows, columns = shape
@@ -245,18 +246,19 @@ def reduce_light(
 def _mixed(
     radiance: FloatImage, rows: tuple[tuple[int, Float64], ...], columns: Float64
 ) -> FloatImage:
-    """Combine input rows by (first, shares) for each output row, then columns by a matrix.
+    """Combine the input rows for each output row, then the columns by a matrix.
 
     Args:
-        columns: (input columns, output columns). Weights.
+        rows: For each output row, its first input row, and the weights of the rows from there on.
+        columns: (input columns, output columns) float64. Weights of the columns.
     """
     height, width, channels = radiance.shape
     bands = np.empty((len(rows), width * channels))
     if len(rows) == height:
         bands[:] = radiance.reshape(height, -1)
     else:
-        # Row bands first: one pass over a large panorama, in double precision but without a
-        # double-precision copy of it.
+        # Rows first, in one pass over a large panorama: this gives double precision without a
+        # double-precision copy.
         for row, (start, weights) in enumerate(rows):
             part = radiance[start : start + weights.size].reshape(weights.size, -1)
             bands[row] = weights @ part
@@ -287,9 +289,9 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
 
 @lru_cache(maxsize=16)
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
-    """Return, for each output row, its first overlapping input row and the shares from there on.
+    """Return each output row's first overlapping input row, and the weights from there on.
 
-    The shares sum to 1.
+    The weights of each output row sum to 1.
     """
     source_edges, target_edges = row_edges(height), row_edges(rows)
     result = []
@@ -311,8 +313,8 @@ def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
     shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
     energy = shares * area
-    # Rows differ in area, so the totals of output and input rows are scaled alternately until both
-    # hold.
+    # Rows differ in area, so output and input rows are scaled alternately until the totals of both
+    # are right.
     for _ in range(_ROUNDS):
         energy *= (-np.diff(target_edges) / energy.sum(axis=1))[:, None]
         energy *= area / energy.sum(axis=0)
@@ -326,7 +328,7 @@ def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
 
 
 def _shared_columns(width: int, columns: int, turn_deg: float) -> Float64:
-    """Return weights as `_column_weights` does, with each input column divided between two."""
+    """Return weights as `_column_weights` does, but split each input column between two."""
     shift = turn_deg * width / 360.0
     away = (np.arange(width)[:, None] + 0.5 - shift) * columns / width - 0.5 - np.arange(columns)
     away = np.abs((away + columns / 2) % columns - columns / 2)
@@ -339,7 +341,7 @@ def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
 
     Each column of the matrix sums to 1.
     """
-    # In units of input columns, moved into [0, width): turning is periodic.
+    # In units of input columns, and within [0, width) since turning is periodic.
     shift = (turn_deg * width / 360.0) % width
     nearest = round(shift)
     if abs(shift - nearest) < 1e-9 * width:

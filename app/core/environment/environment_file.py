@@ -1,7 +1,7 @@
 """Read linear panoramas with OpenImageIO.
 
-Files come from anywhere. Every bad file raises an `EnvironmentFileError` with one sentence and a
-hint, and the header is checked before anything large is allocated.
+Files may come from anywhere, so every bad file raises an `EnvironmentFileError` with one sentence
+and a hint, and the header is checked before anything large is allocated.
 """
 
 from __future__ import annotations
@@ -46,12 +46,15 @@ if TYPE_CHECKING:
 _Kind = TypeVar("_Kind", bound=np.generic)
 
 MAX_WIDTH: Final = 16384
-"""Widest panorama read, in texels: 1.6 GB as float. More texels add nothing about the light."""
+"""Maximum width of a panorama in texels, for 1.6 GB of float32.
+
+More texels would add nothing to the light.
+"""
 
 MIN_WIDTH: Final = 16
-"""Narrowest panorama read, in texels of 22.5 degrees each."""
+"""Minimum width of a panorama in texels, which are then 22.5 degrees wide."""
 _LEAST_SEEN: Final = 0.1  # minimum visible fraction of the sphere
-_HALF: Final = 0.5  # fraction of a texel below which it counts as unseen
+_HALF: Final = 0.5  # visible fraction of a texel below which it counts as unseen
 _READ_ROWS: Final = 512
 _EXR: Final = b"\x76\x2f\x31\x01"
 _TIFF: Final = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
@@ -74,12 +77,13 @@ class Panorama:
 
     Attributes:
         radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance; grey is repeated in all three
-            channels, gaps are 0.
-        unseen: (H, 2 H) bool, transparent or outside the data window, or None if there are no gaps.
-        clipped: Float32, (H, 2 H). Fraction of each texel whose light is a guess according to the
-            file, or None if there is none.
-        layer, layers: The layer that was read and all layers, if there are several.
-        rough: Whether much of the light is a guess according to the file.
+            channels, and gaps are 0.
+        unseen: (H, 2 H) bool. Gaps: texels that are transparent or outside the data window. None if
+            there are no gaps.
+        clipped: (H, 2 H) float32. Fraction of each texel that was clipped according to the file, or
+            None if nothing was.
+        layer, layers: The layer that was read and all layers, or empty if the file has only one.
+        rough: Whether the file states that much of the light is estimated.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -92,14 +96,14 @@ class Panorama:
 
 
 def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -> Panorama:
-    """Read the colours of a linear panorama: OpenEXR, Radiance, or TIFF of floating point.
+    """Read the colours of a linear panorama: OpenEXR, Radiance or floating-point TIFF.
 
     Args:
-        layer: The layer to read if there are several; by default the beauty pass.
-        coverage: Whether alpha marks gaps; otherwise colours stay as they are stored.
+        layer: Name of the layer to read, or "" for the default one (see `choose_layer`).
+        coverage: Whether alpha marks gaps. If not, the colours stay as they are stored.
 
     Raises:
-        LayerError: If there is no such layer, or one has to be chosen.
+        LayerError: If there is no such layer, or the file has several and no default.
         EnvironmentFileError: If the file cannot be read or is not a panorama.
     """
     file = Path(path)
@@ -122,7 +126,7 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
 
 
 def is_linear(path: Path) -> bool:
-    """Return whether a file holds linear light: OpenEXR, Radiance, or TIFF of floats."""
+    """Return whether a file holds linear light: OpenEXR, Radiance or floating-point TIFF."""
     source = None
     with contextlib.suppress(OSError):
         head = read_start(path, 16)
@@ -202,13 +206,13 @@ def _read_layer(source: ImageInput, file: Path, layer_name: str, coverage: bool)
 
 
 def _as_panorama(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
-    """Convert marks in the data window to a fraction of each texel of the panorama."""
+    """Convert marks in the data window to a marked fraction of each texel of the panorama."""
     plane, _ = _on_display_window(marks[..., None].astype(np.float32), None, spec)
     return _upright(plane, orientation)[..., 0]
 
 
 def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
-    """Combine the gaps of the file with those filled by its creator."""
+    """Combine the gaps in the file with those that were filled before it was saved."""
     if filled is None:
         return unseen
     marks = filled > _HALF
@@ -216,7 +220,7 @@ def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
 
 
 def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 | None:
-    """Read a channel that this program adds to the colours, (H, 2 H), or None if it is absent."""
+    """Read an extra channel of this program, (H, 2 H), or return None if it is absent."""
     spec = source.spec()
     names = [str(name) for name in spec.channelnames]
     if channel not in names or (spec.width, spec.height) != _display_size(spec):
@@ -229,9 +233,9 @@ def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 |
 def _transparent(
     source: ImageInput, layer: Layer, file: Path, radiance: FloatImage
 ) -> Bools | None:
-    """Mark the gaps in alpha, (H, W), and undo premultiplication of `radiance` in place.
+    """Return the gaps in alpha, (H, W), and undo premultiplication of `radiance` in place.
 
-    Colours of OpenEXR are premultiplied; other files state it.
+    Colours in OpenEXR are premultiplied; other files state whether theirs are.
     """
     if layer.alpha is None:
         return None
@@ -271,7 +275,7 @@ def _to_rec709(radiance: FloatImage, spec: ImageSpec, file: Path) -> None:
     if primaries:
         infinite = np.isposinf(radiance).any(axis=-1)
         to_rec709(radiance, primaries)
-        radiance[infinite] = np.inf  # Instead of infinite minus infinite.
+        radiance[infinite] = np.inf  # The conversion gave infinity minus infinity.
 
 
 def _check_size(spec: ImageSpec, file: Path) -> None:
@@ -280,13 +284,13 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
     if width != 2 * height:
         raise EnvironmentFileError(
             tr(
-                "{name} is {size}, but a full panorama is twice as wide as high.",
+                "{name} is {size}, but a full panorama is twice as wide as it is high.",
                 name=file.name,
                 size=size,
             ),
             tr("Export it as a 360 x 180 degree equirectangular (lat-long) image."),
         )
-    # A cropped picture needs memory beside that of the whole panorama.
+    # A cropped picture needs memory in addition to that of the whole panorama.
     pixels = spec.width * spec.height
     pixel_count = (
         pixels if (spec.width, spec.height) == (width, height) else pixels + width * height
@@ -327,7 +331,7 @@ def _lies_on_its_side(spec: ImageSpec) -> bool:
 
 
 def _display_size(spec: ImageSpec) -> tuple[int, int]:
-    """Return the size of the whole picture; for a cropped panorama, before cropping."""
+    """Return the width and height of the whole picture, before any cropping."""
     if _lies_on_its_side(spec):
         return int(spec.height), int(spec.width)
     if spec.full_width == 2 * spec.full_height:
@@ -338,12 +342,12 @@ def _display_size(spec: ImageSpec) -> tuple[int, int]:
 def _read_channels(
     source: ImageInput, part: int, channels: tuple[int, ...], file: Path, planes: int = 3
 ) -> FloatImage:
-    """Read three channels, or repeat one in all `planes`; in bands of rows, to save memory."""
+    """Read three channels, or one repeated in all `planes`, in bands of rows to save memory."""
     spec = source.spec()
     height = int(spec.height)
     values = np.empty((height, int(spec.width), planes), np.float32)
     first = channels[0]
-    # Adjacent channels, as nearly always, are read in one pass.
+    # Adjacent channels, which are the rule, are read in one pass.
     together = channels == (first, first + 1, first + 2)
     groups = [(first, first + 3)] if together else [(channel, channel + 1) for channel in channels]
     step = rows_at_once(spec, _READ_ROWS)
@@ -362,7 +366,7 @@ def _read_channels(
 def _on_display_window(
     radiance: FloatImage, unseen: Bools | None, spec: ImageSpec
 ) -> tuple[FloatImage, Bools | None]:
-    """Place a cropped data window on the panorama; the cropped parts are gaps."""
+    """Place a cropped data window on the panorama, with gaps for the parts cropped off."""
     width, height = _display_size(spec)
     if _lies_on_its_side(spec):
         return radiance, unseen
@@ -385,7 +389,7 @@ def _on_display_window(
 
 
 def _upright(radiance: NDArray[_Kind], orientation: int) -> NDArray[_Kind]:
-    """Undo the orientation that a header states (EXIF 2.32); mirrors in place."""
+    """Undo the orientation that a header states (EXIF 2.32), mirroring in place."""
     if orientation > 4:
         return upright(radiance, orientation)
     height = len(radiance)

@@ -1,4 +1,4 @@
-"""Detection and filling of gaps in a panorama.
+"""Detect and fill gaps in a panorama.
 
 Stitching programs place a partial panorama, such as one without a floor, on a black canvas. A dark
 area in a photo is rarely black throughout, and its surroundings are dark too, whereas canvas is
@@ -26,18 +26,18 @@ Rounding and lossy compression can turn black into such values.
 """
 
 GOES_ON: Final = 8.0
-"""Brightness, relative to its surroundings, of a light that continues into a gap.
+"""Maximum brightness of the light that continues into a gap, relative to the gap's surroundings.
 
-An example is a window cut off by the gap.
+Such light may come from a window that the gap cuts off.
 """
 
 _WIDEST: Final = 4096
 _COLUMNS: Final = 512
-_LEAST: Final = 0.01  # fraction of the sphere, for one area
-_MOST: Final = 0.75  # fraction of the sphere, for all areas
-# light just outside the edge: relative to the median, and in code values
+_LEAST: Final = 0.01  # minimum fraction of the sphere for one area
+_MOST: Final = 0.75  # maximum fraction of the sphere for one area and for all
+# minimum light just outside the edge: relative to the median, and in code values
 _ABRUPT: Final = (0.005, 0.05)
-_AT_EDGE: Final = 0.7  # fraction of the edge with that brightness
+_AT_EDGE: Final = 0.7  # minimum fraction of the edge that is at least as bright as that
 
 
 def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
@@ -72,7 +72,8 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
 
     Args:
         radiance: (H, 2 H, 3) float32. Linear radiance, finite, not negative.
-        black: Largest value of black in any channel; by default relative to the light.
+        black: Largest value that counts as black in any channel, or None for a limit relative to
+            the light.
     """
     if radiance.shape[1] > _WIDEST:
         coarse = canvas(bounded(radiance, _WIDEST), black)
@@ -129,6 +130,6 @@ def _reduced_light(largest: Floats) -> Float32:
 
 
 def _share(part: Bools) -> float:
-    """Return the mask's fraction of the sphere, 0 to 1."""
+    """Return the fraction of the sphere that a mask covers, 0 to 1."""
     areas = solid_angles((part.shape[0], part.shape[1])) * part.shape[1] / (4.0 * np.pi)
     return float((part.mean(axis=1, dtype=np.float64) * areas).sum())

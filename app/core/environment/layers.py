@@ -29,7 +29,7 @@ class Layer:
     """A layer of a file.
 
     Attributes:
-        name: For example "ViewLayer.Combined"; empty if the file gives none.
+        name: Name in the file, such as "ViewLayer.Combined", or "" if there is none.
         part: Index of the file's part.
         channels: Indices of red, green and blue, or of grey alone.
         alpha: Index of the alpha channel, or None if there is none.
@@ -42,7 +42,7 @@ class Layer:
 
     @property
     def title(self) -> str:
-        """Name to show when choosing a layer."""
+        """Name to show when the user chooses a layer."""
         return self.name or UNNAMED
 
 
@@ -57,12 +57,12 @@ class LayerError(EnvironmentFileError):
             if layer_name
             else tr("{name} has several layers: {layers}.", name=file_name, layers=names)
         )  # fmt: skip
-        super().__init__(words, tr("Choose the one with the light (--layer NAME)."))
+        super().__init__(words, tr("Choose the layer with the light (--layer NAME)."))
         self.layers = layers
 
 
 def layers_of(source: ImageInput) -> tuple[Layer, ...]:
-    """List the colour layers in file order; a single grey channel if there are none."""
+    """List the colour layers in file order, or a single grey channel if there are none."""
     layers: list[Layer] = []
     grey: list[Layer] = []
     several = source.seek_subimage(1, 0)
@@ -77,10 +77,10 @@ def layers_of(source: ImageInput) -> tuple[Layer, ...]:
 
 
 def choose_layer(layers: Sequence[Layer], layer_name: str, file_name: str) -> Layer:
-    """Return a layer by name; by default the unnamed one, or the beauty pass.
+    """Return a layer by name, or without a name the unnamed layer or the beauty pass.
 
     Raises:
-        LayerError: If there are several without a default, or none has that name.
+        LayerError: If there are several layers and no default, or not exactly one has that name.
     """
     titles = tuple(layer.title for layer in layers)
     if layer_name:
@@ -122,7 +122,7 @@ def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
 
 
 def _all_of(where: dict[str, int], prefix: str, names: tuple[str, ...]) -> tuple[int, ...]:
-    """Return the indices of these channels; empty if one is missing."""
+    """Return the indices of these channels, or an empty tuple if one is missing."""
     channels = tuple(where[prefix + name] for name in names if prefix + name in where)
     return channels if len(channels) == len(names) else ()
 
@@ -135,7 +135,7 @@ def _joined(place: str, own: str) -> str:
 
 
 def _grey(spec: ImageSpec, part: int, place: str) -> list[Layer]:
-    """Return the only grey channel of a part without colours."""
+    """Return the grey channel of a part as a layer, or an empty list if there is none."""
     names = [str(name).lower() for name in spec.channelnames]
     # Luminance with chroma (Y, RY, BY) is another colour space, not grey.
     if "ry" in names or "by" in names:

@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class Repaired(Remark):
-    """Texels without valid light; infinite ones were replaced with `level`."""
+    """Some texels had no valid light. Infinite ones were replaced with `level`."""
 
     name: str
     nan: int
@@ -20,7 +20,7 @@ class Repaired(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LayerChosen(Remark):
-    """One of several layers was read."""
+    """Only one of several layers was read."""
 
     name: str
     layer: str
@@ -43,7 +43,7 @@ class ClippedFile(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PartUnseen(Remark):
-    """A fraction of the sphere, 0 to 1, that was filled because the picture does not show it."""
+    """Part of the sphere, `share` from 0 to 1, is not in the picture and was filled."""
 
     name: str
     share: float

@@ -15,10 +15,11 @@ from app.core.environment.remarks import Repaired
 from app.core.text import tr
 
 HALF_MOST: Final = 65504.0
-"""Largest half float. Anything brighter became infinite, or this."""
+"""Largest half float. Anything brighter was saved as this value or as infinity."""
 
 INFINITE: Final = 3e5
-"""Likely radiance of infinite texels: suns beyond a half float have 1e5 to 1e6 if the sky has 1."""
+"""Radiance for infinite texels: suns too bright for a half float have 1e5 to 1e6 if the sky has 1.
+"""
 
 _MOST_REPAIRED: Final = 0.03  # maximum damaged fraction of the sphere or of the light
 BAND_ROWS: Final = 64
@@ -27,7 +28,7 @@ BAND_ROWS: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class Repairs:
-    """Numbers of repaired texels; `level` is the radiance that replaced infinite values."""
+    """Counts of repaired texels, and the radiance that replaced infinite values (`level`)."""
 
     nan: int = 0
     infinite: int = 0
@@ -54,11 +55,11 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
     mostly come from halves.
 
     Args:
-        radiance: Float32, (H, W, 3). Linear radiance; changed in place, band by band, so that a
+        radiance: Float32, (H, W, 3). Linear radiance, changed in place, band by band, so that a
             large panorama needs no copy.
 
     Returns:
-        Counts, and a mask (H, W) bool of infinite texels, None if there are none.
+        The counts, and a mask (H, W) bool of the infinite texels, or None if there are none.
 
     Raises:
         EnvironmentFileError: If the panorama is black, or more than 3% of the sphere or of the
@@ -113,7 +114,7 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
 
 
 def row_areas(height: int, width: int) -> Float64:
-    """Return the fraction of the sphere of one texel in each row, (H,) float64."""
+    """Return the fraction of the sphere that one texel covers in each row, (H,) float64."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     return (edges[:-1] - edges[1:]) / (2.0 * width)
 

@@ -1,1 +1,1 @@
-"""Measure the light of a place; each way of measuring is a package."""
+"""Measure the light at a place. Each way of measuring is a package."""

@@ -25,10 +25,10 @@ from app.core.measure.read.frame import Bracket, MergedLight
 
 
 class WayFacts(Protocol):
-    """Facts that only one kind of measurement has."""
+    """Facts that only one way of measuring provides."""
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts for JSON."""
+        """Return the facts as a dictionary for JSON."""
         ...
 
 
@@ -37,18 +37,19 @@ _Facts = TypeVar("_Facts")
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """The light of a place, its reliability, and how it was measured.
+    """The light at a place, its reliability and how it was measured.
 
     Attributes:
-        way: Key of the way, as in `ways.WAYS`.
-        bracket: The frames in use, with their true exposures; a video has none.
+        way: Key of the way of measuring, as in `ways.WAYS`.
+        bracket: The frames in use, with their true exposures, or no frames for a video.
         finished: The light, its lamps and sun, and the answers that depend on clipping.
-        warnings, notes: Possible problems, and steps that were done.
-        display: (h, w, 3) uint8 sRGB. The panorama as measured; empty for other pictures.
+        warnings, notes: Possible problems, and a record of the steps that were taken.
+        display: (h, w, 3) uint8 sRGB. The panorama as measured, or an empty array if the pictures
+            do not form a panorama.
         blind: Fraction of the sphere in gaps, which were filled.
-        left_out: Files that do not belong to the series.
+        left_out: Files that were left out because they do not belong to the series.
         response, alignments, lays, levelling, motion: Results of the steps of merging.
-        own: Facts of this way.
+        own: Facts that only this way of measuring provides, or None.
     """
 
     way: str
@@ -73,23 +74,23 @@ class Measurement:
 
     @property
     def rough(self) -> bool:
-        """Whether it is a single photo, with estimated clipped light."""
+        """Whether the light comes from a single photo, so that clipped light is estimated."""
         return len(self.bracket.frames) == 1
 
     @property
     def shares(self) -> dict[str, Float32]:
-        """Extra channels of a file, (H, W): light clipped in a single photo, and gaps."""
+        """Extra channels for a file, (H, W) each: light clipped in a single photo, and gaps."""
         return kept_shares(self.merged.clipped if self.rough else None, self.finished.unseen)
 
     def of(self, kind: type[_Facts]) -> _Facts | None:
-        """Return the facts of a way, or None if the light was measured in another way."""
+        """Return the facts of one way, or None if the light was measured in another way."""
         return self.own if isinstance(self.own, kind) else None
 
     def environment(self, name: str) -> Environment:
         """Return the light as an environment for solving.
 
         Raises:
-            EnvironmentFileError: If the picture is not a panorama, or entirely black.
+            EnvironmentFileError: If the picture is not a panorama or is entirely black.
         """
         light, clipped = from_radiance(self.merged.radiance.copy(), name), self.merged.clipped
         return replace(
@@ -101,7 +102,7 @@ class Measurement:
 
 
 Entry: TypeAlias = Callable[[Sequence[Path], MeasureOptions, Token, Report], Measurement]
-"""Measures from files, or from one folder of them.
+"""Function that measures light from files, or from one folder of files.
 
 Raises `ProbeError` (one sentence and a hint) if the files are unsuitable or an option cannot be
 applied, `CoreError` if a file cannot be read, and `Cancelled`.

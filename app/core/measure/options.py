@@ -1,4 +1,4 @@
-"""Options of a measurement: those shared by all ways of measuring, and those of one way."""
+"""Options of a measurement: those that all ways of measuring share, and those of one way."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 
 HEAD: Final = "generic"
-"""The head whose styles decide which of a measured light's answers are in doubt."""
+"""Name of the head whose styles the clip audit checks by default."""
 
 _Own = TypeVar("_Own", bound="WayOptions")
 
@@ -34,18 +34,21 @@ class MeasureOptions:
     """Options of a measurement.
 
     Attributes:
-        times: Exposure times in seconds in the order of the files, instead of those in EXIF.
-        response: Tone curve: found automatically, sRGB, or recovered.
-        weights: Weighting of the merge.
-        full: Keep the frames' own size.
-        sun: Assumed sky for restoring a clipped sun; "leave" to leave it clipped.
-        gains, lux: By lamp: stops to add, and illuminance measured by a light meter.
+        times: Exposure times in seconds, in the order of the files, to use in place of those in
+            EXIF.
+        response: How to obtain the tone curve: automatically, as sRGB, or recovered from the
+            frames.
+        weights: How to weight the frames in the merge.
+        full: Whether to merge the frames at full size.
+        sun: Sky to assume when restoring a clipped sun, or "leave" to leave the sun clipped.
+        gains, lux: Stops to add to each lamp, and the illuminance of each lamp in lux as measured
+            with a light meter, by the lamp's letter.
         masks: Areas to fill.
-        alone: Accept a single photo of all directions, for a rough answer.
-        sort_out: Leave out files that do not belong to the bracket, as in a folder.
-        mirrored: The files are mirror images, as some phones save selfies.
-        pack: Styles that the clip audit answers for, or None for those of the generic head.
-        own: Options of the way itself.
+        alone: Whether to accept a single panorama, which gives only a rough answer.
+        sort_out: Whether to leave out files that do not belong to the bracket, as for a folder.
+        mirrored: Whether the files are mirror images, as some phones save selfies.
+        pack: Styles that the clip audit checks, or None for those of the generic head.
+        own: Options of the chosen way of measuring, or None for its defaults.
     """
 
     times: tuple[float, ...] | None = None
@@ -64,9 +67,9 @@ class MeasureOptions:
 
     @property
     def styles(self) -> StylePack:
-        """The styles that the clip audit answers for."""
+        """The styles that the clip audit checks."""
         return self.pack or load_named_pack(HEAD)
 
     def of(self, kind: type[_Own]) -> _Own:
-        """Return the options of a way; by default its default options."""
+        """Return the options of one way of measuring, or its defaults if none are set."""
         return self.own if isinstance(self.own, kind) else kind()

@@ -1,4 +1,4 @@
-"""The table of ways to measure light, and `measure`."""
+"""The table of ways to measure light, and the function that measures with one of them."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class MeasuringWay:
     """One way to measure light.
 
     Attributes:
-        endings: Suffixes of its files, in lower case.
-        most: Largest number of files.
-        on_wish: Files do not show that they are meant for this way; the user chooses it.
+        endings: File suffixes that the way accepts, in lower case.
+        most: Maximum number of files.
+        on_wish: Whether the user has to choose this way, because the files do not reveal it.
     """
 
     key: str
@@ -37,7 +37,7 @@ class MeasuringWay:
     on_wish: bool = False
 
     def takes(self, file: Path) -> bool:
-        """Return whether a file's name fits."""
+        """Return whether this way accepts a file, judging by the suffix."""
         return file.suffix.lower() in self.endings
 
 
@@ -54,14 +54,15 @@ WAYS: Final = {
         MeasuringWay("photos", photos.measure, _PICTURES, 200, on_wish=True),
     )
 }
-"""All ways by key; the package of that name beside this module does the measuring."""
+"""All ways by key, which is also the name of the package that measures in that way."""
 
 
 def way_of(files: Sequence[Path], wish: str) -> MeasuringWay | None:
-    """Choose the way to measure from the files' names, or None if they are unsuitable.
+    """Choose a way to measure by the files' names, or return None if no way accepts them.
 
     Args:
-        wish: Key of the preferred way, used if it accepts any of them; other words are ignored.
+        wish: Key of the preferred way, which is chosen if it accepts any of the files. An unknown
+            key is ignored.
     """
     choice = WAYS.get(wish)
     if choice is not None and any(choice.takes(file) for file in files):
@@ -82,9 +83,11 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure the light of a place from files or one folder; raises as `Entry`.
+    """Measure the light at a place from files or from one folder.
+
+    The errors are those of `Entry`.
 
     Args:
-        way: Key of `WAYS`.
+        way: Key in `WAYS`.
     """
     return WAYS[way].entry(files, options or MeasureOptions(), token or Token(), report)

@@ -1,8 +1,8 @@
 """Lock the user's folders against concurrent writes.
 
-A lock belongs to the operating system and ends with its process, however that ends: after a kill, a
-power cut or the reuse of a process number there is nothing to recover. Some network folders and
-read-only disks have no locks; there `app.core.storage.json_file.write_json` compares versions.
+A lock belongs to the operating system and ends with its process, however the process ends. So there
+is nothing to recover after a kill, a power cut or the reuse of a process ID. Some network folders
+and read-only disks have no locks; there `app.core.storage.json_file.write_json` compares versions.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 WINDOW_LOCK: Final = "window.lock"
-"""Name of the file that the open window of a data folder locks."""
+"""Name of the file in a data folder that the open window locks."""
 
 LOCKS: Final = "locks"
-"""Name of the folder in the data folder with the files that are locked during a write."""
+"""Name of the folder in the data folder for the files that are locked during a write."""
 
 _PATIENCE_S: Final = 5.0
 
@@ -42,7 +42,7 @@ class Owner(Enum):
 
 @dataclass(frozen=True, slots=True)
 class WindowLock:
-    """The lock of the only window of a data folder."""
+    """The lock that keeps a data folder to a single window."""
 
     owner: Owner
     _lock: BaseFileLock | None = field(default=None, repr=False)
@@ -54,14 +54,14 @@ class WindowLock:
 
 
 def lock_window(home: Path) -> WindowLock:
-    """Try to lock a data folder for one window; the folder is created if missing."""
+    """Try to lock a data folder for one window, creating the folder if it is missing."""
     path = home / WINDOW_LOCK
     try:
         make_folder(home, private=True)
         lock = _file_lock(path, 0.0)
         _acquire(lock)
     except TimeoutError:
-        # Also if no file can be created.
+        # FileLock also times out if it cannot create the file.
         is_locked = os.path.lexists(path)
         return WindowLock(Owner.ANOTHER_PROCESS if is_locked else Owner.NOBODY)
     except (OSError, NotImplementedError):
@@ -71,15 +71,16 @@ def lock_window(home: Path) -> WindowLock:
 
 @contextlib.contextmanager
 def writing(folder: Path) -> Iterator[bool]:
-    """Lock a folder for writing, reentrant.
+    """Lock a folder for writing, reentrantly.
 
     Yields:
-        Whether other processes are locked out: not if the folder has no locks, or another process
-        does not finish within seconds. The caller then compares its version with the file's.
+        Whether other processes are locked out. They are not if the folder has no locks, or if
+        another process does not finish within seconds. The caller then compares its version with
+        that of the file.
     """
     lock = None
     with contextlib.suppress(OSError, NotImplementedError):
-        # Not in the folder itself: the user may have chosen one with other contents.
+        # Not in the folder itself, since the user may have chosen one with other contents.
         locks, name = user_data() / LOCKS, os.path.realpath(folder)
         make_folder(locks, private=True)
         digest = hashlib.sha256(os.fsencode(name)).hexdigest()[:32]

@@ -1,4 +1,4 @@
-"""Move the data folder of earlier versions, once."""
+"""Move the data folder of earlier versions to its new place, once."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _SETTINGS: Final = "settings.json"
 
 
 def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | None = None) -> None:
-    """Move Windows' Roaming folder of an earlier version to Local.
+    """Move the data of an earlier version on Windows from the Roaming folder to the Local one.
 
-    If that is not possible now, for example while an earlier version is open, this process uses the
-    old folder: ``TURNLIGHT_HOME`` is set.
+    If that is not possible now, for example while an earlier version is open, ``TURNLIGHT_HOME`` is
+    set so that this process uses the old folder.
     """
     env = os.environ if environ is None else environ
     old = roaming_data(env, home)
@@ -39,9 +39,9 @@ def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | No
 
 
 def move_data(old: Path, new: Path) -> bool:
-    """Move a data folder; return whether the new one exists.
+    """Move a data folder, and return whether the new folder exists.
 
-    The new folder appears completely or not at all, and the old one is deleted only after that.
+    The new folder appears either complete or not at all, and the old one is deleted only then.
 
     Raises:
         OSError: If nothing has changed.

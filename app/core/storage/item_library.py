@@ -1,7 +1,7 @@
-"""A library of user items in a folder: titles, names, and a trash.
+"""A library of user items in a folder: titles, names and a trash.
 
-Nothing is overwritten or lost: names are always new, and changed or deleted items are moved to the
-subfolder ``trash``. An item becomes valid with its text file, which is written last.
+Nothing is overwritten or lost, because names are always new, and changed or deleted items are moved
+to the subfolder ``trash``. An item becomes valid once its text file exists, which is written last.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Wind
 
 
 def title_key(title: str) -> str:
-    """Return the key of a title for comparison: titles with equal keys look alike."""
+    """Return the key by which titles are compared; titles with equal keys look alike."""
     return unicodedata.normalize("NFKC", title).casefold()
 
 
 def titles_like(title: str, longest: int) -> Iterator[str]:
-    """Yield a title, then the same with a number, until one is free.
+    """Yield a title, then numbered variants of it, so that the caller can take a free one.
 
     Examples:
         >>> from itertools import islice
@@ -44,7 +44,7 @@ def titles_like(title: str, longest: int) -> Iterator[str]:
 
 
 def names_like(title: str, otherwise: str, reserved: Collection[str]) -> Iterator[str]:
-    """Yield names for commands and files, derived from a title, until one is free.
+    """Yield names for commands and files from a title, so that the caller can take a free one.
 
     Examples:
         >>> next(names_like("Café de l'Été", "lamp", ()))
@@ -65,14 +65,14 @@ _MOST_IN_TRASH: Final = 100_000
 
 @dataclass(frozen=True, slots=True)
 class DamagedItem:
-    """An unreadable item of a library; its files stay as they are."""
+    """An unreadable item of a library, whose files are left unchanged."""
 
     path: Path
     error: CoreError
 
     @property
     def reason(self) -> str:
-        """The error's sentence and its hint."""
+        """The sentence and the hint of the error."""
         return str(self.error)
 
 
@@ -87,22 +87,22 @@ class TrashedItem:
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """A kind of item: its names in sentences and on disk."""
+    """A kind of item, with its names in sentences and on disk."""
 
     noun: str
     error: type[CoreError]
     not_put_away: Callable[[OSError], CoreError]
-    longest: int  # of a title, characters
+    longest: int  # maximum length of a title, in characters
     reserved: Collection[str]  # names that are not allowed in the library
     names: Callable[[Path], Iterable[str]]
     title_of: Callable[[Path, str], str]
     is_taken: Callable[[Path, str], bool]  # whether a name has files already
 
     def clean_title(self, title: str) -> str:
-        """Clean a title; raise the library's error if it is empty or too long."""
+        """Clean a title, or raise the library's error if it is empty or too long."""
         value = one_line(title)
         if not value:
-            raise self.error(tr("A name is missing."), tr("Type one."))
+            raise self.error(tr("A name is missing."), tr("Enter one."))
         if len(value) > self.longest:
             raise self.error(
                 tr("This name is longer than {longest} characters.", longest=self.longest),
@@ -121,7 +121,7 @@ class Library:
         return titles
 
     def new_title(self, folder: Path, name: str, title: str) -> str:
-        """Clean an item's new title; raise the library's error if another item has it."""
+        """Clean an item's new title, or raise the library's error if another item has it."""
         new_title = self.clean_title(title)
         if title_key(new_title) in self.titles(folder, without=name):
             raise self.error(
@@ -131,7 +131,7 @@ class Library:
         return new_title
 
     def free_title(self, folder: Path, title: str) -> str:
-        """Return a free title, with a number if this one is taken."""
+        """Return a free title: this one, or with a number if it is taken."""
         titles = self.titles(folder)
         likes = titles_like(title, self.longest)
         return self._first(each for each in likes if title_key(each) not in titles)
@@ -142,14 +142,14 @@ class Library:
         return self._first(each for each in likes if not self.is_taken(folder, each))
 
     def names_for(self, folder: Path, title: str, name: str = "") -> tuple[str, str]:
-        """Return a free name and title; a name that is already free stays."""
+        """Return a free name and a free title, keeping `name` if it is free."""
         free = self.free_title(folder, title)
         if name and not self.is_taken(folder, name):
             return name, free
         return self.free_name(folder, free), free
 
     def trash_folder(self, folder: Path, name: str) -> Path:
-        """Create an empty folder in the trash; raise the library's error if that fails."""
+        """Create an empty folder in the trash, or raise the library's error if that fails."""
         trash = folder / _TRASH
         try:
             make_folder(trash)
@@ -163,7 +163,7 @@ class Library:
         raise self.error(tr("The trash is full."), tr("Empty {trash}.", trash=trash))
 
     def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> TrashedItem:
-        """Move an item's files to the trash, first the text file that makes it valid."""
+        """Move an item's files to the trash, first the text file that makes the item valid."""
         away = self.trash_folder(folder, name)
         with os_errors_as(self.error, tr("“{title}” was not deleted: {reason}."), title=title):
             for file in files:
@@ -187,9 +187,10 @@ def one_line(text: str) -> str:
 
 
 def files_in(folder: Path, ending: str) -> list[Path]:
-    """List a folder's files by name; empty for a missing folder.
+    """List a folder's files by name, or none for a missing folder.
 
-    Raises `OSError` if the folder cannot be read; `Path.glob` would return nothing.
+    Raises:
+        OSError: If the folder cannot be read. `Path.glob` would return nothing.
     """
     try:
         names = os.listdir(folder)

@@ -1,7 +1,7 @@
-"""JSON files: written atomically, and validated field by field.
+"""Write JSON files atomically, and validate them field by field.
 
 A *check* returns a value as the program uses it, or raises `Unfit`. Tables of checks define the
-valid content of a file; the meaning is not judged here.
+valid content of a file; what the content means is not judged here.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _Lost = TypeVar("_Lost")
 
 _NO_LETTERS: Final = frozenset({"Cc", "Cs", "Zl", "Zp"})
 _DEEPEST: Final = 24
-_LONGEST_WHOLE: Final = 18  # digits of a 64-bit number; longer ones only cost time
+_LONGEST_WHOLE: Final = 18  # digits of a 64-bit number; parsing longer ones only takes time
 
 
 class Unfit(ValueError):
@@ -48,21 +48,21 @@ class Unfit(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JsonFile:
-    """Content of a file, or the reason why it is unreadable."""
+    """The content of a JSON file, or the reason why it is unreadable."""
 
     state: State  # "unreadable": the system denies access
     facts: Facts = field(default_factory=dict)
-    error: CoreError | None = None  # the problem of a file that is not whole
-    version: str = ""  # SHA-256 of its bytes, or "" if none were read
+    error: CoreError | None = None  # what is wrong with a file that is not whole
+    version: str = ""  # SHA-256 of the file's bytes, or "" if none were read
 
     @property
     def why(self) -> str:
-        """The error's message, as a part of a sentence; empty for a whole file."""
+        """The error's message as part of a sentence, or "" for a whole file."""
         return "" if self.error is None else self.error.message
 
 
 def read_json(path: Path, most: int) -> JsonFile:
-    """Read an untrusted JSON file of limited size; never raises."""
+    """Read an untrusted JSON file of limited size, without ever raising an exception."""
     try:
         # A pipe would block, and a device has no end.
         if not stat.S_ISREG(path.stat().st_mode):
@@ -108,22 +108,22 @@ def _is_shallow(value: Any, depth: int) -> bool:
 
 
 _digests: Final[dict[Path, str]] = {}
-"""Versions that this process has written, which are no conflict for it."""
+"""Versions that this process wrote, by path, which do not count as conflicts."""
 
 
 def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | None:
-    """Write a JSON file atomically; a concurrent version is saved beside it.
+    """Write a JSON file atomically, saving a concurrent version of the file beside it.
 
     Args:
         base: Version of the file that the facts are based on, from `read_json`, or "" if nothing
             was read.
 
     Returns:
-        The copy of a version that neither is the base nor was written by this process, or None if
+        The copy of a version that is neither the base nor one that this process wrote, or None if
         there is none.
 
     Raises:
-        CoreError: If the disk fails, or the file would have more than `most` bytes, which could not
+        CoreError: If the disk fails, or the file would be larger than `most` bytes and so could not
             be read again.
     """
     data = dump(facts)
@@ -146,7 +146,7 @@ def _other_version(path: Path, most: int, base: str) -> Path | None:
 
 
 def dump(facts: Facts) -> bytes:
-    """Format entries as JSON, one per line; floats are read back to the last bit.
+    """Format entries as JSON, one per line, with floats that are read back exactly.
 
     Examples:
         >>> print(dump({"name": "Café", "turns": [1, 2.5]}).decode(), end="")
@@ -200,18 +200,19 @@ def plain(value: Any) -> Any:
 
 
 def keep_bad(path: Path, most: int) -> Path | None:
-    """Keep a copy of a damaged file as ``NAME.bak``; see `keep_copy`."""
+    """Keep a copy of a damaged file as ``NAME.bak`` (see `keep_copy`)."""
     return keep_copy(path, most, "bak")
 
 
 def keep_copy(path: Path, most: int, ending: str) -> Path | None:
     """Keep a copy of a file beside it as ``NAME.ENDING``, or ``NAME.ENDING-2`` and so on.
 
-    The file itself stays until it is written again, so that a power cut in between loses nothing;
-    only one of more than `most` bytes is renamed. An earlier copy with the same content counts.
+    The file itself stays until it is written again, so that a power cut in between loses nothing.
+    Only a file of more than `most` bytes is renamed instead. An earlier copy with the same content
+    is reused.
 
     Returns:
-        The copy, or None if it could not be made.
+        The path of the copy, or None if the file could not be copied.
     """
     try:
         if not path.is_file():
@@ -239,10 +240,11 @@ def _holds(path: Path, data: bytes) -> bool:
 
 
 def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
-    """Preserve unknown entries of newer versions.
+    """Preserve unknown entries from newer versions.
 
     Returns:
-        `file_facts` if nothing has changed, otherwise `new` with the entries that only `file_facts`
+        `file_facts` if nothing has changed. Otherwise, `new` with the entries that only
+        `file_facts`
         has.
 
     Examples:
@@ -262,7 +264,7 @@ def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
 
 
 def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], part: _Lost) -> Any:
-    """Return an entry, or its default; an invalid one is removed and listed."""
+    """Return an entry or its default; remove an invalid entry and list it in `bad`."""
     if name not in facts:
         return default
     try:
@@ -276,7 +278,7 @@ def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], 
 def clean(words: str) -> str:
     """Remove control characters, line ends and broken letters.
 
-    Direction marks are removed too, as they would reverse the text beside it.
+    Direction marks are removed too, since they would reverse neighbouring text.
     """
     return "".join(
         c for c in words if unicodedata.category(c) not in _NO_LETTERS and ord(c) not in STEERING
@@ -284,20 +286,20 @@ def clean(words: str) -> str:
 
 
 def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
-    """Return a check for text up to a length, with an optional pattern."""
+    """Return a check for text up to a maximum length, with an optional pattern."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or len(value) > longest:
             raise Unfit("not a short text")
         if pattern and re.fullmatch(pattern, value) is None:
-            raise Unfit("not of the pattern")
+            raise Unfit("does not match the pattern")
         return value
 
     return check
 
 
 def one_of(*words: str) -> Callable[[Any], str]:
-    """Return a check for one of some words."""
+    """Return a check for one of the given words."""
 
     def check(value: Any) -> str:
         if value not in words:
@@ -311,11 +313,11 @@ def number(low: float, high: float) -> Callable[[Any], float]:
     """Return a check for a number in ``[low, high]``."""
 
     def check(value: Any) -> float:
-        # Python treats True as 1; in a file, true means something else.
+        # Python treats True as 1, but in a file true means something else.
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise Unfit("not a number")
         if not low <= value <= high:
-            raise Unfit("not in range")
+            raise Unfit("out of range")
         return float(value)
 
     return check
@@ -326,7 +328,7 @@ def whole(low: int, high: int) -> Callable[[Any], int]:
 
     def check(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise Unfit("not a whole number in range")
+            raise Unfit("not a whole number, or out of range")
         return value
 
     return check
@@ -340,7 +342,7 @@ def truth(value: Any) -> bool:
 
 
 def moment(value: Any) -> datetime:
-    """Check a time in ISO form."""
+    """Check a time in ISO format."""
     try:
         return datetime.fromisoformat(text(64)(value))
     except ValueError as error:
@@ -364,7 +366,7 @@ def listed(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
 
 
 def entries(value: Any) -> Facts:
-    """Check an object."""
+    """Check that a value is a JSON object."""
     if not isinstance(value, dict):
         raise Unfit("not an object")
     return value
@@ -373,11 +375,11 @@ def entries(value: Any) -> Facts:
 def record(
     make: Callable[..., _Record], checks: Mapping[str, Check], needs: Collection[str] | None = None
 ) -> Callable[[Any], _Record]:
-    """Return a check for an object whose entries all pass, and which converts it.
+    """Return a check that converts an object whose entries all pass their checks.
 
     Args:
-        make: Called with the entries.
-        needs: Required entries; by default all of them. Entries without a check are ignored.
+        make: Called with the checked entries. Entries without a check are ignored.
+        needs: Required entries, or None for all that have a check.
     """
     keys = checks if needs is None else needs
 

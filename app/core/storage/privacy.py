@@ -1,8 +1,8 @@
-"""Privacy of the user's data.
+"""Make the user's older data private.
 
-Places contain photos of people and where they were taken. New folders and files are private when
-they are made (`core.base.atomic_files`); this is for older data folders. Nothing else is touched:
-no links, no files of other users, none with a second hard link, and nothing from other programs.
+Places contain photos of people and the locations where they were taken. New folders and files are
+created private (`core.base.atomic_files`); this module is for older data folders. It does not touch
+links, files of other users, files with a second hard link, or anything from other programs.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def tighten(home: Path, places: Path, token: Token) -> int:
     """Remove others' permissions from a data folder and from places stored elsewhere.
 
     Returns:
-        Number of folders and files that were open to others.
+        The number of folders and files that were open to others.
     """
     if os.name != "posix":
         return 0  # on Windows, only the user has access to their profile
@@ -75,7 +75,7 @@ def _walk(path: Path) -> Iterator[Path]:
 
 
 def _close(path: Path) -> bool:
-    """Close one folder or file to others; return whether it was open."""
+    """Close one folder or file to others, and return whether it was open to them."""
     with contextlib.suppress(OSError):
         about = path.lstat()
         folder = stat.S_ISDIR(about.st_mode)

@@ -1,6 +1,6 @@
-"""The settings: one table for the dialog, the file and docs/settings.md.
+"""The settings, in one table for the dialog, the file and docs/settings.md.
 
-Each setting is a field of `Settings`; its text is in `app.words.settings`.
+Each setting is a field of `Settings`. Its text is in `app.words.settings`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _SECTIONS: Final = {
     "places_folder": "files",
     "live_source": "remembered",
 }
-"""The first setting of each section; the dialog does not show the last section."""
+"""The first setting of each section. The dialog does not show the last section."""
 
 
 class SettingsError(CoreError):
@@ -48,12 +48,12 @@ class SettingsError(CoreError):
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """One line of the table of settings; its text is in `app.words.settings`.
+    """One row of the table of settings. Its text is in `app.words.settings`.
 
     Attributes:
-        choices: Values of a choice; empty if `offers` names their source.
-        offers: Source of the values in the dialog: "heads" for the available heads.
-        unit: Unit of a number, written after it with a space, except for "°" and "×".
+        choices: Values of a choice, or an empty tuple if `offers` names their source.
+        offers: Source of the values in the dialog, such as "heads" for the available heads.
+        unit: Unit of a number, written after the number with a space, except for "°" and "×".
     """
 
     key: str
@@ -91,7 +91,7 @@ class Setting:
     def _is_choice(self, value: str) -> bool:
         if self.choices:
             return value in self.choices
-        # A user's head is named by its path.
+        # The user's own head is named by its path.
         longest = _LONGEST_PATH if value.endswith(".npz") else self.longest
         return bool(value) and value == clean(value) and len(value) <= longest
 
@@ -105,7 +105,7 @@ class Setting:
     def _text(self, value: str) -> str:
         line = clean(value)
         folder = self.kind == "folder"
-        # A relative folder would be a different one at each start.
+        # A relative path could mean a different folder at each start.
         fits = not line or _is_absolute(line) if folder else len(line) <= self.longest
         if not fits or len(line) > _LONGEST_PATH or (folder and line != value.strip()):
             raise SettingValueError(self)
@@ -113,13 +113,13 @@ class Setting:
 
 
 def _is_absolute(path: str) -> bool:
-    # Of either kind, so that settings can be moved between computers.
+    # A POSIX or a Windows path, so that settings can be moved between computers.
     drive = len(path) > 2 and path[0].isalpha() and path[1] == ":" and path[2] in "\\/"
     return path.startswith(("/", "\\\\")) or drive
 
 
 class SettingValueError(SettingsError):
-    """A value is invalid; `app.words.settings.takes` describes the valid ones."""
+    """A value is invalid. `app.words.settings.takes` describes the valid values."""
 
     def __init__(self, entry: Setting) -> None:
         super().__init__(tr("Invalid value for the setting {key!r}.", key=entry.key))
@@ -128,13 +128,13 @@ class SettingValueError(SettingsError):
 
 @dataclass(frozen=True, slots=True)
 class SettingsNote:
-    """One loss while reading the settings.
+    """One thing that was lost while reading the settings.
 
     Attributes:
-        why: Problem of the file.
-        unreadable: The file to which the system denies access.
-        entry: A setting that was reset to its default.
-        copy: Copy of the original file.
+        why: What is wrong with the file.
+        unreadable: The file, if the system denies access to it.
+        entry: The setting that was reset to its default.
+        copy: The copy of the original file.
     """
 
     why: str = ""
@@ -151,11 +151,11 @@ def _line(
     within: tuple[float, float] = (0.0, 0.0),
     **more: object,
 ) -> Any:
-    """Declare a field of `Settings`; its kind follows from its default and its choices.
+    """Declare a field of `Settings`, whose kind follows from the default and the choices.
 
     Args:
-        within: Smallest and largest number.
-        more: As in `Setting`.
+        within: Minimum and maximum of a number.
+        more: Further fields of `Setting`.
     """
     if isinstance(default, bool):
         kind = "toggle"
@@ -172,7 +172,7 @@ def _line(
 class Settings:
     """A valid value for every setting, in the order of the dialog.
 
-    ``Settings()`` has all the defaults. `with_` changes one. An invalid value raises
+    ``Settings()`` has all the defaults, and `with_` changes one value. An invalid value raises
     `SettingsError`.
 
     Examples:
@@ -223,13 +223,13 @@ class Settings:
 
     @property
     def studios(self) -> dict[str, Studio]:
-        """Lamps of new places, as in `Place.studios`."""
+        """Studio lamps for new places, as in `Place.studios`."""
         studio = Studio(parse_softness(self.lamp_size), parse_ratio(self.lamp_ratio))
         return {} if studio == AS_PUBLISHED else {"": studio}
 
     @property
     def looks(self) -> tuple[str, bool]:
-        """Hair of the head, and whether the place is shown behind it."""
+        """The head's hair, and whether the place is shown behind the head."""
         return self.hair, self.behind == "place"
 
     def value(self, key: str) -> Value:
@@ -238,7 +238,7 @@ class Settings:
         return value
 
     def with_(self, key: str, value: object) -> Settings:
-        """Return the settings with one change."""
+        """Return the settings with one value changed."""
         changes: dict[str, Any] = {setting(key).key: setting(key).check(value)}
         return replace(self, **changes)
 
@@ -267,7 +267,11 @@ _BY_KEY: Final = {entry.key: entry for entry in TABLE}
 
 
 def setting(key: str) -> Setting:
-    """Return the line of the table with a key; raise `SettingsError` if there is none."""
+    """Return the row of the table for a key.
+
+    Raises:
+        SettingsError: If there is no such setting.
+    """
     if key not in _BY_KEY:
         raise SettingsError(tr("There is no setting {key!r}.", key=key))
     return _BY_KEY[key]

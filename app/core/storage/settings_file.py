@@ -1,4 +1,4 @@
-"""The settings file: read field by field, written atomically, shared by several windows."""
+"""The settings file, read field by field, written atomically and shared between processes."""
 
 from __future__ import annotations
 
@@ -31,10 +31,11 @@ _MOST_BYTES: Final = 1 << 20
 
 
 def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
-    """Read the settings; invalid entries get defaults.
+    """Read the settings, replacing invalid entries with their defaults.
 
     Returns:
-        The settings, and a note for each loss; then the bad file is kept as ``NAME.bak``.
+        The settings, and a note for each loss. If there is a loss, the bad file is kept as
+        ``NAME.bak``.
     """
     file = read_json(path, _MOST_BYTES)
     if file.state == "missing":
@@ -60,14 +61,14 @@ def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
 
 
 def write_settings(path: Path, settings: Settings, base: Settings | None = None) -> Path | None:
-    """Write the settings atomically; the file contains only values that differ from the defaults.
+    """Write the settings that differ from the defaults to the file, atomically.
 
     Args:
-        base: The settings as this process last read or wrote them. Another process's changes since
-            then are kept, unless this one has changed the same setting.
+        base: The settings as this process last read or wrote them. Changes that another process has
+            made since then are kept, unless this process has changed the same setting.
 
     Returns:
-        The copy of a file with another value of the same setting, or None if there was none.
+        The copy of a file that had another value for the same setting, or None if there was none.
     """
     with os_errors_as(
         SettingsError,
@@ -90,7 +91,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
 
 
 def _merged(path: Path, ours: Settings, base: Settings) -> tuple[Settings, bool]:
-    """Merge another process's changes; return whether both have changed the same setting."""
+    """Merge in another process's changes, and return whether both changed the same setting."""
     file = read_json(path, _MOST_BYTES)
     if file.state != "whole":
         return ours, False
@@ -112,7 +113,7 @@ def _merged(path: Path, ours: Settings, base: Settings) -> tuple[Settings, bool]
 
 
 def _renamed(facts: Facts) -> Facts:
-    """Convert setting names of earlier versions."""
+    """Convert the names that earlier versions gave to settings."""
     current = dict(facts)
     objective = current.pop("objective", None)
     if objective == "paper":

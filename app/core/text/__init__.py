@@ -1,4 +1,4 @@
-"""Translation: whole sentences with placeholders, in the program's language."""
+"""Translate whole sentences with placeholders into the language of the program."""
 
 from typing import Final
 
@@ -9,15 +9,19 @@ from app.core.base.paths import resources
 __all__ = ["LANGUAGES", "TextError", "set_language", "tr", "tr_plural"]
 
 LANGUAGES: Final = ("en", "test")
-"""The languages of the program."""
+"""Languages that the program supports."""
 
 
 class TextError(CoreError):
-    """A language without a catalogue."""
+    """A language has no catalogue."""
 
 
 def set_language(language: str) -> None:
-    """Set the language; raise `TextError` if it has no catalogue."""
+    """Set the language of the program.
+
+    Raises:
+        TextError: If the language has no catalogue.
+    """
     try:
         speak(language, resources() / "locale")
     except OSError as error:

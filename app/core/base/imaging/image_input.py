@@ -1,4 +1,4 @@
-"""Open picture files with OpenImageIO; the header of an untrusted file is checked first."""
+"""Open picture files with OpenImageIO, checking the header of an untrusted file first."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _MOST_BLOCK: Final = 1 << 27  # bytes: 512 rows of RGBA at the largest width
 _MOST_UNPACKED: Final = 1 << 32
-_MOST_HEADER: Final = 1 << 24  # bytes; it may contain a preview picture
+_MOST_HEADER: Final = 1 << 24  # bytes; a header may contain a preview picture
 _MOST_ATTRIBUTES: Final = 4096
 _EXR: Final = b"\x76\x2f\x31\x01"
 _TIFF: Final = (".tif", ".tiff", ".tx", ".env", ".sm", ".vsm")
@@ -38,31 +38,32 @@ _KINDS: Final = {
     **dict.fromkeys((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), _TIFF),
     b"BM": (".bmp", ".dib"),
 }
-"""File suffixes by which OpenImageIO chooses the decoder, keyed by a file's first bytes."""
+"""Suffixes by which OpenImageIO chooses a decoder, keyed by the first bytes of a file."""
 _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 ROUGH: Final = "turnlight:rough"
-"""Attribute of light that is mostly estimated, such as that from a single photo."""
+"""Attribute that marks mostly estimated light, such as light from a single photo."""
 SCALE: Final = "turnlight:scale"
-"""Attribute of half-float files: factor that restores the measured values."""
+"""Attribute of half-float files with the factor that restores the measured values."""
 CLIPPED: Final = "turnlight.clipped"
-"""Channel of an environment: fraction of each texel that was clipped."""
+"""Channel of an environment with the fraction of each texel that was clipped."""
 UNSEEN: Final = "turnlight.unseen"
-"""Channel of an environment: fraction of each texel that was filled because no picture shows it."""
+"""Channel of an environment with the fraction of each texel that no picture shows."""
 
 COPY_AGAIN: Final = tr("Copy or export it again.")
 """Hint for a damaged picture."""
 _misnamed = threading.Lock()
-# OpenEXR's ImfCompression.h: rows that are packed together.
+# Rows that are packed together, from OpenEXR's ImfCompression.h.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
 _MOST_PACKED_ROWS: Final = 256
-_SAME_PRIMARIES: Final = 2e-3  # tolerance of a chromaticity for rounding in headers
+_SAME_PRIMARIES: Final = 2e-3  # tolerance of chromaticities, which headers round
 
 
 def read_start(path: Path, count: int) -> bytes:
     """Read the first bytes of a picture file, before it reaches a decoder.
 
     Raises:
-        OSError: If it cannot be opened, is not a regular file, or has a name that decoders reject.
+        OSError: If the file cannot be opened, is not a regular file, or has a name that decoders
+            reject.
     """
     with open_file(path) as stream:
         start = stream.read(count)
@@ -71,11 +72,11 @@ def read_start(path: Path, count: int) -> bytes:
 
 
 def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: str) -> bytes:
-    """Read the first 16 bytes of a picture; raise an error for a folder or a special file.
+    """Read the first 16 bytes of a picture, or raise `error` if that is not possible.
 
     Args:
-        error: Class of the error.
-        a_folder, name_files: Sentence and hint for a folder.
+        error: Class of the error to raise.
+        a_folder, name_files: Sentence and hint of the error for a folder.
     """
     with os_errors_as(error, tr("{file} cannot be read: {reason}."), file=path):
         try:
@@ -90,10 +91,10 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
 
 
 def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None:
-    """Open a picture; return None if it is not a regular file of a supported format.
+    """Open a picture, or return None if it is not a regular file of a supported format.
 
-    The file's first bytes choose the decoder. OpenImageIO would try each of its forty decoders,
-    some of which read the whole file first.
+    The decoder is chosen by the file's first bytes. OpenImageIO itself would try each of its forty
+    decoders, some of which read the whole file first.
     """
     import OpenImageIO as oiio
 
@@ -119,8 +120,8 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
     """Read a whole picture file for another decoder, after checking its header.
 
     Returns:
-        (n,) uint8. The file's bytes, or None if it is not a regular file, not in a camera or screen
-        format, or too large.
+        (n,) uint8. The bytes of the file, or None if the file is not a regular one, is too large,
+        or is not in a camera or screen format.
     """
     source = open_image(path)
     if source is None:
@@ -139,10 +140,10 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
 
 
 def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
-    """Decode a picture for display, upright, (H, W, 3) uint8 sRGB.
+    """Decode a picture for display and turn it upright.
 
     Returns:
-        None where `picture_bytes` does, or if the file is damaged.
+        (H, W, 3) uint8 sRGB, or None if the file is damaged or `picture_bytes` returns None.
     """
     data = picture_bytes(path, most_bytes, most_pixels)
     with contextlib.suppress(cv2.error):
@@ -152,7 +153,7 @@ def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
 
 
 def _endings(path: Path) -> tuple[str, ...]:
-    """Return the suffixes of the format that a file's first bytes indicate; empty for others."""
+    """Return the suffixes of the format that a file's first bytes indicate, or none."""
     start = read_start(path, 16)
     if start.startswith(_EXR):
         with open_file(path) as stream:
@@ -161,17 +162,17 @@ def _endings(path: Path) -> tuple[str, ...]:
         if start.startswith(signature):
             return endings
     if start.startswith(b"RIFF") and start[8:12] == b"WEBP":
-        # Its decoder starts by reading the whole file.
+        # The WebP decoder starts by reading the whole file.
         return (".webp",) if path.stat().st_size <= _MOST_BLOCK else ()
     # A Radiance file may begin with comments, so its signature proves nothing.
     return (".hdr",) if path.suffix.lower() == ".hdr" else ()
 
 
 def _is_plain(stream: BinaryIO) -> bool:
-    """Return whether an OpenEXR's headers have few attributes: OpenEXR takes minutes over many.
+    """Return whether the headers of an OpenEXR file have few attributes, as many take minutes.
 
-    Layout by the OpenEXR file format: names and types end with 0, and a header ends with an empty
-    name; in multi-part files, so does the list of headers.
+    In the OpenEXR file layout, names and types end with 0, and a header ends with an empty name, as
+    does the list of headers in a multi-part file.
     """
     head = stream.read(_MOST_HEADER)
     several = len(head) > 5 and head[5] & 0x10
@@ -196,7 +197,7 @@ def _is_plain(stream: BinaryIO) -> bool:
 def is_unwieldy(spec: ImageSpec) -> bool:
     """Return whether a decoder must unpack over 128 MB for one row, or 4 GB in total.
 
-    All channels count, though only the colours are used.
+    All channels count, although only the colours are used.
     """
     rows = int(spec.tile_height)
     if not rows:
@@ -208,7 +209,7 @@ def is_unwieldy(spec: ImageSpec) -> bool:
 
 
 def rows_at_once(spec: ImageSpec, rows: int) -> int:
-    """Return the rows to read at a time, about `rows`, in whole tiles."""
+    """Return how many rows to read at a time: about `rows`, but in whole tiles."""
     tall = int(spec.tile_height)
     return max(rows // tall, 1) * tall if tall else rows
 
@@ -233,13 +234,14 @@ def read_rows(
 
     Args:
         source: A picture with one plane (depth 1).
-        rows, channels: First, and one past the last; rows count from the top of the stored data.
-        kind: OpenImageIO's name of the value type.
-        part: Subimage.
+        rows, channels: The first, and one past the last. Rows count from the top of the stored
+            data.
+        kind: OpenImageIO's name for the value type.
+        part: Index of the subimage.
 
     Returns:
-        (rows, W, channels) array of that type, or None if they cannot be read, for the reason that
-        `clear_error` returns.
+        (rows, W, channels) array of that type, or None if the rows cannot be read, for the reason
+        that `clear_error` returns.
     """
     spec = source.spec(part, 0)
     (start, stop), (begin, end) = rows, channels
@@ -262,14 +264,14 @@ def read_rows(
 
 
 def stated_value(spec: ImageSpec, name: str) -> object:
-    """Return an attribute of a file, or None if it is missing or is undecodable text."""
+    """Return an attribute of a file, or None if the attribute is missing or undecodable."""
     with contextlib.suppress(UnicodeError):
         return spec.getattribute(name)
     return None
 
 
 def as_stored() -> ImageSpec:
-    """Return a configuration that keeps colours unassociated with alpha."""
+    """Return a configuration that keeps colours as stored, without multiplying them by alpha."""
     import OpenImageIO as oiio
 
     config = oiio.ImageSpec()
@@ -278,7 +280,7 @@ def as_stored() -> ImageSpec:
 
 
 def stated_scale(path: Path) -> float:
-    """Return the factor for a file's values from its attribute `SCALE`; 1 if it has none."""
+    """Return the factor for a file's values from the attribute `SCALE`, or 1 if it is missing."""
     source = open_image(path)
     if source is None:
         return 1.0
@@ -289,7 +291,7 @@ def stated_scale(path: Path) -> float:
 
 
 def stated_orientation(source: ImageInput) -> int:
-    """Return a file's EXIF orientation, 1 to 8; also for Radiance files."""
+    """Return a file's EXIF orientation, 1 to 8, or its equivalent for a Radiance file."""
     orientation = int(source.spec().get_int_attribute("Orientation", 1))
     if source.format_name() == "hdr":
         # OpenImageIO 3.2 confuses "-X -Y" and "+X +Y".
@@ -300,7 +302,11 @@ def stated_orientation(source: ImageInput) -> int:
 def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
     """Return the chromaticities of a file's colours: x and y of red, green, blue and white.
 
-    Empty if none are stated or they are those of Rec. 709; `ValueError` if they are impossible.
+    Returns:
+        The eight numbers, or an empty tuple if the file states none or those of Rec. 709.
+
+    Raises:
+        ValueError: If the chromaticities are impossible.
     """
     chromaticities = spec.getattribute("chromaticities")
     if not isinstance(chromaticities, tuple):
@@ -312,7 +318,7 @@ def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
     """Rotate a picture, (H, W, C), upright by its EXIF 2.32 orientation (tag 0x0112).
 
-    Values other than 1 to 8 leave it unchanged.
+    Values other than 1 to 8 leave the picture unchanged.
     """
     if orientation in (5, 6, 7, 8):
         pixels = pixels.transpose(1, 0, 2)

@@ -1,7 +1,8 @@
 """Write pictures with OpenImageIO: PNG for display, OpenEXR and Radiance for linear light.
 
-Every picture is written atomically. OpenImageIO misses some disk errors: those of PNG, and those in
-the last bytes of OpenEXR and Radiance. So a file is read back before it replaces the old one.
+Every picture is written atomically. OpenImageIO misses some disk errors: those in PNG files, and
+those in the last bytes of OpenEXR and Radiance files. So a new file is read back before it replaces
+the old one.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
     Raises:
         CoreError: If the file cannot be written.
     """
-    # Level 4 takes half the time of the default 6, for files 5% larger.
+    # Level 4 takes half as long as the default 6, for files that are 5% larger.
     attributes: dict[str, object] = {
         "oiio:ColorSpace": "srgb_rec709_scene",
         "png:compressionLevel": 4,
@@ -67,15 +68,16 @@ def write_exr(
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
-        check: Called with the temporary file before it replaces the old one; may raise.
-        rough: Whether much of the light is estimated; saved as the attribute `ROUGH`.
-        shares: (H, W) float32 each, saved as extra channels with these names.
+        check: Function called with the temporary file before it replaces the old one. It may raise
+            an exception to keep the old file.
+        rough: Whether much of the light is estimated, to be saved as the attribute `ROUGH`.
+        shares: Extra channels to save, by name, (H, W) float32 each.
 
     Raises:
         CoreError: If the file cannot be written.
     """
     attributes: dict[str, object] = {
-        # Measured light has noise in its lowest bits: packing saves only 8% and takes 0.25 s.
+        # Measured light has noise in its lowest bits, so packing saves only 8% and takes 0.25 s.
         "compression": "none",
         "oiio:ColorSpace": "lin_rec709_scene",
     }
@@ -99,11 +101,11 @@ def write_half_exr(
     check: Callable[[Path], None] | None = None,
     rough: bool = False,
 ) -> None:
-    """Write linear light as half-float OpenEXR, PIZ compressed: a third of the size.
+    """Write linear light as half-float OpenEXR, PIZ compressed to a third of the size.
 
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709.
-        scale: A power of two that divides the picture; saved as the attribute `SCALE`.
+        scale: Power of two by which to divide the picture. It is saved as the attribute `SCALE`.
         white_cd_m2: Luminance of the stored value 1 in cd/m2.
         check, rough: As in `write_exr`.
 
@@ -124,7 +126,7 @@ def write_half_exr(
 
 
 def write_hdr(path: Path, picture: FloatImage) -> None:
-    """Write linear light as Radiance RGBE: 8 bits per channel and a common exponent.
+    """Write linear light as Radiance RGBE, with 8 bits per channel and a common exponent.
 
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709.
@@ -147,8 +149,8 @@ def write_image(
     """Write a picture in the format of the path's suffix.
 
     Args:
-        pixels: (H, W, C) uint8, float16 or float32. C contiguous.
-        kind: OpenImageIO's name of the value type.
+        pixels: (H, W, C) uint8, float16 or float32, C-contiguous.
+        kind: OpenImageIO's name for the value type.
 
     Raises:
         CoreError: If the file cannot be written.
@@ -164,10 +166,10 @@ def write_image(
 
     def write(temporary: Path) -> None:
         output = _output(temporary, path)
-        # Evaluated in order: if opening fails, nothing is written, but the file is always closed.
+        # If opening fails, nothing is written, but the file is always closed.
         ok = output.open(native_path(temporary), spec) and output.write_image(pixels)
         closed = output.close()
-        output.geterror()  # Cleared: it names library internals.
+        output.geterror()  # Clear the message, which names library internals.
         if not (ok and closed and _reads_back(temporary, pixels, kind, channels)):
             error = CoreError(
                 tr("Cannot write {path}.", path=path), tr("Check that the disk is not full.")
@@ -195,7 +197,7 @@ def _output(temporary: Path, path: Path) -> ImageOutput:
 def _reads_back(
     path: Path, pixels: Bytes | FloatImage | Halves, kind: str, channels: Sequence[str]
 ) -> bool:
-    """Compare the last rows: files are written from the top, so truncation loses the end."""
+    """Compare the last rows, which a truncated file loses as it is written from the top."""
     if path.suffix.lower() == ".png" and not path.read_bytes().endswith(_PNG_END):
         return False
     source = open_image(path)

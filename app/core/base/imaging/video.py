@@ -16,16 +16,16 @@ from app.core.base.catalogue import tr
 from app.core.base.errors import CoreError
 
 OPEN_S: Final = 6.0
-"""Longest time that FFmpeg may take to open a stream, seconds of wall-clock time."""
+"""Maximum time that FFmpeg may take to open a stream, in seconds of wall-clock time."""
 
 READ_S: Final = 6.5
-"""Longest time that FFmpeg may wait for a frame, seconds of wall-clock time."""
+"""Maximum time that FFmpeg may wait for a frame, in seconds of wall-clock time."""
 
 _SAYS_NOTHING: Final = "-8"  # FFmpeg's AV_LOG_QUIET
 
 SMALLEST: Final = 16
 LARGEST: Final = 8192
-"""Largest side of a frame, in pixels."""
+"""Maximum length of a frame's longer side, in pixels."""
 
 _HEAD_BYTES: Final = 400
 _PACKET: Final = 188
@@ -33,7 +33,7 @@ _ATOMS: Final = frozenset({b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"}
 
 
 class VideoError(CoreError):
-    """A file is missing or is not a video; `code` is "no-file" or "bad-file"."""
+    """A file is missing (`code` is "no-file") or is not a video ("bad-file")."""
 
     def __init__(self, message: str, hint: str = "", code: str = "bad-file") -> None:
         super().__init__(message, hint)
@@ -42,7 +42,7 @@ class VideoError(CoreError):
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep OpenCV from printing to the terminal when something cannot be opened."""
+    """Keep OpenCV from printing to the terminal when it cannot open something."""
     logging = cv2.utils.logging
     before = logging.getLogLevel()
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)
@@ -54,7 +54,7 @@ def quiet() -> Iterator[None]:
 
 def open_url(url: str) -> cv2.VideoCapture:
     """Open a URL or a file with FFmpeg, with a time limit for opening and for each frame."""
-    # OpenCV reads it when it first uses FFmpeg; without it, FFmpeg prints to the terminal.
+    # OpenCV reads this when it first uses FFmpeg; without it, FFmpeg prints to the terminal.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
     limits = [
         cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
@@ -72,11 +72,11 @@ def as_rgb(picture: Any) -> Bytes | None:
     """Convert an OpenCV frame to sRGB.
 
     Args:
-        picture: (H, W), (H, W, 1) or (H, W, 3) uint8: grey or BGR.
+        picture: (H, W), (H, W, 1) or (H, W, 3) uint8, grey or BGR.
 
     Returns:
-        (H, W, 3) uint8, RGB, or None if it is not a picture, or has a side under 16 or over 8,192
-            pixels.
+        (H, W, 3) uint8 sRGB, or None if `picture` is not an image or has a side of less than 16 or
+        more than 8,192 pixels.
     """
     array = np.asarray(picture)
     if array.dtype != np.uint8 or array.ndim not in (2, 3) or min(array.shape[:2]) < SMALLEST:
@@ -95,10 +95,10 @@ def fitted(picture: Bytes, width: int) -> Bytes:
 
     Args:
         picture: (H, W, 3) uint8. sRGB.
-        width: Largest width in pixels, or 0 for no limit.
+        width: Maximum width in pixels, or 0 for no limit.
 
     Returns:
-        (h, w, 3) uint8. In the same proportions; the same array if it already fits.
+        (h, w, 3) uint8. The picture in the same proportions, or the same array if it already fits.
     """
     rows, columns = picture.shape[:2]
     if width <= 0 or columns <= width:
@@ -108,13 +108,13 @@ def fitted(picture: Bytes, width: int) -> Bytes:
 
 
 def check_video(path: Path) -> None:
-    """Check that a file is a video of a kind that contains its own frames.
+    """Check that a file is a video that contains its own frames.
 
-    FFmpeg also opens lists of other files and of addresses; they are recognised by their first
-    bytes, whatever their name, and refused.
+    FFmpeg also opens lists of other files and of addresses. These are recognised by their first
+    bytes, whatever their name, and rejected.
 
     Raises:
-        VideoError: If it is missing ("no-file") or not a video ("bad-file").
+        VideoError: If the file is missing ("no-file") or is not a video ("bad-file").
     """
     try:
         if not path.is_file():
@@ -132,7 +132,7 @@ def _is_video(head: bytes) -> bool:
         return True
     if head.startswith(b"RIFF") and head[8:12] == b"AVI ":
         return True
-    # Packets of a transport stream; a camcorder puts four bytes in front of each.
+    # Packets of a transport stream, before each of which a camcorder puts four bytes.
     return any(
         head[start : start + 1] == b"G" and head[start + length : start + length + 1] == b"G"
         for start, length in ((0, _PACKET), (4, _PACKET + 4))
