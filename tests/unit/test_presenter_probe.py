@@ -250,7 +250,7 @@ class TestTroubles:
         notice = again.presenter.resolve().notice
         assert notice is not None
         assert notice.tone == "offer"
-        assert "2 of 3 frames are here" in notice.body
+        assert "2 of 3 frames are saved" in notice.body
         assert notice.buttons[-1] == ("leave-offer", "Not now")
         again.presenter.press("merge-offer")
         assert again.presenter.resolve().has_place
@@ -342,7 +342,7 @@ class TestCamera:
         block = cameras.block()
         assert block.address_error.startswith("Nothing answers at 192.168.1.7.")
         cameras.look_at("  ")
-        assert cameras.block().address_error.startswith("Type an address")
+        assert cameras.block().address_error.startswith("Enter an address")
         cameras.look_at("192.168.1.1")
         assert cameras.block().address_error == ""
         assert not cameras.block().missing

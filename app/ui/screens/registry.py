@@ -36,16 +36,17 @@ class ScreenPresenter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ScreenSpec:
-    """A screen, whose code is in `app.ui.screens.<key>` and imported on demand.
+    """A screen whose code is in `app.ui.screens.<key>` and is imported on demand.
 
     Attributes:
-        key: The package, and the value of `Model.step` that shows it. For "probe", the classes are
-            `screen.ProbePresenter` and `screen_view.ProbeScreen`.
+        key: Name of the package, and the value of `Model.step` that shows the screen. For "probe",
+            the classes are `screen.ProbePresenter` and `screen_view.ProbeScreen`.
         title, tip, command, icon: Label on the rail, its tooltip, the entry in "Find anything" and
         the icon. A screen without a title is not on the rail.
-        in_front: Returns whether the screen is visible, if not decided by `Model.step` alone.
+        in_front: Returns whether the screen should be visible, or is None if `Model.step` alone
+            decides.
         done: Returns whether the rail marks the screen as done.
-        note: Returns the decision made there in whole words, short enough for the rail.
+        note: Returns the decision made on the screen twice: briefly for the rail, and in full.
     """
 
     key: str
@@ -88,7 +89,7 @@ def _style(model: Model) -> tuple[str, str]:
 
 
 def _number_shown(model: Model) -> bool:
-    """Return whether the rail shows the turn, which it hides while the distance to go is shown."""
+    """Return whether the rail shows the goal, which is hidden on the Turn screen."""
     return model.step != Step.TURN and not model.goal_computing
 
 
@@ -120,7 +121,7 @@ SCREENS: Final = (
         Step.STYLES,
         title=tr("Styles"),
         tip=tr("Choose a style"),
-        command=tr("Styles: choose one"),
+        command=tr("Styles: choose a style"),
         icon="styles",
         done=lambda model: model.goal_deg is not None,
         note=_style,
@@ -128,8 +129,8 @@ SCREENS: Final = (
     ScreenSpec(
         Step.TURN,
         title=tr("Turn"),
-        tip=tr("Turn to it"),
-        command=tr("Turn to it"),
+        tip=tr("Turn to the style"),
+        command=tr("Turn: turn to the style"),
         icon="turn",
         done=lambda model: model.aim is not None and model.reached == model.aim,
         note=_goal,
@@ -138,7 +139,7 @@ SCREENS: Final = (
         Step.LIGHT,
         title=tr("Light"),
         tip=tr("Place a second light"),
-        command=tr("Light: place a second one"),
+        command=tr("Light: place a second light"),
         icon="light",
         done=lambda model: model.lamp_plan is not None,
         note=_lamp,

@@ -46,9 +46,9 @@ class DropRow(QWidget):
             widget.setFixedHeight(height)
 
     def show_watching(self, folder: str) -> None:
-        """Show the name of the watched folder, or the drop area if it is empty."""
+        """Show the name of the watched folder, or the drop area if the name is empty."""
         self._watching = bool(folder)
-        watching = tr("Watching {folder}: a bracket that arrives opens here", folder=folder)
+        watching = tr("Watching {folder}: new brackets open here", folder=folder)
         self._words.set_text(watching if folder else self._idle)
         self._icon.set("eye" if folder else "folder")
         self.watch_button.set_text(tr("Stop watching") if folder else tr("Watch a folder…"))

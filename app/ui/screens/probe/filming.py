@@ -1,4 +1,4 @@
-"""A film of a turn with the live camera: its picture, its progress and the resulting place.
+"""Films a turn with the live camera, shows the progress and creates a place from the film.
 
 The camera's newest picture enters a queue a few times a second. A job analyses each picture and
 appends it to a video, which becomes the source of the place.
@@ -31,7 +31,7 @@ _EVERY_S: Final = 0.35
 _LONGEST_S: Final = 90.0
 _TOLD_S: Final = 4.0
 _WAITING: Final = 12  # pictures; a slow computer skips some
-_TURN: Final = tr("Turn slowly, once around, with the face in the picture. Then stop.")
+_TURN: Final = tr("Turn around once, slowly, with the face in the picture. Then stop.")
 
 
 @dataclass(slots=True, eq=False)
@@ -46,7 +46,7 @@ class _Roll:
 
 
 class Filming:
-    """Films a turn and makes a place of the film."""
+    """Films a turn and creates a place from the film."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
@@ -57,7 +57,7 @@ class Filming:
         self.live: Live | None = None
 
     def toggle(self) -> None:
-        """Start a film, or end it and compute its light."""
+        """Start a film, or end the running film and compute its light."""
         if self.live is not None:
             self._find_light(self.live)
             return
@@ -75,12 +75,12 @@ class Filming:
         self._changed()
 
     def stop(self) -> None:
-        """Discard the film; no-op without one."""
+        """Discard the film, if one is running."""
         if self.live is not None:
             self._services.runner.cancel(KEY)
 
     def tick(self) -> None:
-        """Queue the camera's newest picture; called by the view."""
+        """Queue the camera's newest picture. The view calls this regularly."""
         roll = self._roll
         if self.live is None or roll.over.is_set() or not self._camera.tick():
             return
@@ -122,7 +122,7 @@ class Filming:
 def _take(
     roll: _Roll, token: Token, report: PhraseReport
 ) -> tuple[Film, Path, tempfile.TemporaryDirectory[str]]:
-    """Read the pictures of a film, and return it with its video in a temporary folder."""
+    """Read the pictures of a film, and return the film with its video in a temporary folder."""
     folder = tempfile.TemporaryDirectory(prefix="turnlight-")
     video = Path(folder.name) / "film.mp4"
     due_s = _TOLD_S
@@ -155,7 +155,7 @@ def _so_far(reader: FilmReader, time_s: float) -> str:
     if share >= 0.97:
         return tr("{seconds:.0f} s. The whole turn is covered: you can stop.", seconds=time_s)
     return tr(
-        "{seconds:.0f} s. The face shows for {degrees}° of 360°. Keep turning.",
+        "{seconds:.0f} s. The face is visible for {degrees}° of 360°. Keep turning.",
         seconds=time_s,
         degrees=round(360 * share),
     )

@@ -17,8 +17,8 @@ class LampRow:
     """A lamp in the table and on the panorama.
 
     Attributes:
-        letter, name: "A", "Window".
-        azimuth, elevation, share: "47°", "30° up", "at least 64%".
+        letter, name: For example "A" and "Window".
+        azimuth, elevation, share: For example "47°", "30° up" and "at least 64%".
         azimuth_deg, elevation_deg: Direction in the original panorama, in degrees.
         spoken: The whole row for a screen reader.
     """
@@ -36,7 +36,7 @@ class LampRow:
 
 
 def lamp_rows(findings: Findings, front_deg: float, *, rough: bool = False) -> tuple[LampRow, ...]:
-    """Return the rows of the table; at a `rough` place, clipped light is an estimate."""
+    """Return the rows of the table. In a `rough` place, clipped light is an estimate."""
     return tuple(_lamp_row(lamp, front_deg, rough) for lamp in findings.lamps)
 
 

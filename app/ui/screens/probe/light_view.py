@@ -1,4 +1,4 @@
-"""The left-hand side: tools, panorama, lamps or recent places, age of the light and drop area."""
+"""The left-hand side of the Probe screen, from the panorama's tools down to the drop area."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class LightColumn(QWidget):
         """Return the maximum height of the panorama, with room for two rows of lamps."""
         margins = self._body.contentsMargins()
         lower = 88 if self._lower.currentIndex() < 2 else 160
-        lower = -28 if self._lower.isHidden() else lower  # no scale either
+        lower = -28 if self._lower.isHidden() else lower  # the scale is hidden too
         rest = 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - px(rest)
 

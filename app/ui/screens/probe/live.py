@@ -1,7 +1,7 @@
 """The live preview on the way to a spot: the camera's picture and the three best styles.
 
 One job reads the camera and puts the newest picture into a mailbox. A second job evaluates the
-newest picture, one at a time, so a slow computer gives fewer results but never late ones.
+newest picture, one at a time, so a slow computer produces fewer results but never late ones.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class RoughCard:
     """One of the best styles in the live preview.
 
     Attributes:
-        title, side, turn, direction, grade: "Rembrandt", "sitter's left (camera right)", "96°",
-            "clockwise", "in reach".
+        title, side, turn, direction, grade: For example "Rembrandt", "sitter's left (camera
+            right)", "96°", "clockwise" and "in reach".
         arrow: Icon of the direction.
         note: "rough", and whether the style needs the full bracket.
-        unsure: Whether the turn depends on parts that the preview clips.
+        unsure: Whether the turn depends on parts of the picture that are clipped in the preview.
     """
 
     title: str
@@ -82,9 +82,9 @@ OPENING: Final = tr("Opening the live preview…")
 
 _LOST_WORDS: Final = tr("Preview lost. Stay near the camera; it reconnects by itself.")
 
-_NOTHING: Final = tr("No style seems to be in reach here. Walk on.")
+_NOTHING: Final = tr("No style seems to be within reach here. Walk on.")
 
-_HALF: Final = tr("The preview shows no whole panorama. Set the camera to show both lenses.")
+_HALF: Final = tr("The preview is not a whole panorama. Set the camera to show both lenses.")
 
 ROUGH: Final = tr("Rough, from the live preview")
 
@@ -129,7 +129,7 @@ class LivePreview:
             self._changed()
 
     def stop(self) -> None:
-        """Stop the preview so that the camera is free; no-op if it is not running."""
+        """Stop the preview, if it is running, so that the camera is free."""
         if self.live is not None:
             self.live = None
             self._services.runner.cancel(KEY)
@@ -139,7 +139,7 @@ class LivePreview:
             self._changed()
 
     def tick(self) -> None:
-        """Evaluate the newest picture, unless a job is already running; called by the view."""
+        """Evaluate the newest picture, unless a job is running. The view calls this regularly."""
         if self.live is None or self._answering:
             return
         now, jpeg = self._services.clock.now(), self._pictures.get()

@@ -22,10 +22,11 @@ class PlacePanorama:
     """The panorama of the open place.
 
     Attributes:
-        picture: The panorama at the latest rendered exposure, (h, 2 h, 3) uint8 sRGB, or None
-            without a place.
+        picture: The panorama at the latest rendered exposure, (h, 2 h, 3) uint8 sRGB, or None if
+            no place is open.
         findings: Lamps and clip mask, or None until they are computed.
-        frames: For each frame of the capture, (h, 2 h, 3) uint8 sRGB or None; empty until loaded.
+        frames: One picture per frame of the capture, (h, 2 h, 3) uint8 sRGB, or None if there is
+            none. Empty until loaded.
         target_ev: Exposure chosen by the user, in stops.
     """
 
@@ -90,7 +91,7 @@ class PlacePanorama:
             self._changed()
 
     def _expose(self) -> None:
-        """Render the picture at the chosen exposure, one job at a time for the newest choice."""
+        """Render the picture at the exposure chosen last, running only one job at a time."""
         light, stops = self._light, self.target_ev
         if light is None or self._exposing or stops == self._exposure_ev:
             return

@@ -23,8 +23,8 @@ from app.words.phrases.quantities import ev_words
 _ROOMY = 800  # minimum width for icons beside the labels
 
 _LAYERS = (
-    ("clipped", tr("Clipped"), "hatch", tr("Hatch areas too bright for every frame")),
-    ("lamps", tr("Lamps"), "bulb", tr("Letter the lamps")),
+    ("clipped", tr("Clipped"), "hatch", tr("Hatch the areas too bright for every frame")),
+    ("lamps", tr("Lamps"), "bulb", tr("Label the lamps with letters")),
     ("grid", tr("Grid"), "grid", tr("Draw a grid of directions")),
 )
 
@@ -37,7 +37,7 @@ class PanoramaTools(QWidget):
         t = theme()
         self.setFixedHeight(px(32))
         self.whole = IconButton("hand", tr("Show the whole panorama"), size="small")
-        self.whole.set_tip(tr("Drag to look around; press to show all of it"), "0")
+        self.whole.set_tip(tr("Drag to look around; click to show the whole panorama"), "0")
         self.out = IconButton("minus", tr("Zoom out"), size="small", shortcut="−")
         self.near = IconButton("plus", tr("Zoom in"), size="small", shortcut="+")
         self.percent = Text("100%", align=Qt.AlignmentFlag.AlignHCenter)
@@ -45,7 +45,7 @@ class PanoramaTools(QWidget):
         self.exposure = LabelledSlider(
             tr("Exposure"), -6.0, 6.0, 0.0, 0.1, partial(ev_words, tenths=True), inline=True
         )
-        self.exposure.setToolTip(tr("How bright it is shown; a double click resets it"))
+        self.exposure.setToolTip(tr("Brightness of the picture; double-click to reset it"))
         self.exposure.setMaximumWidth(px(296))
         if not compact:
             self.exposure.setMinimumWidth(px(200))

@@ -38,7 +38,7 @@ class ProbeState:
     """The state of the whole screen.
 
     Attributes:
-        picture: Panorama at the chosen exposure, (h, 2 h, 3) uint8 sRGB, or None without one.
+        picture: Panorama at the chosen exposure, (h, 2 h, 3) uint8 sRGB, or None if there is none.
         findings: Lamps and clip mask, or None while they are computed.
         front_deg: Azimuth at which the photographer stands, in degrees.
         exposure_ev: Exposure of the picture in stops.
@@ -90,7 +90,7 @@ class ProbeView(Protocol):
         """Ask for the folder to watch."""
 
     def ask_measured(self, way: str) -> None:
-        """Ask for the files of one of `WAYS`."""
+        """Ask for the files that one of `WAYS` needs."""
 
 
 BEAT_MS: Final = 100
@@ -155,7 +155,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.filming.stop()
 
     def tick(self) -> None:
-        """Update the preview, the capture's progress and the light's age; called by the view."""
+        """Update the preview, the capture's progress and the age of the light, for the view."""
         now = self._services.clock.now()
         self.live.tick()
         self.filming.tick()
@@ -189,7 +189,7 @@ class ProbePresenter(Presenter[ProbeView]):
         )  # fmt: skip
 
     def _on_view(self, act: Callable[[ProbeView], None]) -> Callable[[], None]:
-        """Return an action that runs on the attached view, or does nothing without one."""
+        """Return an action that runs on the attached view, or does nothing if none is attached."""
         return lambda: None if self._view is None else act(self._view)
 
     # -- state ---------------------------------------------------------------------------------
@@ -290,7 +290,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self._services.model.update(step=Step.STYLES, painting=None)
 
     def capture(self) -> None:
-        """Capture with the chosen plan, or ask for files of the chosen way."""
+        """Capture with the chosen plan, or ask for the files that the chosen way needs."""
         settings = self._services.model.settings
         if settings.measure_with != "camera" and not self.taking.active:
             self._on_view(lambda view: view.ask_measured(settings.measure_with))()
@@ -372,7 +372,7 @@ class ProbePresenter(Presenter[ProbeView]):
 
 
 def _kind(place: Place, findings: Findings | None) -> Kind:
-    """Return the kind of light at the place, which determines how soon it is out of date."""
+    """Return the kind of light at the place, which determines how soon the light is out of date."""
     location = place.location
     if location.sun:
         return "sun"

@@ -84,7 +84,7 @@ class ProbeScreen(QWidget):
         self.light.panorama.take_marker()
 
     def ask_measured(self, way: str) -> None:
-        """Ask for the files of one of `WAYS`."""
+        """Ask for the files that one of `WAYS` needs."""
         paths = ask_files(self, tr("Open files"), WAYS[way].files)
         if paths:
             self._presenter.open_files(paths)

@@ -17,7 +17,7 @@ KEY: Final = "watch"
 
 
 class _Relay(Token):
-    """A token that passes on the current job's, because one wait spans several jobs."""
+    """A token that relays the current job's token, because one wait spans several jobs."""
 
     __slots__ = ("brackets", "job")
 
@@ -104,7 +104,7 @@ class Watching:
         self._services.notify.tell_error(error)
 
     def _ended(self, relay: _Relay) -> None:
-        # Ignore a wait that was replaced by a newer one for the same folder.
+        # Ignore a wait that was replaced by a newer wait for the same folder.
         if relay is self._relay and self.folder is not None:
             self.folder = None
             self._changed()

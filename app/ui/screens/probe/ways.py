@@ -14,9 +14,9 @@ class Way:
 
     Attributes:
         steps: Instructions, in order.
-        button, files: Label of the button that asks for files, and their filter; not used for the
-            camera.
-        live: Labels that start and stop recording with the live camera, and a tip; may be empty.
+        button, files: Label of the button that asks for files, and the filter for those files. Not
+            used for the camera.
+        live: Labels for starting and stopping the live camera, and a tip. Empty if not available.
     """
 
     title: str
@@ -32,15 +32,15 @@ WAYS: Final = {
         live=(
             tr("Live preview"),
             tr("Stop the preview"),
-            tr("Walk with the camera; the best styles are named on the way"),
+            tr("Walk with the camera to see the best styles on the way"),
         ),
     ),
     "film": Way(
         tr("Film"),
         (
             tr("The sitter turns once on the spot, in 20 to 60 seconds."),
-            tr("Walk around with them, a metre away, their face in the middle of the picture."),
-            tr("Alone, hold your phone at arm’s length and turn with it."),
+            tr("Walk around with them, a metre away, with their face in the middle of the frame."),
+            tr("If you are alone, hold your phone at arm’s length and turn with it."),
             tr("Choose the film here. It stays on this computer."),
         ),
         tr("Choose a film…"),
@@ -48,16 +48,16 @@ WAYS: Final = {
         (
             tr("Film with the live camera"),
             tr("Stop filming"),
-            tr("The camera that the Turn step uses: a webcam, or a phone in your network"),
+            tr("The camera that the Turn step uses: a webcam, or a phone on your network"),
         ),
     ),
     "ball": Way(
         tr("Ball"),
         (
             tr("Put a chrome ball where the head will be. A garden or Christmas ball will do."),
-            tr("From where you will stand, fill a good part of the picture with it."),
+            tr("From where you will stand, fill a good part of the picture with the ball."),
             tr("Take three to seven exposures, two stops apart, without moving."),
-            tr("Choose them here, or drop two folders: a second side fills in what you hid."),
+            tr("Choose the photos here, or drop two folders: a second side fills in what you hid."),
         ),
     ),
     "photos": Way(
@@ -65,8 +65,8 @@ WAYS: Final = {
         (
             tr("Stand where the sitter will be, and turn on the spot."),
             tr("Take 12 to 40 photos that overlap by a third, level, up and down."),
-            tr("Two or three exposures of each capture windows and lamps."),
-            tr("Choose them here, or a phone’s panorama."),
+            tr("Take each at two or three exposures to capture windows and lamps."),
+            tr("Choose the photos here, or a phone’s panorama."),
         ),
     ),
     "file": Way(
@@ -79,4 +79,4 @@ WAYS: Final = {
         tr("Panoramas and photos (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"),
     ),
 }
-"""The ways to measure, by key of the setting."""
+"""The ways to measure, by the value of the setting `measure_with`."""

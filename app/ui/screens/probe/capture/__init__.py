@@ -1,1 +1,1 @@
-"""The right-hand side of the Probe screen: camera, way to measure and running capture."""
+"""The right-hand side of the Probe screen: the camera, the way to measure and the capture."""

@@ -28,10 +28,10 @@ from app.ui.screens.probe.capture.checklist import ChoiceRow
 
 @dataclass(frozen=True, slots=True)
 class CameraBlock:
-    """The camera, and the panel for choosing another one.
+    """The camera, and the panel for choosing another camera.
 
     Attributes:
-        title, second: "RICOH THETA V", "Wi-Fi, battery 82%, 1.9 GB free".
+        title, second: For example "RICOH THETA V" and "Wi-Fi, battery 82%, 1.9 GB free".
         missing: Whether there is no camera, in which case `second` says what to do.
     """
 
@@ -61,7 +61,7 @@ def is_loopback(host: str) -> bool:
 
 
 def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
-    """Return the camera's status: "Wi-Fi, battery 82%, 1.9 GB free", or "82%, 1.9 GB free"."""
+    """Return the status, such as "Wi-Fi, battery 82%, 1.9 GB free" or "82%, 1.9 GB free"."""
     parts = []
     if not short:
         # Every 360 camera is on Wi-Fi, but a simulated one runs on this computer.
@@ -74,11 +74,13 @@ def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
     return ", ".join(parts)
 
 
-NO_CAMERA: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
+NO_CAMERA: Final = tr(
+    "No camera found. Turn on the camera's Wi-Fi and join its network, or enter its address."
+)
 
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")
 
-_BOTH: Final = tr("Type both the user name and the password.")
+_BOTH: Final = tr("Enter both the user name and the password.")
 
 
 class CameraFinder:
@@ -100,7 +102,7 @@ class CameraFinder:
         status, block = self._services.model.camera, self._block
         block = replace(block, rows=tuple(_row(camera) for camera in self._cameras))
         if status is None:
-            second = self._missing or ("" if self._searched else tr("Not looked for yet."))
+            second = self._missing or ("" if self._searched else tr("Not searched for yet."))
             return replace(block, second=block.busy or second, asks_password=False)
         device, unsure = status.device, block.busy or self._missing
         return replace(
@@ -123,7 +125,7 @@ class CameraFinder:
         self._changed()
 
     def credentials(self, camera: FoundCamera) -> Credentials | None:
-        """Return the stored user name and password for a camera, or None; never blocks."""
+        """Return the stored user name and password for a camera, or None, without blocking."""
         return self._keys.get(_account(camera))
 
     # -- user actions --------------------------------------------------------------------------
@@ -175,9 +177,9 @@ class CameraFinder:
         """Look for a camera at the typed address."""
         devices = self._services.devices
         if not address.strip():
-            self._say(address_error=tr("Type an address, for example 192.168.1.1."))
+            self._say(address_error=tr("Enter an address, for example 192.168.1.1."))
             return
-        self._say(busy=tr("Asking {address}…", address=address.strip()), address_error="")
+        self._say(busy=tr("Contacting {address}…", address=address.strip()), address_error="")
         self._find(
             lambda token, _: devices.look_at(address.strip(), token),
             self._looked_at,
@@ -192,7 +194,7 @@ class CameraFinder:
                 self._changed()
 
     def give_password(self, user: str, password: str) -> None:
-        """Try a password; a correct one is saved only in the system's keyring."""
+        """Try a password and, if it is correct, save it only in the system's keyring."""
         camera = self._services.model.camera
         if camera is None:
             return
@@ -210,7 +212,7 @@ class CameraFinder:
             self._read(camera.device)
 
     def worked(self, camera: FoundCamera) -> None:
-        """Remember a camera that has captured a bracket for the next start."""
+        """Remember, for the next start, a camera that has captured a bracket."""
         # A simulated camera on this computer will not exist after a restart.
         if not is_loopback(camera.endpoint.host):
             home = self._services.folders.home
@@ -286,7 +288,7 @@ class CameraFinder:
                 devices.passwords().set(keys.user, keys.password)
             return answer, keys
 
-        self._say(busy=tr("Asking the camera…"))
+        self._say(busy=tr("Contacting the camera…"))
         self._services.runner.submit(
             "camera-state",
             work,
@@ -311,7 +313,7 @@ class CameraFinder:
     def _refused(self, camera: FoundCamera, error: Exception) -> None:
         if isinstance(error, PasswordNeeded):
             again = self._keys.pop(_account(camera), None) is not None
-            self._missing = tr("It asks for a password.")
+            self._missing = tr("The camera asks for a password.")
             wrong = error.message if again else ""
             self._say(busy="", open=True, asks_password=True, password_error=wrong)
         else:

@@ -1,4 +1,4 @@
-"""The camera: name, status and the panel for choosing another one."""
+"""The camera: its name, its status and the panel for choosing another camera."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class CameraHead(QWidget):
 
 
 class CameraPanel(QWidget):
-    """The list of cameras, an address field, and a password form if needed."""
+    """The list of cameras, an address field and, if needed, a password form."""
 
     def __init__(self, cameras: CameraFinder) -> None:
         super().__init__()
@@ -67,7 +67,7 @@ class CameraPanel(QWidget):
         self.hide()
 
     def _build(self) -> None:
-        """Create the controls on demand, because a camera found at once never needs them."""
+        """Create the controls on demand: they are never needed if a camera is found at once."""
         cameras = self._cameras
         self.trouble = Text("", 14, wrap=True)
         self.note = Text("", 12, role="dim", wrap=True)
@@ -113,7 +113,7 @@ class CameraPanel(QWidget):
         if not block.asks_password:
             self.password.set_text("")
         self.password.set_error(block.password_error)
-        hint = tr("It is saved only in this computer's keyring.")
+        hint = tr("The password is saved only in this computer's keyring.")
         self.hint.set_text(f"{block.password_hint} {hint}")
 
     def _show_rows(self, rows: tuple[ChoiceRow, ...], key: str) -> None:

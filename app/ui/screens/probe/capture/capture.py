@@ -1,4 +1,4 @@
-"""Captures from the screen: start, stop, resume, and repeat at the same spot."""
+"""Starts, stops and resumes captures from the screen, and repeats them at the same spot."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ _STOPPING: Final = tr("Restoring the camera’s settings")
 
 @dataclass(frozen=True, slots=True)
 class _CarryOver:
-    """The data that a new capture of the same spot takes from the last one."""
+    """The data that a new capture of the same spot takes over from the last capture."""
 
     folder: Path
     place: Place
@@ -73,7 +73,7 @@ class _CarryOver:
 
 
 class CaptureControl:
-    """The running capture, and the notice about the last one."""
+    """Controls the running capture, and provides the notice about the last capture."""
 
     def __init__(
         self,
@@ -159,7 +159,7 @@ class CaptureControl:
     # -- user actions --------------------------------------------------------------------------
 
     def start(self, plan: str, delay_s: int, *, back: bool = False) -> None:
-        """Start a capture; an open place passes on its name, spot and notes.
+        """Start a capture, which takes over the name, spot and notes of an open place.
 
         Args:
             plan: Key of the plan.
@@ -197,7 +197,7 @@ class CaptureControl:
             self._take_offer(key)
 
     def finish(self, offer: UnfinishedPlace) -> None:
-        """Resume a capture, or offer the choices first if frames are missing."""
+        """Resume a capture, or first offer a choice if frames are missing."""
         if self.active or offer.session is None:
             return
         self._trouble = None
@@ -405,7 +405,7 @@ def _stopped_words(recording: Recording) -> str:
     if journal is not None and journal.settings_to_restore:
         return tr(
             "Capture stopped. The camera’s own settings could not be restored: "
-            "connect to it and resume this capture."
+            "connect to the camera and resume this capture."
         )
     return tr("Capture stopped. The frames so far are saved; the camera’s settings are restored.")
 

@@ -1,4 +1,4 @@
-"""The right-hand column: ways to measure, camera, plan, checklist, frames, notice and buttons."""
+"""The right-hand column, from the ways to measure and the camera down to the buttons."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ class CameraColumn(Surface):
     def _show_running(self, state: ProbeState) -> None:
         running = state.running
         self.rough.say("" if running is None else running.rough)
-        # Once all exposures are taken, the panel gives its space to the advice.
+        # Once all exposures are taken, the checklist makes room for the advice.
         advised = running is None and bool(state.frames) and state.notice is not None
         over = advised or (running is not None and (running.sign.kind == "move" or self._compact))
         camera = state.way == "camera"

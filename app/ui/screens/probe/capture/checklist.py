@@ -1,4 +1,4 @@
-"""The checklist before a capture, and the rows of its lists."""
+"""The checklist before a capture, and the row used for its items, the plans and the cameras."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tiles of the checklist."""
+"""The tiles of the checklist."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class CheckTile(Pressable):
         if not compact:
             words = Text(check.title, 12, wrap=True)
             words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-            # Three lines of text in a longer language make the tile higher.
+            # In a language with longer words, three lines of text make the tile taller.
             row(46, (words, 1, Qt.AlignmentFlag.AlignVCenter), 28, into=self, margins=(0, 6, 0, 6))
 
     def show_ticked(self, ticked: bool) -> None:

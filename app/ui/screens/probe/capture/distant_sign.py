@@ -20,10 +20,10 @@ class DistantSign:
 
     Attributes:
         kind: Meaning of the colours: "wait", "act" (kneel and stay) or "move".
-        big, caption: "Frame 3 of 6", "Stay down".
-        fraction: Fraction of the exposures taken, from 0 to 1, or None before the first.
-        spoken: Sentence to speak when it changes, or empty for silence.
-        picture: First panorama, taken for metering, (h, 2 h, 3) uint8 sRGB or None.
+        big, caption: For example "Frame 3 of 6" and "Stay down".
+        fraction: Fraction of the exposures taken, from 0 to 1, or None before the first exposure.
+        spoken: Sentence to speak when it changes, or an empty string for silence.
+        picture: The panorama taken for metering, (h, 2 h, 3) uint8 sRGB, or None if there is none.
     """
 
     kind: Literal["wait", "act", "move"] = "wait"

@@ -1,4 +1,4 @@
-"""The sign that can be read from three metres away, with the metered panorama."""
+"""The sign that can be read from three metres away, and the metered panorama below it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _BAR: Final = 16
 
 
 class _Face(PaintedWidget):
-    """The sign's text, as large as it fits, on a colour with the same meaning."""
+    """The sign's text, as large as will fit, on a background colour with the same meaning."""
 
     least = (240, 160)
 
@@ -68,7 +68,7 @@ class _Face(PaintedWidget):
 
 
 def _fitting(words: str, room: QRectF) -> int:
-    """Return the largest font size at which text fits, before the theme's scale."""
+    """Return the largest font size at which the text fits, before the theme's scale is applied."""
     t = theme()
     width = QFontMetricsF(t.font(100, 700)).horizontalAdvance(words)
     most = 0.98 * min(room.width() / max(width, 1.0), room.height() / (1.25 * t.px(100)))
@@ -76,7 +76,7 @@ def _fitting(words: str, room: QRectF) -> int:
 
 
 class CaptureSign(QWidget):
-    """The sign, above the panorama that was metered."""
+    """The sign, with the metered panorama below it."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -20,8 +20,9 @@ class FrameTile:
     """One exposure.
 
     Attributes:
-        ev, shutter, clipped: "+2 EV", "1/15 s", "41% clipped"; empty if unknown.
-        picture: Thumbnail, (h, 2 h, 3) uint8 sRGB or None; not compared.
+        ev, shutter, clipped: For example "+2 EV", "1/15 s" and "41% clipped", each an empty string
+            if unknown.
+        picture: Thumbnail, (h, 2 h, 3) uint8 sRGB, or None. It is ignored in comparisons.
         arrived: Fraction of the file received, from 0 to 1.
     """
 
@@ -37,7 +38,7 @@ class FrameTile:
 def tile_of(
     ev: float, shutter_s: float, clipped: float | None, picture: object = None, arrived: float = 1.0
 ) -> FrameTile:
-    """Describe an exposure; `clipped` is None while it is unknown."""
+    """Describe an exposure, whose fraction `clipped` is None while it is unknown."""
     words = ev_words(ev), shutter_words(shutter_s) if shutter_s else ""
     clip, brief = ("", "") if clipped is None else _clip_words(clipped)
     return FrameTile(

@@ -30,7 +30,7 @@ class _FrameView(QWidget):
         self._bar.setMinimumWidth(0)
         self._bar.setMaximumWidth(px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        # below the exposure, or to its right if there is room
+        # the shutter speed goes below the EV, or to its right if there is room
         first = [self.ev, self.shutter] if narrow else [row(self.ev, ..., self.shutter, gap=None)]
         second = row(self._clip_icon, (self.clipped, 1), gap=4)
         column(self.picture, 4, self._bar, *first, second, into=self)
@@ -54,7 +54,7 @@ class _FrameView(QWidget):
 
 
 class FramesGrid(QWidget):
-    """The exposures side by side, with three or four in a row."""
+    """The exposures side by side, three or four to a row."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -98,15 +98,15 @@ def offer_notice(offer: UnfinishedPlace, when: str) -> Notice:
     whole = bool(offer.files) or (total > 0 and here == total)
     frames = tr("The capture stopped before the first frame.")
     if whole:
-        frames = tr("All frames are here and only have to be merged.")
+        frames = tr("All frames are saved and only need to be merged.")
     elif total:
-        frames = tr("{here} of {total} frames are here.", here=here, total=total)
+        frames = tr("{here} of {total} frames are saved.", here=here, total=total)
     buttons = [("resume-offer", tr("Merge them") if whole else tr("Resume"))]
     if 2 <= here < total:
         buttons.append(("merge-offer", tr("Merge these {number}", number=_number(here))))
     return Notice(
         "offer",
-        tr("“{name}” of {when} is not finished.", name=offer.name, when=when),
+        tr("“{name}” from {when} is not finished.", name=offer.name, when=when),
         frames,
         (*buttons, ("leave-offer", tr("Not now"))),
     )
@@ -208,14 +208,15 @@ def _clipped_notice(
     share = tr("most") if lamp.share >= _MOST else share_words(lamp.share, lamp.clipped)
     harmless = any(isinstance(each, ClippingSafe) and each.every for each in capture.advice)
     body = (
-        tr("It gives {share} of the light here, but no style's turn depends on it.", share=share)
+        tr("It provides {share} of the light here, but no style's turn depends on it.", share=share)
         if harmless
         else tr(
-            "It gives {share} of the light here, so turns may be a few degrees off.", share=share
+            "It provides {share} of the light here, so turns may be a few degrees off.",
+            share=share,
         )
         if lamp.share >= 0.05
         else tr(
-            "It gives {share} of the light here, and may be brighter than it looks.", share=share
+            "It provides {share} of the light here and may be brighter than it looks.", share=share
         )
     )
     # Keep the number and its unit on the same line.
