@@ -61,7 +61,7 @@ def test_mirrored_photo_is_read_the_right_way_round(table: Table, tmp_path: Path
     like.take([path])
     before = state(table)
     assert before.azimuth_deg == pytest.approx(-50, abs=8)
-    assert "switch on Mirrored" in before.hint
+    assert "turn on Mirrored" in before.hint
     like.set_mirrored(True)
     found = state(table)
     assert (found.mirrored, found.best) == (True, None)

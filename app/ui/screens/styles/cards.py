@@ -35,7 +35,7 @@ _SIDES: Final = {"left": 0, "right": 1, "none": 2}
 _RARE_POINTS: Final = 15.0  # penalty on the match that ranks rarely used styles behind others
 
 Way: TypeAlias = Literal["", "clockwise", "counter-clockwise", "none"]
-"""Direction of a turn, or empty without one."""
+"""Direction of a turn, or an empty string if there is no turn."""
 
 
 class Filter(StrEnum):
@@ -48,7 +48,7 @@ class Filter(StrEnum):
 
 
 class Sort(StrEnum):
-    """Order of the cards; those out of reach always come last."""
+    """Order of the cards. Cards out of reach always come last."""
 
     MATCH = "match"
     NAME = "name"
@@ -58,13 +58,13 @@ class Sort(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CardState:
-    """A card of the gallery; cards that compare equal look the same.
+    """A card of the gallery. Cards that compare equal look the same.
 
     Attributes:
-        turn: "96°", or empty without a turn.
+        turn: For example "96°", or an empty string if there is no turn.
         swapped: Whether `target` and `here` are swapped.
         meter: Match on the meter, 0 to 100, or None to hide the meter.
-        version: Version of the pictures, which are not compared themselves.
+        version: Version of the pictures, compared in place of the pictures themselves.
         stale: Whether the answer is for another selection, so that the card is dimmed for now.
         target, here: (h, w, 3) uint8 sRGB at the size of a card's picture, or None.
     """
@@ -93,8 +93,8 @@ class CardState:
 
 _EMPTY: Final = {
     Filter.ALL: "",
-    Filter.IN_REACH: tr("No style is in reach here. A lamp may help."),
-    Filter.OUT_OF_REACH: tr("Every style is in reach here."),
+    Filter.IN_REACH: tr("No style is within reach here. A lamp may help."),
+    Filter.OUT_OF_REACH: tr("Every style is within reach here."),
     Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
 }
 
@@ -113,7 +113,7 @@ def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, s
         stale: Whether the answers are for another selection, so that the counts are left out.
 
     Returns:
-        tuple of (Filter, str).
+        Pairs of a filter and its label.
     """
     within = sum(snapshot.within(one) for one in snapshot.results.values())
     without = len(snapshot.results) - within
@@ -148,20 +148,20 @@ def cards_of(
 
 
 def stale_card(card: CardState) -> CardState:
-    """Dim a card whose answer is for another selection; screen readers skip its numbers."""
+    """Dim a card whose answer is for another selection, and hide its text from screen readers."""
     words = tr("{title}, computing", title=card.title)
     return replace(card, stale=True, spoken=words, tip=words)
 
 
 def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
-    """Return the current style: the chosen one, or the suggested one until that exists."""
+    """Return the current style: the chosen style if it exists, otherwise the suggested style."""
     if chosen is not None and chosen in snapshot.styles:
         return chosen
     return proposal(tuple(snapshot.results.values())) or next(iter(snapshot.styles), None)
 
 
 def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
-    """Move a common style in front of a rare one of the same grade."""
+    """Move the first common style ahead of rare styles of the same grade."""
     results = [snapshot.results.get(name) for name in names]
     ranks = [_rank(snapshot, result) if result else 0 for result in results]
     for name, rank in zip(names, ranks, strict=True):
@@ -195,14 +195,14 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
 
 
 def _rank(snapshot: Snapshot, result: StyleResult) -> int:
-    """Return the rank of a grade: 0 in reach, 1 nearly, 2 out of reach."""
+    """Return the rank of a result: 0 for within reach, 1 for nearly and 2 for out of reach."""
     if snapshot.paper or not result.attainable:
         return 2 * (not snapshot.within(result))
     return int(result.grade == "nearly")
 
 
 def rules_words(snapshot: Snapshot) -> str:
-    """Return a sentence about styles graded differently by the paper; empty outside paper mode."""
+    """Return a sentence on styles that the paper grades differently, or "" outside paper mode."""
     results = snapshot.results.values()
     if not snapshot.paper or not results:
         return ""
@@ -264,7 +264,7 @@ def _card(snapshot: Snapshot, name: str, is_chosen: bool) -> CardState:
 
 
 def lamps_note(snapshot: Snapshot, name: str) -> str:
-    """Return a note that a style does not use the chosen lamps, or empty."""
+    """Return a note that a style does not use the chosen lamps, or "" if it does."""
     head = snapshot.question.head
     name = snapshot.source(name)
     studio = head.studio_wanted(name)
@@ -274,7 +274,7 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Return a note that an answer is rough or depends on clipped light or gaps."""
+    """Return a note that an answer is rough or depends on clipped light or gaps, or ""."""
     question = snapshot.question
     if name not in snapshot.results:
         return ""
@@ -301,7 +301,7 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
 def _paper_card(
     card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
 ) -> CardState:
-    """Return the card graded by the paper's C, with our grade if it differs."""
+    """Return the card graded by the paper's C, with our own grade if the two differ."""
     quality, least = snapshot.quality(result), LIMITS.quality
     most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
     within, turn = snapshot.within(result), result.turn_refined_deg
@@ -325,13 +325,13 @@ def _paper_card(
 
 
 def least_match(snapshot: Snapshot, style: Style) -> float:
-    """Return the minimum match of a style in reach."""
+    """Return the minimum match at which a style is within reach."""
     own = style.signature
     return own.match[1] if own.relations else LIMITS.match
 
 
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
-    """Return sentences about a style that is only nearly in reach, or close to another style."""
+    """Return sentences on a style that is only nearly within reach, or close to another style."""
     titles = {name: full_title(style) for name, style in snapshot.styles.items()}
     return verdict.near_words(
         result,
@@ -342,7 +342,7 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
 
 
 def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
-    """Return the first of `beside_words`, for a normal and for a narrow card."""
+    """Return the first sentence of `beside_words`, worded for a normal and for a narrow card."""
     styles = snapshot.styles
     if result.looks_more_like is not None:
         other = styles[result.looks_more_like]
@@ -360,7 +360,7 @@ def gain_lines(result: StyleResult) -> list[str]:
 
 
 def close_style(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return the title of the style that the picture is close to, or empty if already mentioned."""
+    """Return the title of the style that the picture is close to, or "" if already mentioned."""
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
@@ -368,13 +368,13 @@ def close_style(result: StyleResult, snapshot: Snapshot) -> str:
 
 
 def close_to(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return a sentence about the style that the picture is close to, or empty if redundant."""
+    """Return a sentence about the style that the picture is close to, or "" if redundant."""
     title = close_style(result, snapshot)
     return verdict.close_to(title) if title else ""
 
 
 def _out_of_reach(result: StyleResult) -> tuple[str, str]:
-    """Return the reason, for a normal and for a narrow card."""
+    """Return why a style is out of reach, worded for a normal and for a narrow card."""
     soft = result.match >= LIMITS.match and result.strength < LIMITS.strength
     if result.grade is None and soft:
         numbers = result.strength, LIMITS.strength

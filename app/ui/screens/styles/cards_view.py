@@ -1,7 +1,7 @@
 """The cards of the gallery, each painted in one go because a window has twenty of them.
 
 `CompareSheet` shows several styles side by side. `TurnWords` shows the turn in large figures with
-its direction, and `Facts` the numbers beside it.
+its direction, and `Facts` shows the numbers beside the turn.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ def picture_size(card: int) -> QSize:
 
 
 def card_size(wide: int) -> QSize:
-    """Return the size of a card of this width in logical pixels, over half of it faces."""
+    """Return the size of a card of this width in logical pixels. Faces fill over half of it."""
     return QSize(wide, picture_size(wide).height() + theme().px(_EDGE) + theme().px(_BELOW))
 
 
 class StyleCard(Card):
-    """A style with target and picture here, name and turn, side and match, and meter."""
+    """A style: the target and the picture here, with the name, turn, side, match and meter."""
 
     marked = Signal()
-    """Emitted to mark or unmark the style for comparison, on Ctrl+click or Space."""
+    """Emitted on Ctrl+click or Space to mark or unmark the style for comparison."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
@@ -72,7 +72,7 @@ class StyleCard(Card):
             self.update()
 
     def click(self) -> None:
-        """Open the style, for Enter as for a double click."""
+        """Open the style on Enter, as on a double click."""
         self.opened.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -194,7 +194,7 @@ class PaintCard(Card):
         super().__init__(tr("Paint a new style"), dashed=True)
         title = Text(tr("Paint a new style"), 14, 600, elide=True)
         head = row(Icon("brush", 20), (title, 1), gap=10)
-        words = tr("Say where the face should be brighter and darker.")
+        words = tr("Show where the face should be brighter and darker.")
         more = Text(words, 12, role="dim", wrap=True)
         column(..., head, more, ..., into=self, gap=8, margins=16)
         self.setAccessibleDescription(words)
@@ -218,7 +218,7 @@ class DamagedCard(OutlineBox):
 
 
 class HeldKey(QObject):
-    """Reports whether S is held in a widget, whichever of its children has the focus."""
+    """Reports whether the S key is held while a widget or any of its children has the focus."""
 
     held = Signal(bool)
 
@@ -227,7 +227,7 @@ class HeldKey(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Follow the key, and release it where its own release would be missed."""
+        """Follow the key, and report its release where the key event would be missed."""
         kind, down = event.type(), QEvent.Type.KeyPress
         if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
             self.held.emit(False)
@@ -266,7 +266,7 @@ class _ComparedStyle(QWidget):
         self.swap(False)
 
     def swap(self, swapped: bool) -> None:
-        """Swap target and here."""
+        """Swap the target and the picture here."""
         sides = self._sides[:: -1 if swapped else 1]
         for picture, (pixels, tag, exposed) in zip(self.pictures, sides, strict=True):
             picture.set_picture(pixels)
@@ -275,7 +275,7 @@ class _ComparedStyle(QWidget):
 
 
 class CompareSheet(KeysSheet):
-    """Two to four styles side by side, in pictures with the same size, crop and exposure."""
+    """Two to four styles side by side, in pictures of the same size, crop and exposure."""
 
     opened = Signal(str)
 
@@ -310,7 +310,7 @@ _FACTS: Final = (
 
 
 class TurnWords(QWidget):
-    """The turn with direction and clock position, or the verdict on a style out of reach."""
+    """The turn with its direction and clock position, or the verdict on a style out of reach."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -350,9 +350,7 @@ class TurnWords(QWidget):
         self._direction.setVisible(bool(self._direction.text()) and (self._compact or not probe))
         aside = out and not state.at_best
         self._clock.say(turn_words(state.needle) if aside else "" if out else state.clock)
-        self._verdict.set_text(
-            tr("Turns come with the light of a place.") if probe else state.verdict
-        )
+        self._verdict.set_text(tr("Measure a place to see the turns.") if probe else state.verdict)
         self._verdict.setVisible(probe or (out and not (aside and self._compact)))
         self._reason.set_text(state.reason)
         self._reason.setVisible(out and not aside and not self._compact)
@@ -364,7 +362,7 @@ def _value(key: str) -> Text:
 
 
 class Facts(QWidget):
-    """Arc, match, contrast and lighting ratio."""
+    """The tolerance arc, match, contrast and lighting ratio."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -379,7 +377,7 @@ class Facts(QWidget):
         column(facts, self._short, ..., into=self, gap=gap)
 
     def show_state(self, state: DetailState) -> None:
-        """Show the numbers at the needle's turn, leaving out empty ones."""
+        """Show the numbers at the needle's turn, leaving out those that are empty."""
         for key, (name, value) in self._rows.items():
             words = str(getattr(state, key))
             value.say(words)
@@ -395,7 +393,7 @@ class Facts(QWidget):
 
 
 def _describe(widget: QWidget, words: str) -> None:
-    """Set the tooltip of a widget, also for screen readers."""
+    """Set the tooltip of a widget and its description for screen readers."""
     if widget.accessibleDescription() != words:
         widget.setToolTip(words)
         widget.setAccessibleDescription(words)

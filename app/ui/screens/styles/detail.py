@@ -51,7 +51,7 @@ class CurveMark:
     """A marked turn of the curve, with its picture.
 
     Attributes:
-        tag, words: "Median", "Median at −84°: C 12".
+        tag, words: For example "Median" and "Median at −84°: C 12".
         picture: (h, w, 3) uint8 sRGB at the size of the portraits.
     """
 
@@ -68,32 +68,32 @@ class DetailState:
     Attributes:
         target, here: Portraits with the same size, crop and exposure rule, (h, w, 3) uint8 sRGB or
             None.
-        target_tag, here_tag: "Target", "Here, at 96°".
-        target_exposed, here_exposed: "+1.3 stops", for the picture here only.
-        exposed_tip: Sentence that explains the reference of these stops.
-        lamps_note: "Shown with its own lamps: at 2:1 it would not be seen."
-        marks: Turns of median and minimum C, as in figure 4 of the paper; only in paper mode.
-        curve: Match at 64 turns, from 0 to 100, or empty before light is measured.
-        close: "Close to Rembrandt".
-        numbers, limit_words: "match 87", "Limit of reach: 45", as on the card.
-        arc: Tolerance arc in degrees, or None out of reach.
-        best: Best turn in degrees, or None before light is measured.
+        target_tag, here_tag: For example "Target" and "Here, at 96°".
+        target_exposed, here_exposed: For example "+1.3 stops", for the picture here only.
+        exposed_tip: Sentence that explains what these stops are relative to.
+        lamps_note: For example "Shown with its own lamps: lamps of 2:1 would not show it."
+        marks: Turns with the median and minimum C, as in figure 4 of the paper. Only in paper mode.
+        curve: Match at 64 turns, from 0 to 100, or an empty tuple before the light is measured.
+        close: For example "Close to Rembrandt".
+        numbers, limit_words: For example "match 87" and "Limit of reach: 45", as on the card.
+        arc: Tolerance arc in degrees, or None if the style is out of reach.
+        best: Best turn in degrees, or None before the light is measured.
         peaks: Turns of the other peaks in degrees.
         needle: Displayed turn in degrees.
-        turn: "96°".
-        direction, clock: "clockwise", "toward 3 o’clock".
-        good_from, match, contrast: "79° to 111°", "96", "62% of the studio’s".
-        ratio, ratio_short, ratio_tip: "2.3 stops", "4.9:1 key + fill : fill", and the whole
-            sentence.
-        verdict, reason: For a style out of reach: "Best match here is 29 at 62° counter-clockwise.
-            The limit is 45.", and the reason.
-        panorama: Panorama of the place, (H, W, 3) uint8 sRGB or None; the object stays the same for
-            each place.
+        turn: For example "96°".
+        direction, clock: For example "clockwise" and "toward 3 o’clock".
+        good_from, match, contrast: For example "79° to 111°", "96" and "62% of the studio’s".
+        ratio, ratio_short, ratio_tip: For example "2.3 stops", "4.9:1 key + fill : fill" and the
+            whole sentence.
+        verdict, reason: For a style out of reach, for example "Best match here is 29 at 62°
+            counter-clockwise. The limit is 45." and the reason.
+        panorama: Panorama of the place, (H, W, 3) uint8 sRGB, or None. All states of a place share
+            the same object.
         front: Panorama azimuth of the photographer in degrees.
-        weights: (h, w) float32 or None. Pre-integrated target at turn 0; the object stays the same
-            for each style and head.
+        weights: Pre-integrated target at turn 0, (h, w) float32, or None. All states of a style and
+            head share the same object.
         background: View behind the sitter at the needle's turn, (h, w, 3) uint8 sRGB or None.
-        stale: Whether the state is for another selection, and so dimmed under "Computing…".
+        stale: Whether the state is for another selection, and therefore dimmed under "Computing…".
     """
 
     key: str = ""
@@ -210,7 +210,7 @@ def with_words(
 def _with_quality(
     state: DetailState, snapshot: Snapshot, result: StyleResult, quality: float
 ) -> DetailState:
-    """Show C instead of the match, scaled from its minimum, if negative, or 0 to its maximum."""
+    """Show C instead of the match, scaled from its minimum (0 if positive) to its maximum."""
     curve, limit = result.quality_curve * snapshot.quality_scale, LIMITS.quality
     low = min(float(curve.min()), 0.0)
     size = max(float(curve.max()), limit, low + 1e-30) - low
@@ -240,7 +240,7 @@ def _caution(result: StyleResult, snapshot: Snapshot) -> str:
 
 
 def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) -> str:
-    """Return the tolerance arc and its reliability as text, or empty out of reach."""
+    """Return the tolerance arc and its reliability as text, or "" if the style is out of reach."""
     if not within:
         return ""
     arc = arc_words(result.arc_near(turn))

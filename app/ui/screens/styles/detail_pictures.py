@@ -51,7 +51,7 @@ _OF_PICTURE: Final = (
     *("here", "here_exposed", "exposed_tip", "lamps_note", "marks"),
     *("ratio", "ratio_short", "ratio_tip", "glare", "glare_tip", "glare_strong"),
 )
-"""Fields measured in the picture here, which are always updated together with it."""
+"""Fields measured in the picture here, which are always updated together with the picture."""
 
 
 class DetailResolver:
@@ -78,11 +78,11 @@ class DetailResolver:
         """Return the detail of a style.
 
         Args:
-            needle_deg: Turn in degrees, or None for the best one.
+            needle_deg: Turn in degrees, or None for the best turn.
             quick: Whether to use small pictures, which keep up with a drag, unless larger ones
                 exist.
-            draft: Whether to halve the pixels across and leave out catchlights.
-            last: State whose larger picture is shown in place of a quick one.
+            draft: Whether to halve the width in pixels and leave out catchlights.
+            last: State whose larger picture is shown in place of a quick picture.
         """
         key = (name, needle_deg, sizes.portrait, sizes.background)
         quick = quick and not self._cache.has("state", (*key, None), snapshot)
@@ -134,7 +134,7 @@ class DetailResolver:
     def _with_last_picture(
         self, state: DetailState, snapshot: Snapshot, last: DetailState
     ) -> DetailState:
-        """Keep the last picture while the needle moves, together with the values of its turn."""
+        """Keep the last picture while the needle moves, and its values if the turn is the same."""
         if last.needle == state.needle:
             return replace(state, **{name: getattr(last, name) for name in _OF_PICTURE})
         return replace(
@@ -224,7 +224,7 @@ class DetailResolver:
         sizes: Sizes,
         quick: bool,
     ) -> tuple[CurveMark, ...]:
-        """Return the turns of median and minimum C with pictures, as in the paper's figure 4."""
+        """Return marks with pictures at the median and minimum C, as in figure 4 of the paper."""
         curve, head = result.quality_curve, snapshot.question.head
         everywhere = np.ones(len(curve), bool)
 

@@ -48,7 +48,7 @@ def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSi
     """Return the sizes of portraits and background in logical pixels for a width of the detail.
 
     Args:
-        marks: Number of portraits beside target and here.
+        marks: Number of portraits beside the target and the picture here.
 
     Returns:
         For example 200 x 208 and 128 x 136 at a width of 456.
@@ -72,7 +72,7 @@ def _inner(width: int) -> int:
 
 
 class _Title(QWidget):
-    """The name of the style; names of the user's own styles can be edited in place."""
+    """The name of the style, which can be edited in place if the style is the user's own."""
 
     renamed = Signal(str)
 
@@ -125,7 +125,7 @@ class _Title(QWidget):
 
 
 class _Legend(QWidget):
-    """The key to orange and blue."""
+    """The legend for orange and blue."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -136,7 +136,7 @@ class _Legend(QWidget):
 
 
 class _Warning(QWidget):
-    """A line with an icon that keeps its height while empty, so that nothing jumps."""
+    """A line of text with an icon. It keeps its height while empty, so that nothing below jumps."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -314,12 +314,12 @@ class StyleDetail(Surface):
     # -- showing -------------------------------------------------------------------------------
 
     def show_clipped(self, clipped: bool) -> None:
-        """Offer to capture the full range; a small window then shows Paint as an icon."""
+        """Offer to capture the full range. In a small window, this reduces Paint to its icon."""
         self.recapture.setVisible(clipped)
         self.paint.setText("" if clipped and self._compact else tr("Paint"))
 
     def show_state(self, state: DetailState) -> None:
-        """Update the widgets that differ for a style at a turn."""
+        """Show a style at a turn, updating only the widgets that differ."""
         before, self._last = self._last, state
         if state is before:
             return
@@ -350,7 +350,7 @@ class StyleDetail(Surface):
         self.paint.set_available(bool(state.key))
 
     def _show_marks(self, before: DetailState | None, state: DetailState) -> None:
-        """Show median and minimum C beside target and here, in paper mode."""
+        """Show the median and minimum C beside the target and the picture here, in paper mode."""
         for picture, mark in zip(self.marks, state.marks, strict=False):
             picture.set_picture(mark.picture)
             picture.set_tag(mark.tag)
@@ -388,7 +388,7 @@ class StyleDetail(Surface):
     # -- user actions --------------------------------------------------------------------------
 
     def _on_move(self, turn_deg: float) -> None:
-        """Store the latest turn, skipping those in between."""
+        """Store the latest turn, skipping the turns in between."""
         self._turn = turn_deg
         if not self._later.isActive():
             self._later.start()
@@ -414,7 +414,7 @@ class StyleDetail(Surface):
         stale = state is not None and state.stale
         why_not = COMPUTING if stale else NEEDS_LIGHT
         if state is not None and state.verdict:
-            menu.add(tr("Turn there all the same"), self.turn_asked.emit, "turn")
+            menu.add(tr("Turn there anyway"), self.turn_asked.emit, "turn")
         for action in self._actions():
             works = action.enabled()
             if works or not action.key.endswith("-style") or action.key == "import-style":

@@ -1,4 +1,4 @@
-"""The files of the current style: set sheet, numbers and the user's own styles."""
+"""Files for the current style: the set sheet, the numbers and the user's own styles."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ LIKE_PHOTO: Final = tr("A new style like a photo…")
 
 
 class StyleFilesView(Protocol):
-    """A view that asks for names, files and photos, and opens folders and the clipboard."""
+    """A view that asks for names, files and photos, shows folders and copies to the clipboard."""
 
     def ask_name(self, title: str) -> None:
         """Ask for a new name for the chosen style, and pass it to `files.rename`."""
 
     def show_trouble(self, sentence: str) -> None:
-        """Show why the name is invalid, beside it."""
+        """Show, beside the name, why it is invalid."""
 
     def ask_photo(self) -> None:
-        """Ask for a photo to turn its light into a style."""
+        """Ask for a photo whose light should become a style."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
         """Ask for a file, and pass it to the `files` method of the same name."""
@@ -60,11 +60,11 @@ class StyleFilesView(Protocol):
         """Show a folder in the system's file manager."""
 
     def copy(self, text: str) -> None:
-        """Copy a text to the clipboard."""
+        """Copy text to the clipboard."""
 
 
 def plain_name(text: str) -> str:
-    """Return a text as a file name that is valid on any computer.
+    """Turn text into a file name that is valid on any computer.
 
     Examples:
         >>> plain_name("North/South: 5 pm?")
@@ -93,7 +93,8 @@ def save_sheet(
     """Create a set sheet and save it.
 
     Raises:
-        CoreError: If the user did not agree to replace a file, or it cannot be written.
+        CoreError: If an existing file would be replaced without the user's consent, or if the file
+            cannot be written.
     """
     from app.export.set_page import write_pdf, write_png
     from app.export.set_sheet import assemble
@@ -101,7 +102,7 @@ def save_sheet(
     target = path if path.suffix.lower() in _ENDINGS else path.with_name(f"{path.name}.pdf")
     if target != path and target.exists():
         raise CoreError(
-            tr("There is already a file {file}.", file=target.name), tr("Choose another name.")
+            tr("A file named {file} already exists.", file=target.name), tr("Choose another name.")
         )
     question, light = snapshot.question, snapshot.question.light
     assert light is not None, "a sheet needs a place"
@@ -155,7 +156,7 @@ ROUGHLY: Final = {
 
 
 def _age_words(place: Place | None, now: datetime) -> str:
-    """Return the age of the light, with the way it was measured if that is rough."""
+    """Return the age of the light, with the way it was measured if the light is only rough."""
     if place is None or place.capture is None:
         return ""
     how, where = ROUGHLY.get(place.capture.plan, ""), place.location
@@ -179,7 +180,7 @@ class StyleFiles:
         self._view: StyleFilesView | None = None
 
     def attach(self, view: StyleFilesView | None) -> None:
-        """Ask this view for names and files from now on, or no view if it is None."""
+        """Ask this view for names and files from now on, or ask nothing if `view` is None."""
         self._view = view
 
     def actions(self) -> Sequence[Action]:
@@ -237,7 +238,7 @@ class StyleFiles:
         self._services.notify.tell(words, kind="done", actions=actions, about=_SHEET_JOB)
 
     def copy_numbers(self) -> None:
-        """Copy turn, arc, match, strength and ratio to the clipboard."""
+        """Copy the turn, arc, match, contrast and ratio to the clipboard."""
         if self._view is not None and self._has_turn():
             self._view.copy(numbers_text(self._front()[1], self._place_name()))
             self._services.notify.tell(tr("Numbers copied."), kind="done")
@@ -265,13 +266,13 @@ class StyleFiles:
             self._own.duplicate(style, self._own.add)
 
     def delete(self) -> None:
-        """Delete the current style; undo restores it."""
+        """Delete the current style, which undo can restore."""
         style = self._own_style()
         if style is not None:
             self._own.delete(style)
 
     def ask_export(self) -> None:
-        """Ask for a file to export to."""
+        """Ask for the file to which the current style will be exported."""
         style = self._own_style()
         if style is not None and self._view is not None:
             self._view.ask_file("export", f"{plain_name(style.title)}{EXPORT_ENDING}")
@@ -283,7 +284,7 @@ class StyleFiles:
             self._own.export(style, path)
 
     def ask_photo(self) -> None:
-        """Ask for a photo to turn its light into a style."""
+        """Ask for a photo whose light should become a style."""
         if self._view is not None:
             self._view.ask_photo()
 

@@ -82,14 +82,14 @@ class GalleryQuestion:
     Attributes:
         light: Light of the place, or None before it is measured, when there are no results.
         objective: "picture" or "paper".
-        sun: Panorama azimuth and elevation in degrees, or None.
+        sun: Panorama azimuth and elevation of the sun in degrees, or None if unknown.
         size: Rows and columns of a card's picture.
         rough: Whether the place was measured from one photo.
-        doubtful, unseen: Styles whose answers depend on clipped light, and on gaps.
+        doubtful, unseen: Styles whose answers depend on clipped light and on gaps, respectively.
         selection: Selection for which the results were computed.
         capture: How the light was measured.
-        pinned: Style whose exposure all pictures share ("" for the suggested one), or None if each
-            picture has its own.
+        pinned: Style whose exposure all pictures share, "" for the suggested style, or None if each
+            picture has its own exposure.
     """
 
     head: Head
@@ -109,14 +109,14 @@ class GalleryQuestion:
     capture: CaptureFacts | None = None
 
     def findings(self) -> Findings:
-        """Return the lamps of the place; the first call takes a while."""
+        """Return the lamps of the place. The first call takes a while."""
         return Findings() if self.light is None else lamps_here(self.light, self.capture)
 
     def is_current(self, model: Model) -> bool:
         """Return whether the question matches the current selection."""
         if self.light is not None or model.light is not None:
             return self.light is model.light and self.selection == model.selection
-        # only targets
+        # without light, only the targets matter
         same_head = self.head is model.head and self.head.name == model.head_name
         return same_head and self.head.studios == model.studios
 
@@ -126,10 +126,11 @@ class Snapshot:
     """A gallery whose numbers and pictures belong together.
 
     Attributes:
-        targets: Mapping[str, uint8]. Target portraits (h, w, 3), never grey.
-        pictures: Target and here as on the cards; here is None without light.
+        targets: Target portraits by style, each (h, w, 3) uint8 sRGB and never grey.
+        pictures: For each style, the target and the picture here as shown on the card. The picture
+            here is None if there is no light.
         quick: Whether the pictures have the transport's resolution although full size is possible.
-        exposed: Common exposure of all pictures here, or empty if each has its own.
+        exposed: Common exposure of all pictures here, or an empty tuple if each has its own.
     """
 
     question: GalleryQuestion
@@ -144,7 +145,7 @@ class Snapshot:
 
     @property
     def paper(self) -> bool:
-        """Whether the paper's rule applies: a style with C below the limit is out of reach."""
+        """Whether the paper's rule applies: styles with C below the limit are out of reach."""
         return self.question.objective == "paper" and self.question.light is not None
 
     @cached_property
@@ -163,7 +164,7 @@ class Snapshot:
         return name in self.results and self.source(name) in doubtful
 
     def within(self, result: StyleResult) -> bool:
-        """Return whether a style is in reach, by the rule that applies."""
+        """Return whether a style is within reach, by the rule that applies."""
         if self.paper:
             return self.quality(result) >= LIMITS.quality
         return result.attainable
@@ -187,11 +188,11 @@ class Snapshot:
 
     @cached_property
     def copies(self) -> Mapping[str, str]:
-        """The user's copies without strokes, with the built-in styles they equal."""
+        """Names of the user's copies without strokes, mapped to the built-in styles they copy."""
         return {one.name: one.copy_of for one in self.question.own if one.name not in self.asking}
 
     def lit_style(self, name: str) -> Style | None:
-        """Return the style whose lamps light a target, or None for a painted one."""
+        """Return the style whose lamps light a target, or None for a painted style."""
         if name in self.asking:
             return None
         pack = self.question.head.pack

@@ -1,4 +1,4 @@
-"""The gallery: filter, order and cards in columns."""
+"""The gallery: its filter, its order and its cards in columns."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _RING: Final = 4  # room for the focus ring above the first row
 _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # width of the gallery in a window 1920 pixels wide
 _WIDTHS: Final = (180, 440)  # minimum and maximum width of a card
-_HOW: Final = tr("Mark: Space or Ctrl click")
+_HOW: Final = tr("Mark: Space or Ctrl+click")
 _SORTS: Final = (
     ("match", tr("Best match")),
     ("name", tr("Name")),
@@ -79,10 +79,11 @@ def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
     Args:
         width: Width of the gallery in logical pixels.
         compact: Whether this is the layout for small windows.
-        card_width: Minimum width of a card at scale 1, or 0 for the usual columns.
+        card_width: Minimum width of a card at scale 1, or 0 for the usual number of columns.
 
     Returns:
-        Four columns in a window of 1440 x 900; the pictures on a card have the shape of a head.
+        The layout, for example four columns in a window of 1440 x 900. The pictures on a card have
+        the shape of a head.
     """
     t = theme()
     gap, margin = t.px(_GAP), t.px(16 if compact else 24)
@@ -95,7 +96,7 @@ def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
 
 
 class _Grid(QWidget):
-    """A grid that positions its cards directly, faster than a Qt layout and exactly."""
+    """A grid that positions its cards directly, which is faster and more exact than a Qt layout."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -121,7 +122,7 @@ class _Grid(QWidget):
 
 
 class SizeSlider(LabelledSlider):
-    """A slider for the size of the cards, as a number of cards per row."""
+    """A slider for the size of the cards, shown as the number of cards per row."""
 
     most = 4
 
@@ -140,7 +141,7 @@ class SizeSlider(LabelledSlider):
 
 
 class _Cards(Scroll):
-    """The area of the cards, whose size changes with Ctrl and the wheel."""
+    """The area with the cards, which Ctrl and the mouse wheel resize."""
 
     def __init__(self, cards: QWidget, size: SizeSlider) -> None:
         super().__init__(cards)
@@ -154,7 +155,7 @@ class _Cards(Scroll):
 
 
 class Gallery(QWidget):
-    """Filter, order and cards, which are a single Tab stop with arrow keys inside."""
+    """The filter, the order and the cards, which are one Tab stop with arrow keys inside."""
 
     chosen = Signal(str)
     """Emitted when a card is chosen."""
@@ -167,7 +168,7 @@ class Gallery(QWidget):
     lens_asked = Signal()
     exposed_alike = Signal()
     marked = Signal(str)
-    """Emitted to mark or unmark a style for comparison; "" removes all marks."""
+    """Emitted to mark or unmark a style for comparison, or with "" to remove all marks."""
     compare_asked = Signal()
     held = Signal(bool)
     """Emitted to swap targets and pictures here while a button is held."""
@@ -206,7 +207,7 @@ class Gallery(QWidget):
         self._filter.chosen.connect(self.filtered)
         self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
-        # At least as wide as "Best match", because the filter's labels have any length.
+        # At least as wide as "Best match", because the filter's labels can have any length.
         width, margin, gap = (126, 16, 6) if self._compact else (152, 24, 8)
         self._sort.setFixedWidth(t.px(width))
         self.lamps = IconButton("lamp", "") if self._compact else Button("")
@@ -221,7 +222,7 @@ class Gallery(QWidget):
 
     def _made_foot(self) -> Surface:
         self.compare = Button("", "grid", size="small", do=self.compare_asked)
-        self._unmark = IconButton("close", tr("Take all marks away"), kind="quiet", size="small")
+        self._unmark = IconButton("close", tr("Remove all marks"), kind="quiet", size="small")
         self._unmark.clicked.connect(lambda: self.marked.emit(""))
         self._how = Text("", 12, role="dim", elide=True)
         self.hold = Button(tr("Hold S to swap"), "mirror", kind="quiet", size="small")
@@ -230,7 +231,7 @@ class Gallery(QWidget):
         self.hold.released.connect(lambda: self.held.emit(False))
         self.zoom.setFixedWidth(theme().px(164))
         self.zoom.changed.connect(self._size_moved)
-        foot, side = Surface("bg", ("top",), tr("Look at the cards")), 16 if self._compact else 24
+        foot, side = Surface("bg", ("top",), tr("Card view")), 16 if self._compact else 24
         self._says = Term("card", tr("How to read a card"))
         parts = (self.compare, self._unmark, (self._how, 1), self._says, self.hold, self.zoom)
         row(*parts, into=foot, gap=8, margins=(side, 4, side, 4))
@@ -278,7 +279,7 @@ class Gallery(QWidget):
         self._says.setVisible(not (self._compact and state.marked))
         self._how.set_text("" if state.marked > 1 else state.rules or _HOW)
         self.compare.set_text(tr("Compare {count}", count=state.marked))
-        self.compare.set_available(state.marked > 1, tr("Mark one more to compare."))
+        self.compare.set_available(state.marked > 1, tr("Mark one more style to compare."))
         self.hold.setDown(state.swapped)
         self._follow_choice(before, state)
 
@@ -336,7 +337,7 @@ class Gallery(QWidget):
             column.activate()
         wide = sum(one.sizeHint().width() for one in (self._filter, self.lamps, self._sort))
         room = self.width() - wide - theme().px(100)
-        # Without room beside the filter, they remain available in the list of actions.
+        # Even without room beside the filter, both buttons remain available as actions.
         lens = self.lens.sizeHint().width()
         self.lens.setVisible(room >= lens - theme().px(40))
         self.alike.setVisible(room >= lens)

@@ -39,12 +39,12 @@ class LampsState:
     """Lamps of the current style, or of all styles.
 
     Attributes:
-        words: "Lamps: 30°, 4:1".
+        words: For example "Lamps: 30°, 4:1".
         sizes: Key and label of each available lamp size.
         size, ratio: Keys of the selected lamps.
         only: Whether the selection applies to the current style only.
-        own: Whether that style can have its own lamps, as a painted one cannot.
-        works: Whether a place is open, which saves the selection.
+        own: Whether the current style can have its own lamps, which a painted style cannot.
+        works: Whether a place is open in which to save the selection.
     """
 
     words: str = tr("Lamps: {lamps}", lamps=tr("standard"))
@@ -61,9 +61,9 @@ class LensState:
     """The camera position.
 
     Attributes:
-        short, words: "Lens: short", "Lens: short light".
+        short, words: For example "Lens: short" and "Lens: short light".
         key: One of `LENS_CHOICES`.
-        background: Panorama azimuth required behind the sitter in degrees, or None for any.
+        background: Panorama azimuth in degrees required behind the sitter, or None if any will do.
         width: Tolerance of that azimuth to either side, in degrees.
     """
 
@@ -111,11 +111,11 @@ class LampsChoice:
         self._place_controller.prepare_lamps([_studio(*pair) for pair in pairs], self._of_style())
 
     def choose(self, size: str, ratio: str) -> None:
-        """Light the targets with other lamps; the keys are those of `LampsState`."""
+        """Light the targets with other lamps, given by the keys of `LampsState`."""
         self._place_controller.choose_lamps(_studio(size, ratio), self._of_style())
 
     def keep_to_style(self, only: bool) -> None:
-        """Give the current style its own lamps, or the common ones again."""
+        """Give the current style its own lamps, or return it to the lamps of all styles."""
         model, style = self._services.model, self._style
         if style:
             now = model.studios.get("", AS_PUBLISHED)
@@ -169,15 +169,14 @@ class LensChoice:
         return model.place is not None and model.head is not None and bool(model.head.views)
 
     def choose(self, key: str) -> None:
-        """Turn the face to the lens in another way, by a key of `LENS_CHOICES`."""
+        """Choose how the face is turned to the lens, by a key of `LENS_CHOICES`."""
         yaw: YawAsked = float(key) if key.lstrip("-").isdigit() else cast("YawWord", key)
         self._place_controller.choose_lens(replace(self._services.model.lens, yaw=yaw))
 
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
-        """Require a background by its panorama azimuth in degrees, or allow any if it is None.
+        """Require the background at a panorama azimuth in degrees, or allow any if that is None.
 
-        If the lens was straight in front of the face, which allows only one background, it becomes
-        free.
+        A lens straight in front of the face allows only one background, so its position is freed.
         """
         lens = self._services.model.lens
         if middle_deg is None:

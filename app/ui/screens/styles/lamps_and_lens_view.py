@@ -58,18 +58,18 @@ class LensSheet(KeysSheet):
     chosen = Signal(str)
     """Emitted with one of `LENS_CHOICES`."""
     background_chosen = Signal(object, float)
-    """Emitted with a panorama azimuth in degrees, or None for any, and its tolerance."""
+    """Emitted with a panorama azimuth, or None for any background, and a tolerance, in degrees."""
 
     def __init__(self, host: QWidget, under: QWidget, behind: Callable[[], float]) -> None:
         super().__init__(host, tr("Lens"), 480, under=under)
         self._face = ListField(tr("Face"), tuple(LENS_CHOICES.items()))
         self._face.chosen.connect(self.chosen)
-        self._toggle, self._state = Toggle(tr("Choose what is behind the sitter")), LensState()
-        self._panorama = PanoramaView(tr("What is behind the sitter"))
+        self._toggle, self._state = Toggle(tr("Choose the background")), LensState()
+        self._panorama = PanoramaView(tr("Background behind the sitter"))
         self._panorama.set_marker_words(tr("Middle of the background"))
         self._panorama.marker_released.connect(lambda at: self._ask(at, self._state.width))
         widths = tuple((f"{width:g}", f"± {width:g}°") for width in _BACKGROUNDS)
-        self._width = SegmentedChoice(widths, name=tr("How far off it may be"))
+        self._width = SegmentedChoice(widths, name=tr("Tolerance of the background"))
         self._width.chosen.connect(lambda key: self._ask(self._state.background, float(key)))
         self._toggle.switched.connect(
             lambda on: self._ask(behind() if on else None, self._state.width)

@@ -51,7 +51,7 @@ _HIGHEST_DEG: Final = 85.0
 _CHOICE_INK, _OTHER = (242, 188, 75), (245, 245, 245)
 _NO_FACE: Final = tr("No face in this photo can be read.")
 _FRONT_CAMERA: Final = tr(
-    "A front camera took this photo. If text in it reads backwards, switch on Mirrored."
+    "This photo was taken with a front camera. If text in it reads backwards, turn on Mirrored."
 )
 _LOOKS: Final = tr("Choose a photo of someone looking into the lens.")
 
@@ -63,10 +63,10 @@ class LikeState:
     Attributes:
         photo, face, head: (n, n, 3) uint8 sRGB or None. The whole photo with frames around its
         faces, the chosen face, and the head lit by the lamps.
-        mirrored: Whether the file is a mirror image; it is always shown the right way round.
-        hint: Instructions before a photo is read.
-        light: The light as found in the photo, or as moved since.
-        read: The light as found in the photo.
+        mirrored: Whether the file is a mirror image. The photo is always shown the right way round.
+        hint: Advice about a photo from a front camera.
+        light: The light found in the photo, with the user's changes.
+        read: The light found in the photo.
         trouble: The reason why there is no style to save.
     """
 
@@ -100,7 +100,7 @@ class LikeState:
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Original direction of the key if it has been moved, otherwise None."""
+        """Azimuth and altitude of the key in degrees before it was moved, or None if it was not."""
         read = self.read
         if read is None or read is self.light:
             return None
@@ -225,7 +225,7 @@ class LikePhoto:
         self._change(lambda light: replace(light, softness_deg=size_deg))
 
     def set_fill(self, key: str) -> None:
-        """Set the fill by a key of `RATIOS`."""
+        """Set the fill, given as a key of `RATIOS`."""
         ratio = None if key == "none" else float(key)
         self._change(lambda light: replace(light, fill_ratio=ratio))
 
@@ -239,7 +239,7 @@ class LikePhoto:
         def on_saved(style: UserStyle) -> None:
             self._place_controller.own_styles.add(style)
             self._place_controller.refresh_user_styles()
-            words = tr("{title} saved. It is among your styles.", title=style.title)
+            words = tr("{title} saved to your styles.", title=style.title)
             self._services.notify.tell(words, kind="done")
 
         self._place_controller.file_work.submit(

@@ -32,7 +32,7 @@ _SOFTNESS = ((15.0, tr("hard")), (35.0, tr("medium")), (60.0, tr("soft")), (90.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sky:
-    """An empty background, because there is no match for each direction."""
+    """An empty background, because the match is not computed for every direction."""
 
     tones: NDArray[np.uint8] = field(default_factory=lambda: np.full((2, 4), 64, np.uint8))
     closed: None = None
@@ -48,8 +48,8 @@ class _LampMap(SkyMap):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName(tr("Where the key stands"))
-        self.setToolTip(tr("Drag the key. Arrows 1°, Shift 10°, Home where it was read"))
+        self.setAccessibleName(tr("Position of the key"))
+        self.setToolTip(tr("Drag the key. Arrow keys 1°, Shift 10°, Home as read"))
         self.show_sky(_Sky())
 
     def lamp_moved(self) -> None:
@@ -92,7 +92,7 @@ class LikeSheet(KeysSheet):
 
     def __init__(self, host: QWidget, like: LikePhoto) -> None:
         super().__init__(host, tr("Like this photo"), 3 * SIDE + 2 * _GAP + 48)
-        self._photo, self._face = _Photo(tr("Photograph")), Picture(tr("Face"))
+        self._photo, self._face = _Photo(tr("Photo")), Picture(tr("Face"))
         self._head = Picture(tr("Head in this light"))
         pictures = (self._photo, self._face, self._head)
         for picture in pictures:
@@ -109,7 +109,7 @@ class LikeSheet(KeysSheet):
         self._controls = QWidget()
         label = Text(tr("Lighting ratio"), 12, 600)
         choices = row((self._size, 1), column(label, row(self._ratio, ...), gap=6), gap=24)
-        hint = Text(tr("Drag the key to where its light comes from; higher is higher up"), 12, 600)
+        hint = Text(tr("Drag the key to the direction its light comes from"), 12, 600)
         plot = column(hint, self._lamps, gap=4)
         column(self._note, plot, choices, into=self._controls, gap=12)
         self._mirrored, self._hint = Toggle(tr("Mirrored")), Text("", 14, wrap=True)
@@ -118,7 +118,7 @@ class LikeSheet(KeysSheet):
         self.body.addLayout(row(self._mirrored, (self._hint, 1), gap=_GAP))
         self.body.addWidget(self._trouble)
         self.body.addWidget(self._controls)
-        self._again = Button(tr("As it was read"), "restore", do=like.go_back)
+        self._again = Button(tr("Reset to the photo"), "restore", do=like.go_back)
         self.add_button(self._again)
         self.add_button(self._save)
         self._connect(like)
@@ -134,7 +134,7 @@ class LikeSheet(KeysSheet):
         self._save.clicked.connect(self.shut)
 
     def show_state(self, state: LikeState) -> None:
-        """Show the state; see `LikeState`."""
+        """Show a `LikeState`."""
         self._photo.set_picture(state.photo)
         self._face.set_picture(state.face)
         self._head.set_picture(state.head)

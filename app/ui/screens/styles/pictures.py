@@ -24,7 +24,7 @@ class StylesPictures:
     """The latest gallery and detail, and the jobs that render new ones.
 
     Attributes:
-        changed: Called with whether to resolve the detail when there are new pictures.
+        changed: Called when there are new pictures, with whether to resolve the detail.
     """
 
     def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:
@@ -51,7 +51,7 @@ class StylesPictures:
 
     @property
     def front(self) -> str | None:
-        """Current style: the chosen one, or the first card until it exists."""
+        """Current style: the chosen style if it exists, otherwise the suggested style."""
         snapshot = self.snapshot
         return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
 
@@ -62,14 +62,14 @@ class StylesPictures:
 
     @property
     def moved_deg(self) -> float:
-        """Angle in degrees that the marker has moved since the displayed answers."""
+        """Angle in degrees that the marker has moved since the displayed answers were computed."""
         if self.snapshot is None:
             return 0.0
         return self._services.model.front_deg - self.snapshot.question.front_deg
 
     @property
     def needle_deg(self) -> float | None:
-        """Displayed turn in degrees, counted as in the displayed answers; None for the best."""
+        """Displayed turn in degrees, as counted by the displayed answers, or None for the best."""
         needle, shift_deg = self._services.model.needle_deg, self.moved_deg
         # Until new answers arrive after a move of the marker, keep the same direction in the
         # panorama.
@@ -92,7 +92,7 @@ class StylesPictures:
         self.has_asked = True
         model, before, sizes = self._services.model, self.snapshot, self.sizes
         if before is not None and before.question.light is model.light and model.computing:
-            # New pictures come with the new answers.
+            # New pictures will arrive with the new answers.
             return
         same = before is not None and before.question.head is question.head
         same = same and before is not None and before.question.light is question.light

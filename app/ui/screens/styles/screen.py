@@ -44,9 +44,9 @@ _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
     "probe": (tr("Go to Probe"), tr("go to Probe")),
     None: (tr("Turn to this style"), ""),
 }
-"""Label for the key of the main button, in the list of actions and at the foot of the window."""
+"""Labels of the main button's action, in the list of actions and at the foot of the window."""
 
-_CLIPPED: Final = 0.01  # fraction of the light; a smaller one changes no turn
+_CLIPPED: Final = 0.01  # fraction of the light; a smaller fraction changes no turn
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,9 +55,9 @@ class StylesState:
 
     Attributes:
         filters: Key and label of each filter, such as ("in", "In reach 16").
-        stale: Whether cards and detail are for another selection, so that filters have no counts.
+        stale: Whether the cards and detail are for another selection, so the filters lack counts.
         clipped: Whether a capture of the full range would record more of the light.
-        rules: In paper mode, the number of styles on which our rule and the paper's disagree.
+        rules: In paper mode, a sentence on how many styles our rule and the paper's disagree on.
         card_width: Minimum width of a card in logical pixels at scale 1, or 0 for automatic.
         marked: Number of styles marked for comparison.
     """
@@ -98,7 +98,7 @@ class StylesView(StyleFilesView, Protocol):
 
 
 class StylesPresenter(Presenter[StylesView]):
-    """Resolves gallery and detail, and handles the user's actions.
+    """Resolves the gallery and the detail, and handles the user's actions.
 
     Its panels are `lamps` and `lens` for the photographer's set-up, `like` for turning a photo's
     light into a style, and `files` for saving, renaming, duplicating, deleting, exporting and
@@ -141,7 +141,7 @@ class StylesPresenter(Presenter[StylesView]):
         self.files.attach(None)
 
     def enter(self) -> None:
-        """Show the changes made meanwhile."""
+        """Show the changes made while the screen was hidden."""
         if not self._in_front:
             self._in_front = True
             self._refresh()
@@ -181,7 +181,8 @@ class StylesPresenter(Presenter[StylesView]):
                    self._clipped),
             Action("best-turn", tr("Back to the best turn"), self.go_best, "restore", "",
                    has_light),
-            Action("turn-anyway", tr("Turn to the shown angle"), self.turn, "turn", "", has_light),
+            Action("turn-anyway", tr("Turn to the displayed angle"), self.turn, "turn", "",
+                   has_light),
             *files.actions(),
         )  # fmt: skip
 
@@ -218,7 +219,7 @@ class StylesPresenter(Presenter[StylesView]):
             self._refresh(detail=False)
 
     def mark(self, key: str) -> None:
-        """Mark or unmark a style for comparison; "" removes all marks.
+        """Mark or unmark a style for comparison, or remove all marks if `key` is "".
 
         A fifth mark replaces the first, because only four styles fit side by side.
         """
@@ -237,7 +238,7 @@ class StylesPresenter(Presenter[StylesView]):
             self._pictures.compare(self._marked, show)
 
     def expose_alike(self) -> None:
-        """Give all pictures here the chosen style's exposure, or each its own."""
+        """Use the chosen style's exposure for all pictures here, or let each have its own."""
         model = self._services.model
         model.set("same_exposure", not model.settings.same_exposure)
 
@@ -246,17 +247,17 @@ class StylesPresenter(Presenter[StylesView]):
         self._services.model.set("card_width", width)
 
     def set_filter(self, key: str) -> None:
-        """Filter the cards; see `Filter`."""
+        """Filter the cards by a value of `Filter`."""
         self._filter = Filter(key)
         self._refresh(detail=False)
 
     def set_sort(self, key: str) -> None:
-        """Sort the cards; see `Sort`."""
+        """Sort the cards by a value of `Sort`."""
         self._sort = Sort(key)
         self._refresh(detail=False)
 
     def look_at(self, turn_deg: float) -> None:
-        """Move the needle, and update pictures, background, weights and numbers."""
+        """Move the needle, and update the pictures, background, weights and numbers."""
         best = self._best()
         if best is None:
             return
@@ -299,7 +300,7 @@ class StylesPresenter(Presenter[StylesView]):
         return share >= _CLIPPED
 
     def turn(self) -> None:
-        """Go to the displayed turn, whether or not the style is in reach."""
+        """Go to the displayed turn, whether or not the style is within reach."""
         best, needle = self._best(), self._pictures.needle_deg
         if best is not None and not self._pictures.stale:
             goal = self._counted(best if needle is None else needle)

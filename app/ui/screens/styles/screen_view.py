@@ -1,4 +1,4 @@
-"""The Styles screen: gallery on the left, detail on the right."""
+"""The Styles screen: the gallery on the left, and the detail on the right."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from app.words.photos import PHOTO_FILTER
 _DETAIL: Final = 456
 _WIDEST: Final = 560
 _COMPACT: Final = 344
-_LEAST: Final = (528, 240)  # width of the gallery
+_LEAST: Final = (528, 240)  # minimum size of the gallery
 _WIDE_FROM: Final = 1832  # content width in a window 1920 pixels wide
 _FIXED: Final = 460  # height of the detail without its pictures
 _GROWTH: Final = 0.86  # increase in the pictures' height per pixel of width
@@ -39,7 +39,7 @@ _STYLE_FILES: Final = tr("Turnlight styles (*{ending})", ending=EXPORT_ENDING)
 
 
 def detail_width(width: int, height: int, compact: bool) -> int:
-    """Return the width of the detail, which grows from 1920 pixels up as far as the height allows.
+    """Return the width of the detail, which grows in wide windows as far as the height allows.
 
     Args:
         width, height: Size of the screen in logical pixels.
@@ -70,7 +70,7 @@ class StylesScreen(SheetHost):
         self.gallery = Gallery(compact)
         self.detail = StyleDetail(compact, presenter.files.actions)
         row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
-        # One resize changes several sizes, so render the pictures only after the last.
+        # One resize changes several sizes, so render the pictures only after the last change.
         self._later = QTimer(self)
         self._later.setSingleShot(True)
         self._later.timeout.connect(self._set_sizes)
@@ -122,7 +122,7 @@ class StylesScreen(SheetHost):
         self.gallery.focus_card()
 
     def show_state(self, state: StylesState) -> None:
-        """Show the state; see `StylesState`."""
+        """Show a `StylesState`."""
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
         self.detail.show_clipped(state.clipped)
@@ -142,7 +142,7 @@ class StylesScreen(SheetHost):
         self.put_over(sheet)
 
     def ask_photo(self) -> None:
-        """Ask for a photo to turn its light into a style."""
+        """Ask for a photo whose light should become a style."""
         path = ask_file(self, tr("Like this photo"), PHOTO_FILTER)
         if path is not None:
             self._presenter.like.take([path])
@@ -203,7 +203,7 @@ class StylesScreen(SheetHost):
         show_folder(folder)
 
     def copy(self, text: str) -> None:
-        """Copy a text to the clipboard."""
+        """Copy text to the clipboard."""
         QApplication.clipboard().setText(text)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
