@@ -169,7 +169,7 @@ def test_nobody_seen_is_said(rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPa
     rig.presenter.open_photos([photo])
     row = rig.state.shots.rows[0]
     assert row.sentence.startswith("About ")
-    assert row.detail.endswith("no sitter seen, assumed in the middle")
+    assert row.detail.endswith("no sitter seen, assumed to be in the middle")
 
 
 def test_unsure_is_said_and_nothing_is_asked(
@@ -210,7 +210,7 @@ def test_where_no_background_shows_the_face_tells_the_turn(
     assert row.sentence.endswith("too far")
     assert row.face.startswith("Butterfly ")
     assert row.face.endswith(f"{grade_words('nearly', attainable=True)}. {KEY_AND_RATIO}")
-    assert row.detail.endswith("turn by the light on the face")
+    assert row.detail.endswith("turn estimated from the light on the face")
     (kept,) = read_shots(place)[0]
     assert (kept.by_face, kept.grade, kept.key_deg, kept.key_promised_deg) == (
         True,

@@ -316,7 +316,7 @@ def test_resolutions() -> None:
     assert asked == [0, 1920]
     rig.connect()
     assert rig.made[0][1] == 0
-    assert rig.state.widths[1] == ("640", "At most 640 wide")
+    assert rig.state.widths[1] == ("640", "At most 640 px wide")
     rig.presenter.set_width("640")
     assert rig.made[1][1] == 640
 

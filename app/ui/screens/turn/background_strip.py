@@ -17,11 +17,11 @@ class Scale:
 
     Attributes:
         now_deg: Current turn, or None while unknown.
-        camera_deg: Turn at which the camera's axis points, if it differs from `now_deg` because the
-            sitter is off centre; otherwise None.
+        camera_deg: Turn at which the camera's axis points, or None unless an off-centre sitter
+            makes it differ from `now_deg`.
         fov_deg: Width of the frames in degrees of the panorama.
-        arc_deg: Start and end of the light, clockwise, or None without an arc.
-        goal_words, now_words, arc_words: "goal", "now", "green: in the light".
+        arc_deg: Start and end of the light, clockwise, or None if there is no arc.
+        goal_words, now_words, arc_words: For example "goal", "now" and "green: in the light".
         mirrored: Whether clockwise runs to the left, as in the pictures of selfie mode.
     """
 
@@ -38,7 +38,7 @@ class Scale:
 
     @property
     def frame_deg(self) -> float | None:
-        """Middle of the camera's frame, which is not always behind the sitter."""
+        """Turn in the middle of the camera's frame, which is not always behind the sitter."""
         return self.now_deg if self.now_deg is None or self.camera_deg is None else self.camera_deg
 
 

@@ -1,4 +1,4 @@
-"""The background strip, painted by hand so that frames, arrow and tags avoid each other."""
+"""The background strip, painted by hand so that its frames, arrow and tags avoid each other."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class BackgroundStrip(Plot):
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     stepped = Signal(float)
-    """Emitted for an arrow key with the step in degrees, positive clockwise; 10 with Shift."""
+    """Emitted for an arrow key with the step in degrees: 1, or 10 with Shift; clockwise > 0."""
 
     def __init__(self) -> None:
         super().__init__(tr("Background of this place"))
@@ -62,7 +62,7 @@ class BackgroundStrip(Plot):
         return QSize(320, px(120 + _SCALE))
 
     def set_state(self, state: Scale | None, picture: Bytes | None = None) -> None:
-        """Show a state, or an empty strip.
+        """Show a state, or an empty strip if the state is None.
 
         Args:
             picture: (h, w, 3) uint8 sRGB, 150° of background centred behind the sitter at the goal,
@@ -225,7 +225,7 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw an arrow at the edge when the camera is off the strip; return its area."""
+        """Draw a tag with an arrow at the edge beyond which the camera is, and return its area."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)

@@ -53,9 +53,9 @@ class GoalViews:
     """Views of a panorama for one scene, all (h, w, 3) uint8 sRGB.
 
     Attributes:
-        goal: The view that the camera should have, at the size of the well; not mirrored.
+        goal: The view that the camera should have, at the size of the well and not mirrored.
         goal_view: The same view for display, mirrored in selfie mode.
-        target: The same view for alignment, `TARGET_WIDTH` pixels wide; not mirrored.
+        target: The same view for alignment, `TARGET_WIDTH` pixels wide and not mirrored.
         strip: 150° of background centred on the goal, mirrored like `goal_view`.
     """
 

@@ -53,11 +53,12 @@ class Guidance:
 
     Attributes:
         number: Turn in whole degrees, or None to show a sentence instead.
-        number_words: "to go", "to the best", or empty.
-        walk, company: "Walk to your left" and "The sitter turns with you."; either may be empty.
-        pill, pill_icon: Text such as "Not in the light yet" and its icon; empty for no pill.
+        number_words: "to go", "to the best" or an empty string.
+        walk, company: "Walk to your left" and "The sitter turns with you." Either may be empty.
+        pill, pill_icon: Text such as "Not in the light yet", which is empty for no pill, and an
+            icon.
         inside: Whether the sitter is in the light, which turns the column green.
-        spoken, announced: The same guidance for a screen reader; `announced` changes at most once
+        spoken, announced: The same guidance for a screen reader. `announced` changes at most once
             every 3 s.
     """
 
@@ -83,7 +84,7 @@ class GuidanceController:
 
     Attributes:
         guide: The latest guidance, or None while there is no goal.
-        asked_deg: Turn left until the light, in degrees, even when it is not displayed; None while
+        asked_deg: Remaining turn to the light, in degrees, whether displayed or not, or None while
             unknown.
         from_deg: Turn at the last photo, in degrees, or 0 for the start. Without a heading, the
             displayed turn is measured from here.
@@ -145,7 +146,7 @@ class GuidanceController:
         if reading.source is not HeadingSource.LIVE:
             self.asked_deg = None
         elif reading.turn_deg is not None:
-            # A camera left standing still needs a target turn as well.
+            # A camera that was left behind needs a target turn as well.
             guidance, _ = guide(goal, replace(reading, left_behind=False))
             self.asked_deg = None if guidance.until_light is None else float(guidance.until_light)
         self.guide, self._memory = guide(goal, reading, self._memory)
@@ -238,7 +239,7 @@ class GuidanceController:
         return replace(base, direction=TAKE, walk=walk, company=company)
 
     def _sentence(self, guidance: Guide) -> Guidance:
-        """Build a sentence without a number; a problem with the camera comes first."""
+        """Build the column with a sentence and no number. A problem with the camera comes first."""
         error = self._camera.error
         if error is not None and guidance.phase is Phase.LOST:
             message, icon = str(error), "warning"

@@ -1,4 +1,4 @@
-"""The right-hand column: arrow, degrees, direction, walk and portraits."""
+"""The right-hand column: the arrow, degrees, direction, walk and portraits."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class LargeWords(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
-        """Set the text, its colour role and its size; None keeps the current size."""
+        """Set the text, its colour role and its size. None keeps the current role or size."""
         new = (text, role or self._role, size or self._size)
         if new != (self.words, self._role, self._size):
             self.words, self._role, self._size = new
@@ -116,7 +116,7 @@ _MODES: Final = (
     (tr("I walk around"), tr("I turn myself")),
     (tr("I walk"), tr("Selfie")),
 )
-"""Names of the two modes, followed by shorter ones for narrow columns."""
+"""Names of the two modes, followed by shorter names for narrow columns."""
 
 _KEYS: Final = ("walk", "selfie")
 _LONG_DIRECTION: Final = 11  # letters; a longer direction gets a smaller font

@@ -92,7 +92,7 @@ class LeftColumn(QWidget):
         return self.demo
 
     def fit(self, room: QSize, bar: int) -> None:
-        """Fit the column into a space in logical pixels; `bar` is the width of a scroll bar."""
+        """Fit the column into a space, with a scroll bar `bar` wide, all in logical pixels."""
         self._room, self._bar = room, bar
         self._fit()
 
@@ -102,7 +102,7 @@ class LeftColumn(QWidget):
         width, height = self._room.width(), self._room.height()
         well, strip, need = self._shared_out(width)
         if need > height:
-            # The content is too high, so leave room for the scroll bar.
+            # The content is too tall, so leave room for the scroll bar.
             well, strip, _ = self._shared_out(width - self._bar)
         self.wells.set_size(well)
         self.strip_size = strip
@@ -173,7 +173,7 @@ class LeftColumn(QWidget):
         area = self.wells.live.geometry()
         if area.width() < px(_ROOM_FOR_QUESTION):
             area = area.united(self.wells.goal.geometry())
-        # It may overlap the controls below slightly.
+        # The question may overlap the controls below slightly.
         area.setHeight(max(area.height(), px(LEAST_HEIGHT)))
         self.question.setGeometry(area)
 
@@ -211,7 +211,7 @@ class LeftColumn(QWidget):
         self._arc.set_text(scale.arc_words)
 
     def show_alignment(self, state: AlignmentState) -> None:
-        """Show the alignment tools; during a comparison, one picture fills the space."""
+        """Show the alignment tools. During a comparison, one picture fills the space."""
         changed = self.tools.show_state(state)
         if not changed and state.on == self._aligning:
             return
@@ -227,5 +227,5 @@ class LeftColumn(QWidget):
 
 
 def _side_words(turn_deg: float) -> str:
-    """Return which side of the start the demo's camera is on."""
+    """Return the direction of the demo's camera from the start in words."""
     return direction_words(turn_deg) if round(turn_deg) else tr("at the start")

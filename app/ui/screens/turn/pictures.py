@@ -30,7 +30,7 @@ _NOW: Final = "turn-now"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pictures:
-    """Pictures, (h, w, 3) uint8 sRGB or None until rendered; each new picture is a new array.
+    """Pictures, (h, w, 3) uint8 sRGB, or None until rendered. Each new picture is a new array.
 
     Attributes:
         live, goal: Pictures for the wells, mirrored in selfie mode.
@@ -67,7 +67,7 @@ class TurnImages:
     def want_target(
         self, head: Head, yaw_deg: float, own: UserStyle | None, name: str, size: Size
     ) -> None:
-        """Render the target portrait of a style at a yaw; `own` is given for a painted style."""
+        """Render the target portrait of a style at a yaw. `own` is only for a painted style."""
         self._want(
             "turn-target",
             (head, yaw_deg, own, name, size),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.style_result import StyleResult
 
-_AWAY_DEG: Final = 20.0  # of yaw; up to here the guidance reports a sitter who looks into the lens
+_AWAY_DEG: Final = 20.0  # of yaw; up to here the guidance reports a sitter looking into the lens
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class StyleWords:
     """The text beside the portraits.
 
     Attributes:
-        match, match_at_goal: "Match now 90" and "96 at the goal"; either may be empty.
+        match, match_at_goal: "Match now 90" and "96 at the goal". Either may be empty.
         face: The style's effect on the sitter's own face.
         now_tag: Tag on the second portrait.
     """
@@ -76,8 +76,8 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
         now: Turn in whole degrees, or None while unknown.
 
     Returns:
-        "Match now 90" and "96 at the goal", rounded down; without a heading, "Match 96" and "at the
-        goal".
+        "Match now 90" and "96 at the goal", rounded down, or "Match 96" and "at the goal" if there
+        is no heading.
     """
     best = goal_deg is None or abs(difference(goal_deg, result.turn_refined_deg)) < 1e-6
     # At the best turn, show the same number as the style's card.
@@ -95,11 +95,11 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
 
 
 def face_words(check: Check | None, goal_yaw_deg: float = 0.0) -> str:
-    """Describe how well the sitter's own face shows the style, or that it is turned away.
+    """Describe how well the sitter's own face shows the style, or that the face is turned away.
 
     Args:
-        goal_yaw_deg: Yaw of the goal in degrees; unless it is 0, the guidance reports the yaw
-            itself.
+        goal_yaw_deg: Yaw of the goal in degrees. Unless this is 0, the guidance reports the yaw of
+            the face itself.
     """
     if check is None:
         return ""

@@ -115,9 +115,9 @@ class TurnPresenter(Presenter[TurnView]):
         actions = [
             Action("turn-align", tr("Lay the live picture over the goal"), self.alignment.toggle,
                    "layers", "Space", lambda: self.alignment.available, tr("align")),
-            Action("turn-sound", tr("Sound on or off"), self.toggle_sounds, "sound", "M",
+            Action("turn-sound", tr("Turn sound on or off"), self.toggle_sounds, "sound", "M",
                    hint=tr("sound")),
-            Action("turn-selfie", tr("Selfie: I turn myself, or back"), self.toggle_mode, "selfie",
+            Action("turn-selfie", tr("Turn selfie mode on or off"), self.toggle_mode, "selfie",
                    "S", hint=tr("selfie")),
             Action("turn-back", back, self.back, icon, "Esc", hint=hint),
         ]  # fmt: skip
@@ -143,7 +143,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._refresh()
 
     def tick(self) -> None:
-        """Show the newest picture and its guidance; called 24 times a second."""
+        """Show the newest picture and its guidance. The view calls this 25 times a second."""
         if not self._on or self._empty()[0]:
             return
         self._camera.tick()
@@ -193,7 +193,7 @@ class TurnPresenter(Presenter[TurnView]):
         self.set_mode("walk" if self._guidance.mode is Mode.SELFIE else "selfie")
 
     def toggle_sounds(self) -> None:
-        """Switch the sounds on or off."""
+        """Turn the sounds on or off."""
         on = not self._services.model.settings.sounds
         self._services.model.set("sounds", on)
         words, _ = sound_words(on, self._services.sounds)
@@ -257,7 +257,7 @@ class TurnPresenter(Presenter[TurnView]):
 
     @property
     def _origin(self) -> str:
-        """The previous screen, by default the one where the goal was chosen."""
+        """The previous screen, by default the screen where the goal was chosen."""
         lamp = Step.LIGHT if self._services.model.lamp_plan is not None else Step.STYLES
         before = self._services.model.before
         return before if before in BACK else lamp
@@ -274,7 +274,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._refresh()
 
     def demo_step(self, by_deg: float) -> None:
-        """Move the demo's camera by some degrees, positive clockwise."""
+        """Move the demo's camera by a number of degrees, positive clockwise."""
         here = self._demo_deg()
         if here is not None:
             self.demo_turn(float(here) + by_deg)
@@ -314,7 +314,7 @@ class TurnPresenter(Presenter[TurnView]):
         return self._state
 
     def _show_shots(self) -> None:
-        """Show the photos at once; a video frame as Now follows at the next tick."""
+        """Show the photos at once. A video frame to show as Now follows at the next tick."""
         if self._state is None:
             self._refresh()
         elif self._view is not None and self._in_front:

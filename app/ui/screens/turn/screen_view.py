@@ -1,4 +1,4 @@
-"""The Turn screen: pictures on the left, guidance on the right, and a timer."""
+"""The Turn screen, with pictures on the left, guidance on the right and a timer."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ class TurnScreen(SheetHost):
         self.put_over(SourceSheet(self.window(), self.presenter.sources))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Divide the space; large text grows with the window."""
+        """Divide the space between the columns. Large text grows with the window."""
         super().resizeEvent(event)
         self._arrange()
 

@@ -30,11 +30,12 @@ class TurnState:
     """The state of the whole screen.
 
     Attributes:
-        empty, empty_action: The reason why there is no goal, and a button; shown instead of
-            everything else.
+        empty, empty_action: The reason why there is no goal, and the label of a button, which are
+            shown instead of everything else.
         mode: Who moves: ``walk`` or ``selfie``.
-        stale: Whether goal and match are out of date, and so dimmed under "Computing…".
-        demo_deg: Direction of the demo's camera in whole degrees of turn, or None for a real one.
+        stale: Whether the goal and match are out of date, and therefore dimmed under "Computing…".
+        demo_deg: Direction of the demo's camera in whole degrees of turn, or None for a real
+            camera.
     """
 
     empty: str = ""

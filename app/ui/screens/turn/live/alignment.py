@@ -183,7 +183,7 @@ class Aligner:
     _state: tuple[SteadyOverlay, Sitter | None] = field(default=(BARE, None), repr=False)
 
     def switch(self, on: bool) -> None:
-        """Switch the alignment on or off."""
+        """Turn the alignment on or off."""
         self.on, self.alignment, self._pictures = on, None, None
         self._state = (BARE, None)
         if not on:
@@ -195,7 +195,7 @@ class Aligner:
         Args:
             picture: The camera's picture, (H, W, 3) uint8 sRGB, not mirrored.
             target: The view at the goal, (H, W, 3) uint8 sRGB, not mirrored.
-            fovs_deg: Horizontal fields of view of target and camera, in degrees.
+            fovs_deg: Horizontal fields of view of the target and the camera, in degrees.
         """
         before, pictures = self._state, self._pictures
         same = pictures is not None and pictures[0] is picture and pictures[1] is target

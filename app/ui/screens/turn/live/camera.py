@@ -33,7 +33,7 @@ class LiveCamera:
     Attributes:
         listed: Index and name of each webcam on this computer.
         looked: Whether the webcams have been listed since `start`.
-        frame: The newest picture, or None before the first one.
+        frame: The newest picture, or None before the first picture.
         chosen: The source in use.
     """
 
@@ -64,7 +64,7 @@ class LiveCamera:
     # -- start and stop ------------------------------------------------------------------------
 
     def start(self) -> None:
-        """List the webcams and open the source; no-op while the camera runs."""
+        """List the webcams and open the source, unless the camera is already running."""
         if self._is_on:
             return
         self._is_on, self.looked = True, False
@@ -103,7 +103,7 @@ class LiveCamera:
         self._changed()
 
     def again(self) -> None:
-        """Reopen the source; no-op while the screen is hidden."""
+        """Reopen the source, unless the screen is hidden."""
         if self._is_on:
             self._open(self.chosen)
             self._changed()
@@ -114,7 +114,7 @@ class LiveCamera:
             self._list()
 
     def tick(self) -> bool:
-        """Read the newest picture, or look for a webcam; return whether a picture has arrived."""
+        """Read the newest picture or look for a webcam. Return whether a picture has arrived."""
         if not self._is_on:
             return False
         if self._webcam is None:
@@ -217,7 +217,7 @@ class LiveCamera:
             self.again()
 
     def _keys(self, host: str) -> Credentials | None:
-        """Return the user name and password for a host; runs on the source's own thread."""
+        """Return the user name and password for a host. This runs on the source's own thread."""
         credentials = self._signed.get(host)
         if credentials is not None:
             return credentials
@@ -259,7 +259,7 @@ class LiveCamera:
 
     @property
     def simulated(self) -> Any:
-        """The demo's camera, which the screen can move, or None for a real one."""
+        """The demo's camera, which the screen can move, or None for a real camera."""
         if getattr(self._webcam, "set_turn", None) is not None:
             return self._webcam
         if self.chosen.kind != "webcam":
@@ -307,7 +307,7 @@ class LiveCamera:
 
     @property
     def own_fov_deg(self) -> float | None:
-        """Horizontal field of view that the source reports, in degrees; None for most sources."""
+        """Horizontal field of view that the source reports, in degrees, or None if it does not."""
         return None if self._webcam is None else self._webcam.fov_deg
 
     @property

@@ -1,4 +1,4 @@
-"""Check of the light on the sitter's face in the live picture against the style."""
+"""Checks the light on the sitter's face in the live picture against the style."""
 
 from __future__ import annotations
 

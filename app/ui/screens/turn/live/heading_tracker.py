@@ -1,4 +1,4 @@
-"""Tracking of the live camera's heading.
+"""Tracks the live camera's heading.
 
 One job at a time locates the newest picture, and pictures that arrive meanwhile are skipped. The
 `Track` travels with the job and its result, so threads share nothing.
@@ -41,7 +41,7 @@ class HeadingTracker:
     """Locates the newest picture in the panorama.
 
     Attributes:
-        track: Result for the last picture, or None before the first one.
+        track: Result for the last picture, or None before the first picture.
         index: Feature points of the panorama, or None until the index is built.
         error: The reason why there is no index.
     """
@@ -65,7 +65,7 @@ class HeadingTracker:
         return self._light is not None and self.index is None and self.error is None
 
     def learn(self, light: PlaceLight, folder: Path | None = None) -> None:
-        """Load the index of a panorama, or build it if the place has no saved one.
+        """Load the index of a panorama, or build it if the place has no saved index.
 
         Args:
             folder: Folder of the place, or None while it is not saved.
@@ -125,7 +125,7 @@ class HeadingTracker:
         Args:
             fov_deg: Horizontal field of view in degrees, or None to estimate it.
             sees_sitter: Whether the person in the picture is the sitter.
-            asked_deg: Turn left until the light in degrees, or None if no turn is needed.
+            asked_deg: Remaining turn to the light in degrees, or None if no turn is needed.
         """
         index, picture = self.index, frame.picture
         if not self._on or index is None or not self._new(picture):
@@ -147,12 +147,12 @@ class HeadingTracker:
                 seeing=Seeing(find_heading, find_sitter),
             ),
             done=lambda result: self._located(this, result),
-            # A picture that causes an error counts as one without a heading.
+            # A picture that causes an error counts as a picture without a heading.
             failed=lambda error: self._located(this, replace(missed(state, now_s), raw=UNSURE)),
         )
 
     def _new(self, picture: Bytes) -> bool:
-        """Return whether to locate a picture; a repeat only counts while its heading is pending."""
+        """Return whether to locate a picture. Repeats count only while the heading is pending."""
         return picture is not self._frame or (self.track is not None and self.track.pending)
 
     def _located(self, this: int, track: Track) -> None:
@@ -189,7 +189,7 @@ class HeadingTracker:
         self._changed()
 
     def _cancelled(self, light: PlaceLight) -> None:
-        """Report that the user cancelled; reopening the screen tries again."""
+        """Report that the user cancelled. Reopening the screen tries again."""
         if light is self._light:
             self.error = CoreError(
                 tr("The background was not learnt."),

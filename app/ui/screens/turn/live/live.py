@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.live.heading_tracker import HeadingTracker
 
 ASPECT: Final = 1.5
-"""Minimum aspect ratio (width / height) of the live picture; taller ones are cropped at top and
-bottom.
+"""Minimum aspect ratio (width / height) of the live picture. Taller pictures are cropped at the top
+and bottom.
 """
 
 
@@ -31,7 +31,7 @@ class LiveWords:
     Attributes:
         live, goal: Text beside the two headings, such as "webcam".
         name: The camera's name.
-        message, brief: What is wrong and what to do; `brief` only says what is wrong.
+        message, brief: What is wrong and what to do about it, and only what is wrong.
         tag: State of the comparison of Live with Goal.
         dim: Whether the picture is out of date.
         asking: Whether to ask which way the camera looks.
@@ -58,7 +58,7 @@ class CameraMenu:
 
     Attributes:
         webcams: Index and name of each webcam.
-        webcam: Index of the one in use, or -1 for another source.
+        webcam: Index of the webcam in use, or -1 for another source.
         looks: ``sitter``, ``me`` or ``ask``.
         sounds: Whether the sounds of the guidance are on.
     """
@@ -128,7 +128,7 @@ class LivePanel:
         brief = words.missing
         if error is not None and error.code != "no-webcam":
             message, brief = str(error), error.message
-        live = tr("{trouble}: the goal", trouble=words.missing)
+        live = tr("{trouble}: showing the goal", trouble=words.missing)
         return LiveWords(live, goal, message=message, brief=brief)
 
     def _quality(self, guide: Guide) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Live and Goal side by side: the camera's picture, and the view it should have."""
+"""Live and Goal side by side: the camera's picture, and the view that the camera should have."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ _INSET: Final = 12
 _DIM: Final = 0.42
 
 LOOKS_WORDS: Final = (
-    ("sitter", tr("It looks at the sitter")),
-    ("me", tr("It looks at me")),
+    ("sitter", tr("The camera faces the sitter")),
+    ("me", tr("The camera faces me")),
 )
 
 
@@ -61,7 +61,7 @@ class Well(PaintedWidget):
             self.update()
 
     def set_words(self, tag: str, message: str, brief: str, dim: bool) -> None:
-        """Set the text on the picture; `brief` replaces `message` when space is short."""
+        """Set the text on the picture, with `brief` to replace `message` when space is short."""
         if (tag, message, dim) != (self._tag, self.message, self.dim):
             self._tag, self.message, self._brief, self.dim = tag, message, brief, dim
             self.setAccessibleDescription(f"{tag} {message}".strip())

@@ -19,7 +19,7 @@ class LiveOverlay(NamedTuple):
     Attributes:
         goal: (h, w, 3) uint8 sRGB at the size of the well, not mirrored.
         homography: (3, 3) float64, from pixels of the live picture to those of a target
-            `TARGET_WIDTH` pixels wide; None while the two are not aligned.
+            `TARGET_WIDTH` pixels wide, or None while the two are not aligned.
         opacity: Opacity of the live picture from 0 to 1, or its fraction of the width in a split.
         split: Whether Live is on the left and Goal on the right.
     """
@@ -33,7 +33,7 @@ class LiveOverlay(NamedTuple):
 def live_picture(
     picture: Bytes, size: tuple[int, int], mode: Mode, overlay: LiveOverlay | None = None
 ) -> Bytes:
-    """Fit the live picture to the width of its well, cropped at top and bottom.
+    """Fit the live picture to the width of its well, cropped at the top and bottom.
 
     Args:
         picture: (H, W, 3) uint8 sRGB, as the camera sees it.
@@ -68,7 +68,7 @@ def _over(small: Bytes, overlay: LiveOverlay, scale: float) -> Bytes:
 
 
 def _fitted(picture: Bytes, rows: int) -> Bytes:
-    """Crop a picture to the middle rows, or pad a lower one with its edge rows."""
+    """Crop a picture to the middle rows, or pad a shorter picture with its edge rows."""
     high = picture.shape[0]
     if high >= rows:
         top = (high - rows) // 2

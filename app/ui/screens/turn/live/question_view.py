@@ -1,4 +1,4 @@
-"""The question which way the camera looks, with a picture for each answer."""
+"""The question of which way the camera faces, with a picture for each answer."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _paint_head(painter: QPainter, at: QPointF, way: float, unit: float, ink: QC
 def _paint_camera(
     painter: QPainter, at: QPointF, way: float, unit: float, ink: QColor, ground: QColor
 ) -> None:
-    """Paint a camera from above, with the lens on the side it looks to."""
+    """Paint a camera from above, with the lens on the side that the camera faces."""
     painter.setPen(QPen(ink, 1.75 * max(unit, 0.8)))
     painter.setBrush(ground)
     lens = QRectF(0, 0, 6.0 * unit, 9.0 * unit)
@@ -117,7 +117,7 @@ def _paint_camera(
 
 
 class CameraQuestion(PaintedWidget):
-    """The question which way the camera looks, placed over the live picture."""
+    """The question of which way the camera faces, placed over the live picture."""
 
     def __init__(self, parent: QWidget, answer: Callable[[str], None]) -> None:
         super().__init__(parent)

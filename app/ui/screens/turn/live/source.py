@@ -18,7 +18,7 @@ from app.ui.presenters.services import Services
 from app.ui.screens.turn.live.camera import LiveCamera
 
 Item: TypeAlias = tuple[str, str, str, str]
-"""An entry of the list: key, text, second line and icon."""
+"""An entry in the list: its key, its text, its second line and its icon."""
 
 VIDEO_FILES: Final = tr("Videos") + f" ({' '.join('*' + ending for ending in VIDEO_ENDINGS)})"
 """File filter of the dialog."""
@@ -28,14 +28,14 @@ _ITEMS: Final[tuple[Item, ...]] = (
     ("video", tr("Video file…"), "", "play"),
 )
 _SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
-NO_WEBCAMS: Final = (tr("No webcam found"), tr("Plug one in."))
-"""Text of a list without webcams, with what to do about it."""
+NO_WEBCAMS: Final = (tr("No webcam found"), tr("Plug in a webcam."))
+"""Text for a list without webcams, and what to do about it."""
 _CHECK: Final = "turn-source-check"
 _STATUS_S: Final = 0.5
 _LONGEST: Final = 128
-_BOTH: Final = tr("Type both the user name and the password.")
-_UNSOUND: Final = tr("User name or password has characters that cannot be typed.")
-_OVERHEARD: Final = tr("Others in this Wi-Fi could read them: the camera does not encrypt.")
+_BOTH: Final = tr("Enter both the user name and the password.")
+_UNSOUND: Final = tr("The user name or password has invalid characters or is too long.")
+_OVERHEARD: Final = tr("Others on this Wi-Fi network could read it: the camera does not encrypt.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class SourcesState:
     Attributes:
         key: Key of the selected entry.
         fov_deg: Field of view in degrees, set or estimated.
-        status, status_icon: State of the source; the icon is "check", "error" or empty.
+        status, status_icon: State of the source, and an icon: "check", "error" or an empty string.
     """
 
     items: tuple[Item, ...] = _ITEMS
@@ -103,7 +103,7 @@ class SourcesPresenter:
         self._show()
 
     def detach(self, view: SourcesView) -> None:
-        """Stop showing the state in `view`; no-op if another view has replaced it."""
+        """Stop showing the state in `view`, unless another view has replaced it."""
         if view is self._view:
             self._view = None
 
@@ -116,7 +116,7 @@ class SourcesPresenter:
     # -- actions -------------------------------------------------------------------------------
 
     def show_kind(self, key: str) -> None:
-        """Select an entry of the list; a webcam is used at once."""
+        """Select an entry in the list. A webcam is used at once."""
         self._forget()
         kind, _, index = key.partition(":")
         if kind == "webcam":
@@ -175,7 +175,7 @@ class SourcesPresenter:
         self._show()
 
     def set_width(self, key: str) -> None:
-        """Set the width in pixels of the source's pictures; "0" is the default."""
+        """Set the width in pixels of the source's pictures, or "0" for the default."""
         if key.isdecimal() and int(key) in (0, *WIDTHS):
             self._camera.set_width(int(key))
             self._on_take()
@@ -267,7 +267,7 @@ class SourcesPresenter:
     def _password_hint(self) -> str:
         address = self._camera.chosen.address
         plain = address is not None and address.scheme != "https"
-        hint = tr("Saved only in this computer’s keyring.")
+        hint = tr("The password is saved only in this computer’s keyring.")
         return f"{hint} {_OVERHEARD}" if plain else hint
 
     # -- video ---------------------------------------------------------------------------------
@@ -292,7 +292,7 @@ class SourcesPresenter:
     def _unfit(self, error: Exception) -> None:
         is_webcam_error = isinstance(error, WebcamError)
         self._file_error = (
-            str(error) if is_webcam_error else tr("This cannot be used. Choose another.")
+            str(error) if is_webcam_error else tr("This file cannot be used. Choose another.")
         )
         self._show()
 
@@ -327,9 +327,9 @@ def _learnt(learnt_deg: float | None) -> str:
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
-    """Return the resolutions; webcams can change theirs, other pictures are scaled down."""
+    """Return the resolutions. Webcams can change theirs, and other pictures are scaled down."""
     exact = kind == "webcam"
     sizes = (
-        (str(w), _SIZES[w] if exact else tr("At most {pixels} wide", pixels=w)) for w in WIDTHS
+        (str(w), _SIZES[w] if exact else tr("At most {pixels} px wide", pixels=w)) for w in WIDTHS
     )
     return (("0", tr("Automatic")), *sizes)

@@ -133,12 +133,12 @@ class _Tall(Scroll):
 
 
 class _NetworkPart(_SheetColumn):
-    """The address of a network camera, and its password if it needs one."""
+    """The address of a network camera, and a password if the camera needs it."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()
         self._presenter = presenter
-        self.address = TextField(tr("Address, http, https or rtsp"), _EXAMPLE, "wifi")
+        self.address = TextField(tr("Address (HTTP, HTTPS or RTSP)"), _EXAMPLE, "wifi")
         self.connect_to = Button(tr("Connect"), do=lambda: presenter.connect(self.address.text()))
         self.user = TextField(tr("User name"), icon="person")
         self.password = TextField(tr("Password"))
@@ -170,12 +170,13 @@ class _NetworkPart(_SheetColumn):
 
 
 class _FilePart(_SheetColumn):
-    """The video in use, and the button that picks another."""
+    """The video in use, and the button for choosing another video."""
 
     def __init__(self) -> None:
         super().__init__()
         self.name = Text("", 14, 600, elide=True)
-        self.how = Text(tr("It plays in a loop, at its own speed."), 12, role="dim", wrap=True)
+        how = tr("The video plays in a loop at its own speed.")
+        self.how = Text(how, 12, role="dim", wrap=True)
         self.choose = Button(tr("Choose a video…"))
         self.trouble = IconLine()
         add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)

@@ -11,9 +11,9 @@ class SourceWords(NamedTuple):
     """The text for one kind of live source.
 
     Attributes:
-        noun: "webcam".
-        starting, lost, missing: Sentences for its states, such as "Starting the webcam", "Webcam
-            disconnected" and "No webcam".
+        noun: For example "webcam".
+        starting, lost, missing: Text for the states of the source, such as "Starting the webcam",
+            "Webcam disconnected" and "No webcam".
         remedy: What to do when the source is lost.
     """
 

@@ -1,4 +1,4 @@
-"""The check of a photo, or of a video of the turn, against the goal and the place.
+"""Checks a photo, or a video of the turn, against the goal and the place.
 
 Everything here runs in a job.
 """
@@ -69,7 +69,7 @@ class ShotContext:
 
 
 def shot_context(model: Model, index: HeadingIndex | None, now: datetime) -> ShotContext | None:
-    """Return the context for checking photos, or None without a place or a goal."""
+    """Return the context for checking photos, or None if there is no place or no goal."""
     goal, result, plan = model.goal, model.goal_result, model.lamp_plan
     if model.place_folder is None or model.light is None or model.head is None:
         return None

@@ -1,4 +1,4 @@
-"""Check my shot: photos taken at the place are opened, checked, listed and saved with it."""
+"""Check my shot: opens, checks, lists and saves the photos taken at the place."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
 REMOVED: Final = tr("{name} removed from this place. Your own file is untouched.")
-TURN_UNKNOWN: Final = tr("Background not found here, turn unknown")
-TURN_NOT_SHOWN: Final = tr("Neither background nor face shows the turn")
+TURN_UNKNOWN: Final = tr("Background not found here, so the turn is unknown")
+TURN_NOT_SHOWN: Final = tr("Neither the background nor the face shows the turn")
 DROP_WORDS: Final = tr("Drop the photo you took, a film of the turn, or a panorama")
 """The kinds of files that can be dropped while the screen is visible."""
 
@@ -63,8 +63,8 @@ class ShotRow:
     """One row of the list.
 
     Attributes:
-        sentence: "In the light, 3° short of the best".
-        face: Results for the face, and the style's prediction; may be empty.
+        sentence: For example "In the light, 3° short of the best".
+        face: Results for the face and the style's prediction, or an empty string.
         new: Whether this is the photo checked last.
         again: Whether the photo missed the light, so that another turn may help.
         pictured: Whether there is a thumbnail, (h, w, 3) uint8 sRGB.
@@ -85,10 +85,10 @@ class ShotRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotsState:
-    """The photos of the open place, with the newest first.
+    """The photos of the open place, newest first.
 
     Attributes:
-        busy: The task in progress, or empty.
+        busy: The task in progress, or an empty string if there is none.
         before, after: The last two photos of one style.
         mirrored: Whether a new photo counts as mirrored if its background is inconclusive.
     """
@@ -174,7 +174,7 @@ class Shots:
     # -- opening -------------------------------------------------------------------------------
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Check photos that were dropped or chosen; a panorama among them opens as a place.
+        """Check photos that were dropped or chosen. If one is a panorama, they open as a place.
 
         Returns:
             Whether the files are photos or a video, and there is a goal to check them against.
@@ -247,13 +247,13 @@ class Shots:
         self._ended()
 
     def prove(self, style: str | None, goal_facing_deg: float) -> bool:
-        """Return whether a photo in the light of a style was taken at this goal."""
+        """Return whether a photo taken at this goal was in the light of a style."""
         shots = (one for one in self._shots if one.style == style and one.facing_deg is not None)
         goals = (one.goal_facing_deg for one in shots if one.outside_deg == 0)
         return any(abs(difference(goal, goal_facing_deg)) < _SAME_GOAL_DEG for goal in goals)
 
     def filmed(self, style: str | None) -> ShotRow | None:
-        """Return the row of the best video frame for a style, or None without a video."""
+        """Return the row of the best video frame for a style, or None if there is no video."""
         frames = (shot for shot in self._shots if shot.style == style and is_frame(shot))
         return next((self._row(shot) for shot in frames), None)
 
@@ -295,7 +295,7 @@ class Shots:
     # -- removing ------------------------------------------------------------------------------
 
     def remove(self, key: str) -> None:
-        """Remove a photo from the list; the user can undo it."""
+        """Remove a photo from the list, which the user can undo."""
         shot = next((one for one in self._shots if one.key == key), None)
         folder = self._folder
         if shot is None or folder is None:
@@ -373,18 +373,18 @@ class Shots:
         if shot.match is not None and shot.best is not None:
             parts.append(likeness_words(shot.match, shot.best))
         if shot.by_face:
-            parts.append(tr("turn by the light on the face"))
+            parts.append(tr("turn estimated from the light on the face"))
         elif shot.found:
             parts.append(tr("heading {sureness}", sureness=sureness_words(shot.confidence)))
             if shot.sitter_deg is None:
-                parts.append(tr("no sitter seen, assumed in the middle"))
+                parts.append(tr("no sitter seen, assumed to be in the middle"))
         if shot.mirrored:
             parts.append(tr("mirrored"))
         return ", ".join(parts)
 
 
 def _face_words(shot: Shot) -> str:
-    """Describe the light on the face and the style's prediction; empty without a face."""
+    """Describe the light on the face and the style's prediction, or return "" if no face."""
     parts = []
     if shot.grade is not None:
         grade = grade_words(shot.grade, attainable=True)
@@ -400,7 +400,7 @@ def _panorama_among(paths: tuple[Path, ...]) -> bool:
     """Return whether the files include a panorama.
 
     Raises:
-        CoreError: If a file cannot be read, before any work starts.
+        CoreError: If a file cannot be read. This is raised before any work starts.
     """
     shapes = [is_panorama(path) for path in paths]
     return any(shapes)

@@ -1,4 +1,4 @@
-"""Photos taken here: the line with the last one, and the full list."""
+"""Photos taken here: the line with the last photo, and the full list."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ASK_MORE: Final = tr("Another photo")
 _HINT: Final = tr("After the shot, drop the photo here to check its light.")
 _HINT_SHORT: Final = tr("After the shot, drop the photo here.")
 _TITLE: Final = tr("Photos taken here")
-_EMPTY: Final = tr("No photo of this place yet. Drop the one you took on the window.")
+_EMPTY: Final = tr("No photos of this place yet. Drop your photo on the window.")
 _SMALL: Final = (56, 40)
 _PICTURE: Final = (112, 84)
 _COMPARED: Final = 208
@@ -37,7 +37,7 @@ _TOP: Final = Qt.AlignmentFlag.AlignTop
 
 
 class ShotsLine(QWidget):
-    """The photo checked last, with buttons to check another and to turn again."""
+    """The photo checked last, with buttons to check another photo and to turn again."""
 
     listed = Signal()
 
@@ -69,7 +69,7 @@ class ShotsLine(QWidget):
         return self._words.text()
 
     def set_main(self, main: bool) -> None:
-        """Make *Check my shot* the main button, which it is once the sitter is in the light."""
+        """Set whether *Check my shot* is the main button, as it is once in the light."""
         self.opener.kind = "primary" if main else "outlined"
         self.again.kind = "outlined" if main else "primary"
         for button in (self.opener, self.again):
@@ -135,7 +135,7 @@ def _picture(state: ShotsState) -> object:
 
 
 class ShotsSheet(Sheet):
-    """All photos taken here, with the newest first."""
+    """All photos taken here, newest first."""
 
     def __init__(
         self, host: QWidget, remove: Callable[[str], None], mirror: Callable[[bool], None]
