@@ -392,7 +392,7 @@ def test_saving_asks_for_a_name_and_takes_enter(qtbot: QtBot, tmp_path: Path) ->
     assert (line.text(), line.hasFocus()) == ("My Split", True)
     line.clear()
     QTest.keyClick(line, Qt.Key.Key_Return)
-    assert "needs a name" in line.accessibleDescription()
+    assert "Enter a name" in line.accessibleDescription()
     QTest.keyClicks(line, "Bright")
     QTest.keyClick(line, Qt.Key.Key_Return)
     assert [one.title for one in booth.room.model.user_styles] == ["Bright"]

@@ -205,7 +205,7 @@ def test_draft_is_kept_and_found_after_a_crash(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.weights, painted.weights)
     np.testing.assert_array_equal(found.start_weights, painted.start_weights)
     assert any("Your draft of My Split is back" in one for one in again.told.messages)
-    again.told.buttons["Start afresh"]()
+    again.told.buttons["Start over"]()
     assert not again.presenter.canvas.touched  # type: ignore[union-attr]
     assert not list(again.drafts.glob("*"))
 
@@ -232,7 +232,7 @@ def test_leaving_ends_the_stroke_keeps_the_draft_and_offers_to_go_on(room: Studi
     room.presenter.press((100.0, 100.0, 1.0))
     room.presenter.draw([(150.0, 150.0, 1.0)])
     room.leave()
-    assert room.told.messages[-1].startswith("Draft kept")
+    assert room.told.messages[-1].startswith("Draft saved")
     assert load_draft(room.drafts / "paint-left-loop.npz").canvas.touched
     room.told.buttons["Continue"]()
     assert (room.model.step, room.model.painting) == (Step.STYLES, "left-loop")
@@ -294,7 +294,7 @@ def test_another_start_keeps_what_was_painted_and_can_be_undone(room: Studio) ->
     room.presenter.choose_start("butterfly")
     assert (room.model.painting, _state(room).tools.start) == ("butterfly", "butterfly")
     assert not room.presenter.canvas.touched  # type: ignore[union-attr]
-    assert room.told.messages[-1].startswith("Draft kept")
+    assert room.told.messages[-1].startswith("Draft saved")
     room.services.undo.undo()
     assert _state(room).tools.start == "left-split"
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]

@@ -140,7 +140,7 @@ def test_a_name_is_needed(room: Studio) -> None:
     view = _view(room)
     room.stroke((0.4, 0.4))
     room.presenter.files.named("save", "   ")
-    assert "needs a name" in view.show_trouble.call_args.args[0]
+    assert "Enter a name" in view.show_trouble.call_args.args[0]
     assert not room.styles.exists()
 
 
@@ -233,7 +233,7 @@ def test_a_draft_that_the_disk_refuses_is_not_said_to_be_kept(
     room.stroke((0.5, 0.5), (0.6, 0.5))
     room.leave()
     assert "disk is full" in room.told.messages[-1]
-    assert not any(words.startswith("Draft kept") for words in room.told.messages)
+    assert not any(words.startswith("Draft saved") for words in room.told.messages)
 
 
 def test_a_stroke_never_waits_for_the_disk(

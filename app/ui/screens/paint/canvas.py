@@ -1,4 +1,4 @@
-"""The view on the canvas: weights, target or picture here, on a head at any angle."""
+"""The view on the canvas: the weights, the target or the picture here, with the head turned."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.ui.screens.paint.head_pixels import HeadLook, head_picture, turned_look
 Point: TypeAlias = "tuple[float, float, float]"
 """Position of the pen in canvas pixels from the upper left corner, and its pressure from 0 to 1."""
 
-FRONT_ONLY: Final = tr("This head was baked from the front only.")
+FRONT_ONLY: Final = tr("This head can be painted only from the front.")
 _TURN_JOB: Final = "paint-turn"
 
 
@@ -73,7 +73,7 @@ class CanvasLook:
             self._changed()
 
     def turn_head(self, steps: int) -> None:
-        """Turn the head by some views to its left, to paint on its side; 0 shows the front."""
+        """Turn the head to its left by a number of views, to paint on its side. 0 is the front."""
         document = self._document
         if document is None or document.session.stroking:
             return
@@ -102,7 +102,7 @@ class CanvasLook:
         return CanvasState("", brush, self.mode, head, self._picture(document, answer.picture))
 
     def _picture(self, document: PaintDocument, linear: Float32 | None) -> Bytes | None:
-        """Return the picture in place of the weights, or None while those are shown.
+        """Return the picture in place of the weights, or None while the weights are shown.
 
         Args:
             linear: The head at the best turn here, (N, N, 3), or None without light.

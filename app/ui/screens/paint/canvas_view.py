@@ -32,7 +32,7 @@ from app.ui.theme import px
 from app.ui.widgets.accessibility import describe, give_role
 
 _FRAME_MS: Final = 8  # faster moves are combined
-_STEP: Final = 1.2  # margin of the zoom box
+_STEP: Final = 1.2  # zoom factor per step
 _NOTCH: Final = 120.0
 _MARGIN: Final = 12
 _ARROWS: Final = {
@@ -49,11 +49,11 @@ class PaintCanvas(Plot):
     """The head, its weights and the brush.
 
     Mouse and pen paint. The wheel zooms, and the middle button, or Space with the mouse, pans.
-    Arrows move the brush by one pixel, or with Shift by ten; Enter or Space paints a dab; +, − and
-    0 zoom.
+    Arrow keys move the brush by one pixel, or by ten with Shift. Enter or Space paints a dab, and
+    +, − and 0 zoom.
 
     Attributes:
-        pressed: Signal(object, bool). Start of a stroke: a `Point`, and whether it is the eraser.
+        pressed: Signal(object, bool). Start of a stroke: a `Point`, and whether the eraser is used.
         drawn, lifted: Signal(object). Continuation and end of a stroke, each a list of `Point`s.
         dabbed: Signal(float, float). A single dab, in canvas pixels.
         head_turned: Signal(int). Number of views to turn the head to its left, or 0 for the front.
@@ -118,7 +118,7 @@ class PaintCanvas(Plot):
             self._describe()
 
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
-        """Repaint the changed regions, or everything if it is None."""
+        """Repaint the changed regions, or everything if `regions` is None."""
         if regions is None or self._face.size != canvas.size:
             fresh = self._face.size != canvas.size
             self._face.set_canvas(canvas)
@@ -185,7 +185,7 @@ class PaintCanvas(Plot):
             self._down(event.position(), 1.0, eraser=False)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Extend the stroke, pan, or move the ring."""
+        """Extend the stroke, pan or move the ring."""
         here = event.position()
         if self._panning is not None:
             step = here - self._panning
@@ -198,7 +198,7 @@ class PaintCanvas(Plot):
         self._move_ring(here)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End the stroke, or the pan."""
+        """End the stroke or the pan."""
         if self._panning is not None:
             self._panning = None
             self._show_ring()
@@ -207,7 +207,7 @@ class PaintCanvas(Plot):
             self._up()
 
     def tabletEvent(self, event: QTabletEvent) -> None:
-        """Paint with a pen and its pressure; its eraser restores."""
+        """Paint with a pen and its pressure, or restore with its eraser."""
         kind, here = event.type(), event.position()
         if kind == QEvent.Type.TabletPress and event.button() == Qt.MouseButton.LeftButton:
             eraser = event.pointerType() == QPointingDevice.PointerType.Eraser

@@ -46,14 +46,14 @@ class OpenedCanvas:
 
 
 def first_title(style: Style | UserStyle | None) -> str:
-    """Return a title for a painting based on a style: "My Rembrandt"."""
+    """Return a title for a painting based on a style, such as "My Rembrandt"."""
     return tr("My style") if style is None else tr("My {style}", style=style.title)
 
 
 def named_style(
     head: Head, own: Sequence[UserStyle], name: str
 ) -> tuple[Style | None, UserStyle | None]:
-    """Return a style by name, from the built-in ones or the user's own."""
+    """Return a style by name, from the built-in styles or the user's own."""
     mine = next((style for style in own if style.name == name), None)
     if mine is not None:
         return None, mine
@@ -86,7 +86,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
     else:
         canvas = blank(head.transport)
         if key:
-            notes = (*notes, tr("This style is no longer there; painting starts from nothing."))
+            notes = (*notes, tr("This style no longer exists, so the canvas starts empty."))
     return OpenedCanvas(key, canvas, look, path, key, title, mine, False, notes, version, saved)
 
 
@@ -137,7 +137,7 @@ class PaintDocument:
 
     @property
     def built_in(self) -> str:
-        """Name of the built-in style that the canvas still equals, or empty after a stroke."""
+        """Name of the built-in style that the canvas still equals, or "" after a stroke."""
         if self.unsaved:
             return ""
         name = self.start if self.style is None else self.style.copy_of

@@ -1,4 +1,4 @@
-"""Drafts of unsaved paintings, written a moment after each change."""
+"""Drafts of unsaved paintings, saved a moment after each change."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DELAY_S: Final = 0.8
 
 
 class DraftKeeper:
-    """Writes drafts in a job, a moment after they change."""
+    """Saves drafts in a job, a moment after they change."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -34,17 +34,17 @@ class DraftKeeper:
         self._has_warned = False
 
     def opened(self, path: Path, version: str) -> None:
-        """Remember the version of a draft, to recognise a later one from another window."""
+        """Remember the version of a draft, to recognise a later version from another window."""
         self._versions[path] = version
 
     def keep(self, path: Path, draft: Draft | None) -> None:
-        """Write a draft soon, or delete its file if it is None because everything is saved."""
+        """Save a draft soon, or delete its file if `draft` is None because nothing is unsaved."""
         with self._lock:
             self._waiting[path] = draft
         self._start()
 
     def flush(self) -> bool:
-        """Write all pending drafts now, and return whether that succeeded; warn if not."""
+        """Save all pending drafts now. Return whether that succeeded, and warn if it did not."""
         try:
             self._write()
         except (CoreError, OSError) as error:
@@ -78,7 +78,7 @@ class DraftKeeper:
                         del self._waiting[path]
 
     def _replace(self, path: Path, draft: Draft | None) -> None:
-        """Write a draft, or delete it if it is None; a draft of another window is renamed first."""
+        """Save a draft, or delete its file if None, first renaming a draft from another window."""
         here = draft_version(path)
         if here and here != self._versions.get(path, here):
             self._others.append(put_draft_aside(path))
@@ -93,7 +93,7 @@ class DraftKeeper:
         for other in others:
             self._services.notify.tell(
                 tr(
-                    "Another window painted on this style as well. Its draft is kept as {name}.",
+                    "This style was also painted in another window. That draft is kept as {name}.",
                     name=other.name,
                 ),
                 kind="warning",

@@ -1,4 +1,4 @@
-"""The head with its weights, as items of a ViewBox: image, hatching, outline, tags and brush."""
+"""The head with its weights, drawn as an image, hatching, an outline, tags and the brush."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class FaceItems:
 
     @property
     def size(self) -> int:
-        """Side of the canvas in pixels, or 0 before the first one."""
+        """Side of the canvas in pixels, or 0 before the first canvas."""
         return 0 if self._canvas is None or self._head is None else self._canvas.size
 
     @property
@@ -146,7 +146,7 @@ class FaceItems:
         return replace(canvas, weights=weights, ignore=ignore)
 
     def on_front(self, x: float, y: float) -> tuple[float, float] | None:
-        """Return the front view's pixel with the same skin, or None if the front hides it."""
+        """Return the front view's pixel with the same skin, or None if the skin is hidden there."""
         if self._places is None:
             return x, y
         column, row = int(x), int(y)
@@ -167,7 +167,7 @@ class FaceItems:
             self._image.update(whole if self.turned else part)
 
     def set_picture(self, picture: Bytes | None) -> bool:
-        """Show a picture, or the weights if it is None; return whether it has changed."""
+        """Show a picture, or the weights if it is None. Return whether the picture has changed."""
         if picture is self._picture:
             return False
         self._picture = picture
@@ -194,7 +194,7 @@ class FaceItems:
         self._panel.viewport().update()
 
     def show_ring(self, place: tuple[float, float] | None, brush: Brush) -> None:
-        """Show the brush at a canvas pixel with a paler mirror image, or hide both for None."""
+        """Show the brush at a canvas pixel and a paler mirror image, or hide both if it is None."""
         fresh, self._brush = brush != self._brush, brush
         mirrored = brush.mirror and not self.turned
         for ring, visible in ((self._ring, True), (self._twin, mirrored)):
@@ -206,7 +206,7 @@ class FaceItems:
                 ring.update()
 
     def _draw_over(self, painter: QPainter, part: QRect) -> None:
-        """Paint hatching, outline, tags and corners over the head."""
+        """Paint the hatching, the outline, the tags and the corners over the head."""
         t, area, view = theme(), self._panel.rect(), self._view
         ratio = device_ratio(painter)
         if self.size:
@@ -237,7 +237,7 @@ class FaceItems:
         ring = self._once("ring", key, lambda: self._draw_ring(brush, zoom, ratio))
         half = ring.width() / ratio / 2
         painter.setOpacity(opacity)
-        # Align it with whole device pixels to stay sharp.
+        # Align the ring with whole device pixels to keep it sharp.
         x, y = (round((value - half) * ratio) / ratio for value in place)
         painter.drawPixmap(QPointF(x, y), ring)
 

@@ -40,9 +40,9 @@ class SaveState:
     """The title and the save button.
 
     Attributes:
-        status: "not saved yet" or "saved", or empty while no painting is open.
+        status: "not saved yet" or "saved", or an empty string while no painting is open.
         words: Label of the save button.
-        why: The reason why saving is impossible now, or empty.
+        why: The reason why saving is impossible now, or an empty string if it is possible.
         busy: Whether a save is running.
     """
 
@@ -67,7 +67,7 @@ class FilesView(Protocol):
 
 
 def save_why(advice: Advice | None, document: PaintDocument) -> str:
-    """Return why the painting cannot be saved now, or empty if it can."""
+    """Return why the painting cannot be saved now, or an empty string if it can."""
     if not document.unsaved:
         return advice_words(Advice.NOTHING_PAINTED) if document.style is None else ALL_SAVED
     # A saved style that is cleared back to its start differs from its file, so it can be saved.
@@ -101,7 +101,7 @@ class PaintFiles:
         self.saving = False
 
     def attach(self, view: FilesView | None) -> None:
-        """Ask this view for names and files from now on, or no view if it is None."""
+        """Ask this view for names and files from now on, or ask nothing if `view` is None."""
         self._view = view
 
     def take(self, document: PaintDocument) -> None:
@@ -135,7 +135,7 @@ class PaintFiles:
     # -- saving --------------------------------------------------------------------------------
 
     def ask_save(self) -> None:
-        """Save changes of the user's own style at once, or ask for the name of a new one."""
+        """Save changes to the user's own style at once, or ask for the name of a new style."""
         document = self._document
         if document is None or self.saving:
             return
@@ -160,7 +160,7 @@ class PaintFiles:
         if document is None or self.saving:
             return
         if not title.strip():
-            self._say_trouble(tr("The style needs a name. Type one."))
+            self._say_trouble(tr("Enter a name for the style."))
         elif wish == "rename":
             self._rename(document, title)
         else:
@@ -184,7 +184,7 @@ class PaintFiles:
             for other in others:
                 self._services.notify.tell(
                     tr(
-                        "{title} was changed in another window as well. That version is "
+                        "{title} was also changed in another window. That version is "
                         "saved as {other}.",
                         title=changed.title,
                         other=other.title,
@@ -204,7 +204,7 @@ class PaintFiles:
         work: Callable[[], UserStyle],
         done: Callable[[UserStyle], None],
     ) -> None:
-        """Write a style in a job; the canvas stays open, even after an error."""
+        """Save a style in a job. The canvas stays open, even after an error."""
         document.session.abort()
         self.saving = True
         self._changed()
@@ -233,11 +233,11 @@ class PaintFiles:
         self._keeper.keep(document.path, document.draft())
         self._say_trouble("")
         is_away = self._services.model.painting is None
-        # The user may have left the screen meanwhile, so stay on the current one.
+        # The user may have left the screen meanwhile, so stay on the current screen.
         self._own_styles.add(style, painting=None if is_away else style.name)
         self._place_controller.refresh_user_styles()
         self._services.notify.tell(
-            tr("{title} saved. It is among your styles.", title=style.title),
+            tr("{title} saved to your styles.", title=style.title),
             kind="done",
             about=_ABOUT,
         )
@@ -249,7 +249,7 @@ class PaintFiles:
         self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
     def _facts(self, document: PaintDocument, canvas: Canvas) -> dict[str, str]:
-        """Return side, place, head and original style of the painted style."""
+        """Return the side, place, head and original style of the painted style."""
         head = document.head
         built_in, mine = named_style(head, self._services.model.user_styles, document.start)
         origin = mine.style if mine is not None else built_in
@@ -291,13 +291,13 @@ class PaintFiles:
         if style is None:
             return
         self._own_styles.duplicate(
-            style, lambda copy: self._offer(copy, tr("{title} made.", title=copy.title))
+            style, lambda copy: self._offer(copy, tr("{title} created.", title=copy.title))
         )
 
     # -- delete --------------------------------------------------------------------------------
 
     def delete(self) -> None:
-        """Delete the user's style and its draft; undo restores both."""
+        """Delete the user's style and its draft, which undo can restore."""
         style = self._own()
         if style is not None:
             self._own_styles.delete(style)
@@ -305,7 +305,7 @@ class PaintFiles:
     # -- export and import ---------------------------------------------------------------------
 
     def ask_export(self) -> None:
-        """Ask for a file to export to."""
+        """Ask for the file to which the canvas will be exported."""
         if self._document is not None and self._view is not None:
             self._view.ask_file("export", f"{plain_name(self._document.title)}{EXPORT_ENDING}")
 

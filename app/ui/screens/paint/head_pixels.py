@@ -1,4 +1,4 @@
-"""The head and its weights as pixels: soft grey light, colours of the weights and outline."""
+"""The head and its weights as pixels: the grey head, the colours of the weights and the outline."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class HeadLook:
         coverage: (N, N) float32. Fraction of each pixel that the head covers.
         yaw_deg: Angle in degrees by which the face is turned from the lens toward its own left.
         places: (N, N, 3) float32, or None from the front. Position of each pixel's skin in the
-            front view; see `PaintedHead.places_on_front`.
+            front view (see `PaintedHead.places_on_front`).
     """
 
     grey: Float32 = field(repr=False)
@@ -58,7 +58,7 @@ class HeadLook:
 
 
 def head_words(yaw_deg: float) -> str:
-    """Return a name for the view: "the head turned 30° to its left"."""
+    """Return a name for the view, such as "the head turned 30° to its left"."""
     if not yaw_deg:
         return tr("the head seen from the front")
     size = round(abs(yaw_deg))
@@ -84,7 +84,7 @@ def head_look(transport: Transport) -> HeadLook:
 
 
 def turned_look(head: Head, yaw_deg: float, steps: int) -> HeadLook | None:
-    """Return a head turned by some views to its left, or None for the front view."""
+    """Return a head turned to its left by a number of views, or None for the front view."""
     yaws = head.aside.yaws
     yaw = yaws[min(max(yaws.index(yaw_deg) + steps, 0), len(yaws) - 1)]
     if not yaw:
@@ -156,7 +156,7 @@ class CanvasColours:
         plus, minus: sRGB of positive and negative weights.
 
     Attributes:
-        pixels: (S, S) uint32. 0xffRRGGBB; the array object stays the same until the size changes,
+        pixels: (S, S) uint32. 0xffRRGGBB. The array object stays the same until the size changes,
             so that an image can share its memory.
         ignored: (S, S) uint8. Opacity of the hatching.
     """
@@ -196,7 +196,7 @@ class CanvasColours:
         self.any_ignored = bool(self.ignored.any())
 
     def show_picture(self, picture: Bytes) -> None:
-        """Show a picture of the head in place of the weights, (N, N, 3) uint8 sRGB."""
+        """Show a picture of the head, (N, N, 3) uint8 sRGB, in place of the weights."""
         size = len(self.pixels)
         if not size:
             return
@@ -226,7 +226,7 @@ def finer_places(places: Float32, size: int) -> Float32:
 def veil_bytes(
     coverage: Float32, size: tuple[int, int], scale: float, offset: tuple[float, float], grey: int
 ) -> Pixels:
-    """Cover everything outside the head, with a clean outline at the screen's resolution.
+    """Return a veil over everything outside the head, with a clean outline at device resolution.
 
     Args:
         coverage: (N, N) float32. Fraction of each pixel that the head covers.

@@ -33,7 +33,7 @@ Way: TypeAlias = Literal["clockwise", "counter-clockwise", "none", ""]
 
 LIMIT_RING: Final = tr("The dashed ring is the limit of reach, {limit:.0f}.")
 PREPARING: Final = tr("Preparing the light of this place…")
-NO_STROKES: Final = tr("Paint where the face should be brighter, and where darker.")
+NO_STROKES: Final = tr("Paint where the face should be brighter and where it should be darker.")
 _TARGET: Final = tr("Target")
 _AT_BEST: Final = tr("At the best turn")
 _LIGHT_JOB: Final = "paint-light"
@@ -46,14 +46,15 @@ class LiveState:
     """The answer for the canvas as data, which the properties turn into text for display.
 
     Attributes:
-        sentence: Text in place of the numbers, or empty with a `result`.
+        sentence: Text in place of the numbers, or an empty string if there is a `result`.
         origin: Result of the original style here.
         picture: Portrait, (h, w, 3) uint8 sRGB or None.
         panorama: Panorama of the place, (h, w, 3) uint8 sRGB or None.
         front: Panorama azimuth of the photographer in degrees.
         weights: (H, W) float32 or None. Pre-integrated target at turn 0.
-        limit: Minimum match of a style in reach.
-        stale: Whether the answer is for another head or place, and so dimmed under "Computing…".
+        limit: Minimum match at which the style is within reach.
+        stale: Whether the answer is for another head or place, and therefore dimmed under
+            "Computing…".
     """
 
     stale: bool = False
@@ -70,7 +71,7 @@ class LiveState:
 
     @property
     def turn_deg(self) -> float:
-        """Best turn in degrees, or 0 without a result."""
+        """Best turn in degrees, or 0 if there is no result."""
         return 0.0 if self.result is None else self.result.turn_refined_deg
 
     @property
@@ -85,7 +86,7 @@ class LiveState:
 
     @property
     def way(self) -> Way:
-        """Direction of the best turn, or empty without a result."""
+        """Direction of the best turn, or an empty string if there is no result."""
         return "" if self.result is None else direction_of(self.turn_deg)
 
     @property
@@ -100,12 +101,12 @@ class LiveState:
 
     @property
     def curve(self) -> tuple[float, ...]:
-        """Match at 64 turns, or empty without a result."""
+        """Match at 64 turns, or an empty tuple if there is no result."""
         return () if self.result is None else tuple(map(float, self.result.match_curve))
 
     @property
     def arc(self) -> tuple[float, float] | None:
-        """Tolerance arc in degrees, or None out of reach."""
+        """Tolerance arc in degrees, or None if the style is out of reach."""
         result = self.result
         return None if result is None or not result.attainable else result.arc_deg
 
@@ -137,10 +138,10 @@ class LiveState:
 
 
 class LightOnHead:
-    """Keeps one light table, and computes another in a job when light or head change.
+    """Keeps one light table, and computes another in a job when the light or the head changes.
 
     Attributes:
-        trouble: The reason why the light cannot be used, or empty.
+        trouble: The reason why the light cannot be used, or an empty string if it can.
     """
 
     def __init__(self, services: Services, ready: Callable[[], None]) -> None:
@@ -200,7 +201,7 @@ class LiveAnswer:
         self._changed = changed
         self._document: PaintDocument | None = None
         self._size: Size = _PORTRAIT
-        self._in_stroke = False  # time of the last update of the whole column
+        self._in_stroke = False  # whether the last full update was during a stroke
         self.light = LightOnHead(services, ready)
         self.answer: Answer | None = None
         self.state = LiveState()
@@ -228,7 +229,7 @@ class LiveAnswer:
         """Solve the canvas after a move of the pen.
 
         Returns:
-            True if nothing but the column may have changed; False if the whole screen may have.
+            True if only the column may have changed, or False if the whole screen may have changed.
         """
         document, before, light = self._document, self.answer, self._services.model.light
         if document is None:
@@ -311,7 +312,7 @@ def _portrait(
     front_deg: float,
     size: Size,
 ) -> Callable[..., Bytes] | None:
-    """Return a function of `quick` that renders the portrait at the best turn, or None without one.
+    """Return a function of `quick` that renders the portrait at the best turn, or None if unknown.
 
     Args:
         own: Result of the style that the canvas still equals.
@@ -329,14 +330,14 @@ def _portrait(
 
 
 def _limit(document: PaintDocument) -> float:
-    """Return the minimum match of a style in reach, as on its card."""
+    """Return the minimum match at which the style is within reach, as on its card."""
     pack, name = document.head.pack, document.built_in
     own = pack.styles[pack.index(name)].signature if name else None
     return own.match[1] if own is not None and own.relations else LIMITS.match
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:
-    """Return the result of the original style: "Rembrandt itself: 96, at 96°"."""
+    """Return the result of the original style, such as "Rembrandt itself: 96, at 96°"."""
     result = next((one for one in model.results if one.name == start), None)
     if result is None or model.head is not head or model.computing:
         return ""

@@ -1,4 +1,4 @@
-"""The live column: portrait, turn, match, panorama, plot and save button."""
+"""The live column: the portrait, turn, match, panorama, plot and save button."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _PLOT: Final = (176, 120)  # side in a high and in a low window
 
 
 class _Numbers(QWidget):
-    """Turn and match, or a sentence in place of them.
+    """The turn and the match, or a sentence in their place.
 
     Attributes:
         score: Match with its meter, which a compact window shows apart from the turn.
@@ -47,7 +47,7 @@ class _Numbers(QWidget):
         self._origin = Text("", 12, role="dim", wrap=True)
         self._sentence = Text("", 14, wrap=True)
         self._probe = Button(tr("Go to Probe"), size="small", do=presenter.measure)
-        # Centre it on the first line of a two-line direction.
+        # Centre the icon on the first line of a two-line direction.
         beside = QVBoxLayout()
         beside.addSpacing((t.line_height(14 if compact else 16) - px(20)) // 2)
         add(beside, self._icon, ...)
@@ -68,7 +68,7 @@ class _Numbers(QWidget):
     def show_state(self, state: LiveState) -> None:
         has_words = bool(state.sentence)
         self._figures.setVisible(not has_words)
-        # Without a parent it would open as a window.
+        # Without a parent, the score would open as a window.
         if self._apart:
             self.score.setVisible(not has_words)
         self._sentence.setVisible(has_words)
@@ -85,7 +85,7 @@ class _Numbers(QWidget):
 
 
 class LiveColumn(Surface):
-    """Portrait, turn, match, panorama, plot and save button.
+    """The portrait, turn, match, panorama, plot and save button.
 
     Attributes:
         laid: Signal(QSize). Size of the portrait in logical pixels.
@@ -110,7 +110,7 @@ class LiveColumn(Surface):
             size=(wide, wide // 2), sitter=tr("Sitter faces"), behind=""
         )
         self._panorama.setFixedSize(self._panorama.sizeHint())
-        # It only shows the best turn, so there is nothing to drag.
+        # The panorama only shows the best turn, so there is nothing to drag.
         self._panorama.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._panorama.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._place = QWidget()
@@ -191,7 +191,7 @@ class LiveColumn(Surface):
     def _open_menu(self) -> None:
         menu = Menu(self._more, tr("More"))
         for action in self._actions():
-            why = "" if action.enabled() else tr("Save it first")
+            why = "" if action.enabled() else tr("Save the style first")
             keys = action.shortcut.split(";")[0].replace("+", " ")
             menu.add(action.words, action.run, action.icon, keys, why)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

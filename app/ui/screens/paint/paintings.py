@@ -41,7 +41,7 @@ class Paintings:
         return document if document is not None and document.key == key else None
 
     def open(self, key: str, done: Callable[[PaintDocument, OpenedCanvas], None]) -> None:
-        """Open a painting in a job; `done` is skipped if another one is requested meanwhile."""
+        """Open a painting in a job. `done` is skipped if another is requested in the meantime."""
         self.opening = key
         model, folder = self._services.model, self._services.folders.drafts
         head, own = model.head, model.user_styles
@@ -68,7 +68,7 @@ class Paintings:
             self.add(document)
 
     def renamed(self, style: UserStyle) -> None:
-        """Rename the painting of a style, or its draft if it is not open."""
+        """Rename the painting of a style, or its draft if the painting is not open."""
         document = self._all.get(style.name)
         if document is not None:
             document.saved_as(style, document.path)

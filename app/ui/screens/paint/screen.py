@@ -26,7 +26,7 @@ from app.ui.screens.paint.tools import BrushBox, ToolsState, starts_of
 
 _LOOK_JOB: Final = "paint-look"
 _FIELDS: Final = frozenset({"results", "answered", "user_styles", "place", "head_name"})
-_DRAFT_KEPT: Final = tr("Draft kept. Every stroke is still there.")
+_DRAFT_KEPT: Final = tr("Draft saved. Every stroke is kept.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,7 +128,7 @@ class PaintPresenter(Presenter[PaintView]):
     def choose_start(self, key: str) -> None:
         """Paint from another style or from nothing, keeping the current painting as a draft.
 
-        The user can undo it.
+        The user can undo this.
         """
         document, model = self._document, self._services.model
         if document is None or key in (document.start, document.key):
@@ -150,10 +150,9 @@ class PaintPresenter(Presenter[PaintView]):
     # -- strokes -------------------------------------------------------------------------------
 
     def press(self, point: Point, eraser: bool = False) -> None:
-        """Begin a stroke; the eraser at the pen's other end restores.
+        """Begin a stroke, which restores if it is made with the pen's eraser.
 
-        The answer follows with the next `draw` or `lift`, so that the pen does not have to wait for
-        it.
+        The answer follows with the next `draw` or `lift`, so that the pen does not have to wait.
         """
         if self._document is not None:
             tool = Tool.RESTORE if eraser else self.tools.brush.tool
@@ -211,7 +210,7 @@ class PaintPresenter(Presenter[PaintView]):
         self.lift()
 
     def clear(self) -> None:
-        """Remove all strokes; the user can undo it."""
+        """Remove all strokes, which the user can undo."""
         document = self._document
         if document is None:
             return
@@ -302,7 +301,7 @@ class PaintPresenter(Presenter[PaintView]):
     # -- undo ----------------------------------------------------------------------------------
 
     def _done(self, document: PaintDocument, change: TileChange, words: str) -> None:
-        """Record a change of the canvas for undo, and save the draft."""
+        """Record a change to the canvas for undo, and save the draft."""
         self._paintings.add(document)
         self._services.undo.push(
             Undoable(
@@ -321,8 +320,9 @@ class PaintPresenter(Presenter[PaintView]):
         try:
             session.revert(change) if back else session.apply(change)
         except ValueError:
-            # The canvas of another head has another size.
-            self._services.notify.tell(tr("This stroke belongs to another head."), kind="warning")
+            # The canvas of another head has a different size.
+            words = tr("This stroke was made on a different head.")
+            self._services.notify.tell(words, kind="warning")
             return
         self._show_canvas(regions)
         self._look_soon()
@@ -390,8 +390,8 @@ class PaintPresenter(Presenter[PaintView]):
             tell(note, kind="warning")
         if opened.restored and document.unsaved:
             tell(
-                tr("Your draft of {title} is back.", title=document.title),
-                actions=((tr("Start afresh"), self.clear),),
+                tr("Your draft of {title} was restored.", title=document.title),
+                actions=((tr("Start over"), self.clear),),
             )
 
     def _set_document(self, document: PaintDocument | None) -> None:
@@ -409,7 +409,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def _put_away(self, quiet: bool = False) -> None:
-        """End the stroke, write the draft, and report that it is saved."""
+        """End the stroke, save the draft and report that it is saved."""
         document = self._document
         if document is None:
             return

@@ -1,4 +1,4 @@
-"""The Paint screen: tools on the left, canvas in the middle, live answer on the right."""
+"""The Paint screen: the tools, the canvas and the live answer, from left to right."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class PaintScreen(QWidget):
         return middle
 
     def show_state(self, state: PaintState) -> None:
-        """Show the state; see `PaintState`."""
+        """Show a `PaintState`."""
         self.tools.show_state(state.tools)
         self.crumbs.show_state(state)
         self.canvas.show_state(state.canvas)
@@ -134,7 +134,7 @@ class PaintScreen(QWidget):
             self._sheet.show_busy(state.save.busy)
 
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
-        """Show the canvas; see `PaintView.canvas_changed`."""
+        """Show the canvas (see `PaintView.canvas_changed`)."""
         self.canvas.canvas_changed(canvas, regions)
 
     def ask_name(self, wish: NameWish, title: str) -> None:
@@ -144,13 +144,13 @@ class PaintScreen(QWidget):
             sheet = LineSheet(self.window(), words, tr("Name"), button, title, tr("My Rembrandt"))
             sheet.taken.connect(partial(self._presenter.files.named, wish))
             sheet.closed.connect(self._sheet_closed)
-            # It is a child of the window and would outlive this screen.
+            # The sheet is a child of the window and would outlive this screen.
             self.destroyed.connect(sheet.deleteLater)
             self._sheet = sheet
             sheet.open(sheet.field.edit)
 
     def show_trouble(self, sentence: str) -> None:
-        """Show why the name is invalid beside it, or close the sheet if the sentence is empty."""
+        """Show, beside the name, why it is invalid, or close the sheet if `sentence` is empty."""
         if self._sheet is not None:
             self._sheet.say(sentence)
 

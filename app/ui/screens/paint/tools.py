@@ -16,7 +16,7 @@ from app.words.styles import side_words
 
 SMALLEST: Final = 4.0
 LARGEST: Final = 160.0
-"""Diameters of the brush in canvas pixels."""
+"""Smallest and largest diameter of the brush, in canvas pixels."""
 
 _LIMITS: Final = {"diameter": (SMALLEST, LARGEST), "strength": (0.0, 1.0), "softness": (0.0, 1.0)}
 TOOLS: Final = {
@@ -37,7 +37,7 @@ class ToolsState:
     Attributes:
         starts: Key, title and side of each style that painting can start from.
         start: Key of the current starting point.
-        undo, redo: Name of the step, or empty.
+        undo, redo: Name of the step, or an empty string if there is none.
         notice: The reason why there is nothing to start from.
     """
 
@@ -53,7 +53,7 @@ class ToolsState:
 def starts_of(
     document: PaintDocument, own: Sequence[UserStyle]
 ) -> tuple[tuple[str, str, str], ...]:
-    """Return key, title and side of each start: nothing, the user's own styles, the built-in ones.
+    """Return the key, title and side of each start: nothing, the user's own and built-in styles.
 
     A style that was saved here is left out, because it has a starting point of its own.
     """

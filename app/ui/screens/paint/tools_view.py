@@ -1,4 +1,4 @@
-"""The tool column: tool, size and strength of the brush, starting point and undo."""
+"""The tool column: the tool, the size and strength of the brush, the starting point and undo."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from app.ui.widgets.surfaces import Divider, Scroll, Surface
 _TOOLS: Final = (
     (Tool.BRIGHTER, tr("Brighter"), "B", tr("here the face should get more light")),
     (Tool.DARKER, tr("Darker"), "D", tr("here the face should get less light")),
-    (Tool.IGNORE, tr("Ignore"), "I", tr("here it does not matter")),
-    (Tool.RESTORE, tr("Restore"), "R", tr("back to what painting started from")),
+    (Tool.IGNORE, tr("Ignore"), "I", tr("here the light does not matter")),
+    (Tool.RESTORE, tr("Restore"), "R", tr("back to the starting point")),
 )
 """Tool, name, key and effect."""
 
@@ -46,7 +46,7 @@ _START_WIDTH: Final = 280
 
 
 class _ToolButton(Pressable):
-    """A tool with sign, name and key, or in narrow windows with the sign alone."""
+    """A tool with its sign, name and key, or with the sign alone in narrow windows."""
 
     def __init__(self, tool: Tool, name: str, key: str, does: str, compact: bool) -> None:
         super().__init__(name)
@@ -80,7 +80,7 @@ class _ToolButton(Pressable):
 
 
 class _Tools(QWidget):
-    """The four tools, a single Tab stop with arrow keys inside."""
+    """The four tools, which form a single Tab stop with arrow keys inside."""
 
     def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__()

@@ -30,7 +30,7 @@ _ABOVE: Final = 0.06  # fraction of the height above the crown
 
 @dataclass(frozen=True, slots=True)
 class Viewing:
-    """A mapping from canvas to widget.
+    """A mapping from the canvas to the widget.
 
     Attributes:
         zoom: Logical pixels per canvas pixel.
