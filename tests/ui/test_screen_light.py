@@ -59,7 +59,7 @@ def button(view: QWidget, words: str) -> QAbstractButton:
 
 def test_from_nothing_to_a_lamp_and_a_brightness_by_two_clicks(qtbot: QtBot, rig: LightRig) -> None:
     view = screen_of(qtbot, rig, lamp="", bright="")
-    button(view, "Take the phone").click()
+    button(view, "Use the phone").click()
     assert view.stack.currentWidget() is view.question
     assert len(view.question.answers) == 8
     button(view, "Cellar, 30 lx").click()
@@ -228,7 +228,7 @@ def test_the_dot_moves_in_all_three_drawings(qtbot: QtBot, rig: LightRig) -> Non
 
 def test_the_keyboard_stays_on_the_page(qtbot: QtBot, rig: LightRig) -> None:
     view = screen_of(qtbot, rig, lamp="", bright="")
-    phone = button(view, "Take the phone")
+    phone = button(view, "Use the phone")
     phone.setFocus()
     QTest.keyClick(phone, KEY.Key_Return)
     first = view.question.answers["night"]

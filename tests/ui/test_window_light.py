@@ -40,7 +40,7 @@ def running(
         app.window._notify.dismiss()
         app.model.update(step=Step.LIGHT)
         robot.settle()
-        robot.click("Take the phone")
+        robot.click("Use the phone")
         presenter = app.window._presenter_of("light")
         assert isinstance(presenter, LightPresenter)
         robot.click("Night street, 5 lx")
@@ -190,7 +190,7 @@ def test_the_turn_that_is_said_is_the_turn_that_is_gone_to(
     hold = presenter.resolve().hold
     said = hold.turn
     # Where the light is even all around, no turn is needed, and the button does not ask for one.
-    assert (said == "No turn needed") is (hold.go == "Hold it now")
+    assert (said == "No turn needed") is (hold.go == "Hold the lamp now")
     robot.click(hold.go)
     robot.wait(lambda: app.model.step is Step.TURN, "what the lamp gives there")
     goal = app.model.target_turn_deg

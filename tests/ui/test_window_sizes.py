@@ -53,7 +53,7 @@ MAIN = {
     "styles": "Turn to this",
     "paint": "Save as my style",
     "turn": "Start alignment",
-    "light": "Take the phone",
+    "light": "Use the phone",
 }
 
 

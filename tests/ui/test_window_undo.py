@@ -104,7 +104,7 @@ def test_the_way_to_the_lamp_and_back_by_keys(running: tuple[App, Robot]) -> Non
     app, robot = running
     app.model.update(step=Step.LIGHT)
     robot.settle()
-    robot.click("Take the phone")
+    robot.click("Use the phone")
     light = app.window._presenter_of("light")
     assert isinstance(light, LightPresenter)
     robot.click("Night street, 5 lx")

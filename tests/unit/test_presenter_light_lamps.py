@@ -117,7 +117,7 @@ def test_its_mask_is_painted_saved_and_brought_back(rig: LightRig) -> None:
     assert state.alpha[32, 63] == 0.0
     edit.undo()
     assert sheet.states[-1].alpha[32, 63] == 1.0
-    assert sheet.states[-1].gives.endswith("where the camera stood.")
+    assert sheet.states[-1].gives.endswith(" at the camera.")
     edit.save()
     assert sheet.shuts == 1
     kept = read_lamp(rig.presenter.lamps.folder, "mine")

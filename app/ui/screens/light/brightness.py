@@ -33,7 +33,8 @@ class BrightState:
     """The question about the brightness of the place.
 
     Attributes:
-        measured: "Back to the measured 460 lx", or empty if that value is in use or does not exist.
+        measured: For example "Back to the measured 460 lx", or an empty string if that value is in
+            use or does not exist.
     """
 
     key: str = ""
@@ -47,7 +48,7 @@ _SAME = 0.01  # fraction of an answer's lux within which it counts as chosen
 
 
 class PlaceScale:
-    """Luminance of radiance 1 at the open place; a value from the user is saved with the place."""
+    """Luminance of radiance 1 at the open place. A value from the user is saved with the place."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
@@ -56,8 +57,8 @@ class PlaceScale:
         self._loose: tuple[PlaceLight, float] | None = None
         self._error = ""
         self.asking = False
-        # illuminance per unit of luminance with its light and front, cached because it is a full
-        # sum
+        # illuminance per unit of luminance with its light and front, cached because it sums over
+        # all texels
         self._unit: tuple[PlaceLight, float, float] | None = None
 
     @property
@@ -68,14 +69,14 @@ class PlaceScale:
 
     @property
     def camera(self) -> str:
-        """Model of the camera that measured the scale, or empty if unknown."""
+        """Model of the camera that measured the scale, or an empty string if unknown."""
         place = self._services.model.place
         from_camera = place is not None and place.capture is not None and self._stated is None
         return place.capture.camera if from_camera and place and place.capture else ""
 
     @property
     def words(self) -> str:
-        """Sentence such as "460 lx at the face, as measured", or empty while unknown."""
+        """Sentence such as "460 lx at the face, as measured", or "" while unknown."""
         white = self.white
         if white is None:
             return ""

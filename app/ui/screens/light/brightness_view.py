@@ -22,8 +22,8 @@ from app.words.phrases.quantities import lux_words
 _WIDEST_SHEET: Final = 520
 
 _WHY: Final = tr(
-    "What a lamp can do depends on the light of the place. Choose the nearest, or type the "
-    "reading of a light meter held at the face, toward the camera."
+    "What a lamp can do depends on the light of the place. Choose the closest answer, or enter the "
+    "reading of a light meter held at the face and pointed at the camera."
 )
 
 
@@ -65,7 +65,7 @@ class Brightness(_SheetPage):
             button.clicked.connect(lambda _on=False, key=key: scale.choose(key))
             self.answers[key] = button
         add(self.column, grid(*self.answers.values(), across=2, gap=(8, 8)), 8)
-        self.lux = TextField(tr("Light meter at the face, lux"), "450")
+        self.lux = TextField(tr("Light meter at the face, in lux"), "450")
         self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, scale.type)
         self._last: BrightState | None = None
@@ -93,14 +93,14 @@ class Brightness(_SheetPage):
 
 
 class MeterPage(_SheetPage):
-    """A page that asks for the brightness of a captured lamp if its files do not contain it."""
+    """A page that asks for the brightness of a captured lamp whose files do not record it."""
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__(tr("How bright is this lamp?"))
-        self.lux = TextField(tr("Light meter where the camera stood, facing the lamp, lux"), "640")
+        self.lux = TextField(tr("Light meter where the camera was, facing the lamp, in lux"), "640")
         self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, lambda text: presenter.lamp_actions.answer("lux", text))
-        self.again = Button(tr("Capture it again"), do=presenter.lamps.begin)
+        self.again = Button(tr("Capture the lamp again"), do=presenter.lamps.begin)
         add(self.column, 8, (self.again, 0, Qt.AlignmentFlag.AlignLeft))
         self.column.addStretch(2)
 

@@ -1,4 +1,4 @@
-"""The selected style with the lamp: match, verdict, best position and numbers."""
+"""The selected style with the lamp: its match, its verdict, its best position and its numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.words.phrases.turns import signed, turn_words
 from app.words.verdict import whole_of
 
 Verdict: TypeAlias = Literal["", "in", "out"]
-"""Verdict on the style with the lamp at its current position, or empty while unknown."""
+"""Verdict on the style with the lamp at its current position, or "" while unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,8 +31,8 @@ class LampDetailState:
 
     Attributes:
         target, with_lamp, without: Portraits, (h, w, 3) uint8 sRGB or None.
-        without_tag: "Without it, at 62°".
-        power: "1/8, 3 stops down", or empty for a lamp with a single power.
+        without_tag: For example "Without it, at 62°".
+        power: For example "1/8, 3 stops down", or an empty string for a lamp with a single power.
     """
 
     key: str = ""

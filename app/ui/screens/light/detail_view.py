@@ -36,7 +36,7 @@ def portrait_size(width: int, compact: bool) -> QSize:
 
 
 class _MatchTile(OutlineBox):
-    """The match without the lamp, and with it at its current position."""
+    """The match without the lamp, and with the lamp at its current position."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__("raised", "none")
@@ -154,11 +154,11 @@ class DetailColumn(Surface):
         self.tile.show_state(state)
         self.power.setVisible(bool(state.power))
         self._power_words.set_text(state.power)
-        self.weaker.set_available(state.weaker, tr("It is at its lowest power."))
-        self.stronger.set_available(state.stronger, tr("It is at full power."))
+        self.weaker.set_available(state.weaker, tr("The lamp is at its lowest power."))
+        self.stronger.set_available(state.stronger, tr("The lamp is at full power."))
         self._best.set_text(state.best_title)
         self._best_line.set_text(state.best_line or tr("The lamp is there."))
-        self.back.set_available(not state.at_best, tr("The lamp is there already."))
+        self.back.set_available(not state.at_best, tr("The lamp is already there."))
         for number, (label, value) in enumerate(self._rows):
             words = state.numbers[number] if number < len(state.numbers) else ("", "")
             label.set_text(words[0])

@@ -26,7 +26,7 @@ class Resolver:
     def sections(
         self, result: LampResult, pictures: Mapping[str, Bytes], version: int
     ) -> tuple[Section, ...]:
-        """Build the list, leaving out sections without styles except the first."""
+        """Build the list, leaving out all empty sections except the first."""
         answers, front = result.answers, result.one.name
         return self._cache.once(
             "sections",

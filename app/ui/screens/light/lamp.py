@@ -31,7 +31,7 @@ class LampState:
 
     Attributes:
         items: Available lamps, each with key, title, description and icon.
-        brightness: "460 lx at the face, as measured", or empty while unknown.
+        brightness: For example "460 lx at the face, as measured", or an empty string while unknown.
     """
 
     items: tuple[tuple[str, str, str, str], ...] = ()
@@ -100,7 +100,7 @@ class LampHold:
         )
 
     def lamp(self) -> Lamp | None:
-        """Return the lamp in use, or None without one that can be compared with the place."""
+        """Return the lamp in use, or None if there is none that can be compared with the place."""
         key = self._lamps.key
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self.stop])
@@ -122,7 +122,7 @@ class LampHold:
         return DISTANCES_M[self.stop]
 
     def question(self) -> LampQuestion | None:
-        """Return the question for the search, or None without a light of known brightness."""
+        """Return the question for the search, or None if the brightness of the place is unknown."""
         model, gain = self._services.model, self._scale.white
         if model.light is None or gain is None:
             return None

@@ -1,4 +1,4 @@
-"""The list of lamps: standard kinds with known specifications, and captured ones."""
+"""The list of lamps: standard kinds with known specifications, and captured lamps."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ _LIST: Final = "light-library"
 _TAKE: Final = "light-capture"
 
 _PLACE: Final = tr(
-    "With a camera that Turnlight knows, capture the dark room in the Probe "
-    "step, come back here and take the place that is open."
+    "With a camera that Turnlight supports, capture the dark room in the Probe "
+    "step, come back here and use the open place."
 )
 
-_FIXED: Final = tr("A captured lamp is valid only at its distance in the capture.")
+_FIXED: Final = tr("A captured lamp is valid only at the distance it was captured at.")
 
 
 def lamps_of(folders: Folders) -> Path:
@@ -96,11 +96,11 @@ class LampList:
 
     @property
     def fixed(self) -> str:
-        """The reason why the distance cannot be changed, or empty if it can."""
+        """The reason why the distance cannot be changed, or an empty string if it can."""
         return "" if self.own is None or self.own.distance_m is None else _FIXED
 
     def choose(self, key: str) -> None:
-        """Select a lamp; a captured one is loaded first."""
+        """Select a lamp. A captured lamp is loaded first."""
         self.key, self.own = key, None
         if key.startswith(_OWN):
             self._read(key)

@@ -24,7 +24,7 @@ from app.words.phrases.quantities import metres
 
 _LAMP_MARGIN: Final = 16
 
-_NO_LAMP: Final = ("", tr("Choose a lamp"), tr("phone, panel, flash or own"), "bulb")
+_NO_LAMP: Final = ("", tr("Choose a lamp"), tr("phone, panel, flash or your own"), "bulb")
 
 
 class LampColumn(Surface):
@@ -71,14 +71,14 @@ class LampColumn(Surface):
         name = tr("Distance") if self._compact else tr("From the middle of the head")
         stops = (0.0, len(DISTANCES_M) - 1.0, 0.0, 1.0)
         self.distance = LabelledSlider(name, *stops, lambda at: metres(DISTANCES_M[round(at)]))
-        self.distance.setToolTip(tr("How far the lamp is from the middle of the head"))
+        self.distance.setToolTip(tr("Distance from the lamp to the middle of the head"))
         self.distance.changed.connect(lambda stop: presenter.move_away(round(stop)))
         self.arm = Toggle(tr("Within arm’s reach only"), do=presenter.set_arm)
         self.floor = Toggle(tr("Stay above floor level"), do=presenter.set_floor)
         self.more = IconButton("more", tr("More about this lamp"), kind="quiet", do=self._open_menu)
         self._bright = Text("", 12, role="dim", wrap=True)
         self.correct = Button(tr("Correct…"), kind="quiet", size="small", do=presenter.scale.ask)
-        self.correct.setAccessibleName(tr("Correct how bright it is here"))
+        self.correct.setAccessibleName(tr("Correct the brightness of the place"))
         self._fixed = Text("", 12, role="dim", wrap=True)
         # Align with the taller field.
         lamp = row((self.lamp, 1), column(..., self.more, 8, gap=None), gap=4)
@@ -150,7 +150,7 @@ class LampColumn(Surface):
             self._scroll.keep_visible(selected)
 
     def _rebuild(self, sections: tuple[Section, ...]) -> None:
-        """Put the rows in a new order, reusing existing ones."""
+        """Put the rows in a new order, reusing existing rows."""
         rows = {row.state.key: row for row in self.rows}
         headings = {heading.title: heading for heading in self._headings}
         while self._list.takeAt(0) is not None:

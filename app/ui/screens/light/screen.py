@@ -51,10 +51,11 @@ class LightState:
     Attributes:
         actions: Key and label of each button.
         meter: Sentence that the lamp in use cannot be compared with the place and that its
-            brightness can be entered; replaces the drawings, and is empty if the lamp can be
+            brightness can be entered. It replaces the drawings, and is empty if the lamp can be
             compared.
         capturing: Whether a captured lamp is being loaded.
-        stale: Whether the answers are for another selection, and so dimmed under "Computing…".
+        stale: Whether the answers are for another selection, and therefore dimmed under
+            "Computing…".
         note: Text above the list, such as "This lamp is too weak at 30 cm. …".
     """
 
@@ -92,7 +93,7 @@ _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
 TRYING: Final = tr("Trying {lamp} all around the head…")
 STILL_SHOWING: Final = tr("Still showing {lamp}.")
 _NO_LAMP: Final = tr("No lamp chosen. A phone at full brightness is a good first try.")
-_NO_LIGHT: Final = tr("No light measured yet. A lamp is placed in the light of a place.")
+_NO_LIGHT: Final = tr("No light measured yet. Measure a place before adding a lamp.")
 
 
 class LightPresenter(Presenter[LightView]):
@@ -177,7 +178,7 @@ class LightPresenter(Presenter[LightView]):
             self._begin_anew()
 
     def move_away(self, stop: int) -> None:
-        """Set the distance of the lamp; the answers follow."""
+        """Set the distance of the lamp, and search again."""
         stop = min(max(stop, 0), len(DISTANCES_M) - 1)
         if stop != self._hand.stop and not self.lamps.fixed:
             self._hand.stop = stop
@@ -199,7 +200,7 @@ class LightPresenter(Presenter[LightView]):
         self._begin_anew()
 
     def press(self, key: str) -> None:
-        """Perform the action of a button of the empty state."""
+        """Perform the action of a button in the empty state."""
         if key == "phone":
             self.take_lamp("phone")
         elif key == "probe":
@@ -221,7 +222,7 @@ class LightPresenter(Presenter[LightView]):
 
         Args:
             azimuth_deg: Azimuth in degrees, positive toward the sitter's left.
-            altitude_deg: Altitude in degrees, positive upward; clamped to the searched range.
+            altitude_deg: Altitude in degrees, positive upward, clamped to the searched range.
         """
         position = self._now
         if position is not None:
@@ -298,7 +299,7 @@ class LightPresenter(Presenter[LightView]):
             return replace(
                 state,
                 empty=_NO_LAMP,
-                actions=(("phone", tr("Take the phone")), ("capture", tr("Capture a lamp"))),
+                actions=(("phone", tr("Use the phone")), ("capture", tr("Capture a lamp"))),
             )
         if self.lamps.own is not None and self.lamps.own.white_cd_m2 is None:
             meter = comparison_words(compare(self.scale.white, self.lamps.own))

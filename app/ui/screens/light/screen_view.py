@@ -52,8 +52,8 @@ _PICTURES: Final = tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.h
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
     """Return the widths of the left-hand and right-hand columns.
 
-    They grow with the window, except the compact right-hand one, where larger pictures would hide
-    numbers.
+    They grow with the window, except the right-hand column of the compact layout, where larger
+    pictures would hide numbers.
     """
     more = max(int((width - px(_USUAL[compact])) * _GROWTH), 0)
     if compact:
@@ -88,7 +88,7 @@ class LightScreen(SheetHost):
             StaleVeil(self.detail, COMPUTING),
         )
         self._portrait = QSize()
-        # One resize changes several sizes, so render the pictures only after the last.
+        # One resize changes several sizes, so render the pictures only after the last change.
         self._later = QTimer(self)
         self._later.setSingleShot(True)
         self._later.timeout.connect(self._tell_sizes)

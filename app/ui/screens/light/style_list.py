@@ -29,10 +29,10 @@ STRONGER: Final = tr("Try a stronger one.")
 
 @dataclass(frozen=True, slots=True)
 class RowState:
-    """A row of the list; rows that compare equal look the same.
+    """A row of the list. Rows that compare equal look the same.
 
     Attributes:
-        picture: Target portrait, (h, w, 3) uint8 sRGB or None; not compared.
+        picture: Target portrait, (h, w, 3) uint8 sRGB, or None. It is ignored in comparisons.
     """
 
     key: str
@@ -50,7 +50,7 @@ class RowState:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A section of the list: its title "Now possible with this lamp", its count and its styles."""
+    """A section of the list, with its title, its count, such as "3 of 9", and its styles."""
 
     title: str
     count: str
@@ -58,7 +58,7 @@ class Section:
 
 
 GAIN: Final = 10
-"""Minimum gain in match for which a lamp is worthwhile if a style is already in reach."""
+"""Minimum gain in match for which a lamp is worthwhile if a style is already within reach."""
 
 
 def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
@@ -68,7 +68,7 @@ def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
 
 
 def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Return the styles in reach that the lamp clearly improves, largest gain first."""
+    """Return the styles within reach that the lamp clearly improves, largest gain first."""
     winners = [one for one in placements if one.before.attainable and _gain(one) >= GAIN]
     return tuple(sorted(winners, key=lambda one: (-_gain(one), -one.match)))
 
@@ -78,7 +78,7 @@ def _gain(one: LampPlacement) -> int:
 
 
 def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
-    """Return the style to show: the chosen one, unless the lamp changes only others."""
+    """Return the style to show: the chosen style, unless the lamp improves only other styles."""
     candidates = (*rescued(answers.placements), *better(answers.placements))
     one = answers.of(style_name)
     if one is not None and (not one.before.attainable or one in candidates):
@@ -89,7 +89,7 @@ def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
 def sections_of(
     answers: Answers, front: str | None, pictures: Mapping[str, Bytes], version: int
 ) -> tuple[Section, ...]:
-    """Build the list, leaving out sections without styles except the first."""
+    """Build the list, leaving out all empty sections except the first."""
     placements = answers.placements
     styles = {style.name: style for style in answers.hand.head.pack.styles}
     out = sum(not one.before.attainable for one in placements)
@@ -159,14 +159,14 @@ def _row(one: LampPlacement, style: Style, how: str, answers: Answers) -> RowSta
 def note_of(
     answers: Answers, distance_m: float, busy: bool, coming_closer: bool, nearer: Nearer | None
 ) -> tuple[str, str]:
-    """Return the note above the list and the label of its button; both may be empty."""
+    """Return the note above the list and the label of its button. Both may be empty."""
     if all(one.before.attainable for one in answers.placements):
-        return tr("Every style is in reach here. A lamp can still make some better."), ""
+        return tr("Every style is within reach here. A lamp can still improve some."), ""
     if rescued(answers.placements) or busy:
         return "", ""
     if not answers.is_open.all():
         return tr(
-            "No style comes within reach from where you can hold it. Allow more positions."
+            "No style comes within reach from where you can hold the lamp. Allow more positions."
         ), ""
     weak = TOO_WEAK.format(distance=metres(distance_m))
     if coming_closer:
@@ -177,7 +177,7 @@ def note_of(
     near = metres(nearer.distance_m)
     values = {"near": near, "style": name, "match": match}
     if nearer.one.attainable:
-        brings = tr("At {near} it brings {style} to {match}.", **values)
-        return f"{weak} {brings}", tr("Hold it at {near}", near=near)
+        brings = tr("At {near}, it raises {style} to {match}.", **values)
+        return f"{weak} {brings}", tr("Hold the lamp at {near}", near=near)
     beyond = tr("{style} is out of reach even at {near}.", **values)
     return f"{weak} {beyond}", ""

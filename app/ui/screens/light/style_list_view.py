@@ -50,7 +50,7 @@ class RowCard(Card):
         self._tell()
 
     def show_state(self, state: RowState, stale: bool) -> None:
-        """Show new numbers for the same style; `stale` means that they are being recomputed."""
+        """Show new numbers for the same style, dimmed if `stale` because they are out of date."""
         if stale != self._stale:
             self._stale = stale
             self.update()

@@ -22,7 +22,7 @@ class HoldState:
     """The text of the two steps.
 
     Attributes:
-        turn, turn_line: "Turn 56° counter-clockwise", and the effect of that turn.
+        turn, turn_line: For example "Turn 56° counter-clockwise", and the effect of that turn.
     """
 
     turn: str = ""
@@ -42,8 +42,8 @@ class HeadsState:
     Attributes:
         shape: Outlines of the head in metres, or None.
         best: Best azimuth and altitude in degrees, or None.
-        place_light_deg: Azimuth, relative to the face, from which the place lights it at this turn;
-            None if the light comes from all around.
+        place_light_deg: Azimuth, relative to the face, from which the place lights the face at this
+            turn, or None if the light comes from all around.
     """
 
     shape: HeadShape | None = field(default=None, repr=False)
@@ -86,7 +86,7 @@ def turn_title(turn_deg: float) -> str:
 
 def go_words(turn_deg: float) -> str:
     """Return the label of the main button, also for a turn of 0."""
-    return tr("Hold it now") if whole(turn_deg) == 0 else tr("Turn first")
+    return tr("Hold the lamp now") if whole(turn_deg) == 0 else tr("Turn first")
 
 
 def way_icon(turn_deg: float) -> str:
@@ -111,8 +111,8 @@ def place_words(azimuth_deg: float | None) -> str:
     if away > 180.0 - _FRONT_DEG:
         return tr("The place then lights the sitter from behind.")
     if azimuth_deg > 0:
-        return tr("The place then lights the sitter’s left (camera right).")
-    return tr("The place then lights the sitter’s right (camera left).")
+        return tr("The place then lights the sitter’s left side (camera right).")
+    return tr("The place then lights the sitter’s right side (camera left).")
 
 
 def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
@@ -163,7 +163,7 @@ def hold_of(result: LampResult, heads: HeadsState) -> HoldState:
         hold = tr("Hold {lamp} {where}, {power}", lamp=name, where=where, power=power)
     map_title = tr("Where this lamp works at this turn")
     if result.position.power != result.one.power:
-        # The map is for another power than the current one.
+        # The map is for a different power from the current one.
         power = power_words(result.one.power, kind)
         map_title = tr("Where this lamp works at this turn {at_power}", at_power=power)
     line = tr(

@@ -32,13 +32,13 @@ _QUESTIONS: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
     "rename": (tr("Rename the lamp"), tr("Name"), tr("Rename"), tr("My panel")),
     "distance": (
         tr("Distance of the lamp"),
-        tr("Distance from camera to lamp during the capture"),
+        tr("Distance from the camera to the lamp during the capture"),
         tr("Correct"),
         "40 cm",
     ),
     "lux": (
         tr("Brightness of the lamp"),
-        tr("Light meter where the camera stood, facing the lamp, lux"),
+        tr("Light meter where the camera was, facing the lamp, in lux"),
         tr("Set"),
         "640",
     ),
@@ -69,9 +69,9 @@ class LampActions:
         return (
             Action("lamp-rename", tr("Rename the lamp…"), lambda: self.ask("rename"),
                    "edit", "", own),
-            Action("lamp-distance", tr("Correct its distance…"), lambda: self.ask("distance"),
+            Action("lamp-distance", tr("Correct the distance…"), lambda: self.ask("distance"),
                    "lamp", "", own),
-            Action("lamp-lux", tr("Correct its brightness…"), lambda: self.ask("lux"),
+            Action("lamp-lux", tr("Correct the brightness…"), lambda: self.ask("lux"),
                    "sun", "", own),
             Action("lamp-mask", tr("Paint where the lamp is…"), self.ask_mask, "brush", "", own),
             Action("lamp-delete", tr("Delete the lamp"), self.delete, "trash", "", own),
@@ -97,7 +97,7 @@ class LampActions:
         view.ask_words(WordsAsk(wish, title, label, button, text, example))
 
     def answer(self, wish: WordsWish, text: str) -> None:
-        """Apply the typed text, or show an error beside it."""
+        """Apply the typed text, or show an error beside the field."""
         lamp, folder = self._lamps.own, self._lamps.folder
         if lamp is None:
             return
@@ -158,7 +158,7 @@ class LampActions:
         self._services.runner.submit("light-mask-look", lambda *_: look_at_mask(lamp), done=ready)
 
     def delete(self) -> None:
-        """Delete the lamp in use; undo restores it."""
+        """Delete the lamp in use, which undo can restore."""
         lamp, lamps = self._lamps.own, self._lamps
         if lamp is None:
             return

@@ -17,7 +17,7 @@ from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import grid, row
 
-_ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it if you can.")
+_ALONE: Final = tr("Without a distance, the lamp can be held anywhere. Measure it if you can.")
 
 
 class CaptureSheet(KeysSheet):
@@ -45,7 +45,7 @@ class CaptureSheet(KeysSheet):
         self.add_button(self.place)
         self.add_button(self.files)
         if not ask.place:
-            # Hide it only now, because a widget that is shown without a parent opens as a window.
+            # Hide the button only now: a widget that is shown without a parent opens as a window.
             self.place.hide()
 
     def say(self, sentence: str) -> None:

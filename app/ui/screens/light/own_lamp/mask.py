@@ -44,7 +44,7 @@ class MaskState:
         picture: The capture with raised shadows, (H, 2 H, 3) uint8 sRGB.
         alpha: The mask as currently painted, (H, 2 H) float32.
         centre: Azimuth and elevation of the lamp in degrees, where the view starts.
-        gives: "gives 640 lx where the camera stood".
+        gives: For example "The lamp produces 640 lx at the camera."
     """
 
     title: str
@@ -150,7 +150,7 @@ class MaskEdit:
         self._show(radius_deg=min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1]))
 
     def press(self, at: Point) -> None:
-        """Start a stroke at an azimuth and elevation in degrees; undo removes the whole stroke."""
+        """Start a stroke at an azimuth and elevation in degrees. Undo removes the whole stroke."""
         if self._state.busy:
             return
         self._untouched = self._state.alpha
@@ -177,12 +177,12 @@ class MaskEdit:
             *self._before, patch = self._before
             earlier = self._state.alpha.copy()
             earlier[patch.rows, patch.columns] = patch.alpha
-            # The mask is the saved one again, so there is nothing to save.
+            # If the mask equals the saved mask again, there is nothing to save.
             same = np.array_equal(earlier, self._lamp.alpha)
             self._settled(alpha=self._lamp.alpha if same else earlier)
 
     def find_again(self) -> None:
-        """Detect the lamp again; the user can undo it."""
+        """Detect the lamp again, which the user can undo."""
         radiance = self._lamp.radiance
         self._show(busy=True)
         self._services.runner.submit(
@@ -270,12 +270,12 @@ class MaskEdit:
 
 
 def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
-    """Return the illuminance of a lamp with a mask as text, or empty if its exposure is unknown."""
+    """Return the illuminance of a lamp with a mask as text, or "" if the exposure is unknown."""
     if lamp.white_cd_m2 is None:
         return ""
     draft = replace(lamp, alpha=alpha)
     lux = draft.lux if alpha.any() else 0.0
-    return tr("It gives {lux} where the camera stood.", lux=lux_words(lux or 0.0))
+    return tr("The lamp produces {lux} at the camera.", lux=lux_words(lux or 0.0))
 
 
 def _picture(lamp: CapturedLamp) -> Bytes:

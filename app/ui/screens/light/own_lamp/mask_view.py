@@ -17,8 +17,8 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import add, row
 
 _WHAT: Final = tr(
-    "The lamp is amber. Reflections, other lights and the lit wall are not part of it: "
-    "remove them, and add what is missing."
+    "The lamp is amber. Reflections, other lights and the lit wall are not part of the lamp: "
+    "remove them, and add any missing parts."
 )
 
 _TOOLS: Final = (("lamp", tr("+ Lamp")), ("not", tr("− Not the lamp")))
@@ -35,10 +35,10 @@ class MaskSheet(KeysSheet):
         self.radius = LabelledSlider(
             tr("Size"), *RADII_DEG, 3.0, 0.5, lambda v: f"{v:.1f}°", inline=True
         )
-        self.nearer = IconButton("plus", tr("Look closer"), shortcut="+")
-        self.farther = IconButton("minus", tr("See more"), shortcut="−")
+        self.nearer = IconButton("plus", tr("Zoom in"), shortcut="+")
+        self.farther = IconButton("minus", tr("Zoom out"), shortcut="−")
         self.back = IconButton("undo", tr("Undo the last stroke"), do=edit.undo)
-        self.search = Button(tr("Find it again"), "refresh", do=edit.find_again)
+        self.search = Button(tr("Find the lamp again"), "refresh", do=edit.find_again)
         self.save = Button(tr("Save"), kind="primary", do=edit.save)
         cancel = Button(tr("Cancel"), do=self.shut)
         self._words = Text("", 12, role="dim", wrap=True)

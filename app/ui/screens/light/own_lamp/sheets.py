@@ -46,7 +46,7 @@ class LampSheets(Protocol):
         """Ask for a line of text, and pass it to `LampActions.answer`."""
 
     def say(self, sentence: str) -> None:
-        """Show an error in the open sheet, or close it if the sentence is empty."""
+        """Show an error in the open sheet, or close the sheet if the sentence is empty."""
 
     def ask_mask(self, edit: MaskEdit) -> None:
         """Open the sheet for painting the mask."""

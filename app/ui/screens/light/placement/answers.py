@@ -69,7 +69,7 @@ class LampQuestion:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Cache key: questions with equal keys have equal answers."""
+        """Cache key. Questions with equal keys have equal answers."""
         values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
         return (self.light, *values, self.objective, self.lens)
 
@@ -94,7 +94,7 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearer:
-    """The effect of a lamp at a shorter distance, when it rescues no style at the current one."""
+    """The effect of a lamp closer to the head, if it rescues no style at its current distance."""
 
     answers: Answers
     one: LampPlacement
@@ -107,7 +107,7 @@ def powers_for(answers: Answers) -> tuple[float, ...]:
 
 
 def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
-    """Return the powers to search; the paper's objective uses full power only."""
+    """Return the powers to search, which is only full power for the paper's objective."""
     if objective == "paper" or not isinstance(lamp, NumbersLamp):
         return FULL
     return powers_of(lamp.kind)
@@ -132,7 +132,7 @@ def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
 
 
 def kind_of(answers: Answers) -> str:
-    """Return the kind of the lamp, or empty for a captured one."""
+    """Return the kind of the lamp, or an empty string for a captured lamp."""
     lamp = answers.hand.lamp
     return lamp.kind if isinstance(lamp, NumbersLamp) else ""
 
@@ -176,7 +176,7 @@ def take_in_hand(
 
 
 def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
-    """Place a lamp for all of the styles, or for some."""
+    """Place a lamp for some styles, or for all styles by default."""
     is_open = _open_spots(question)
     placements = place_all(
         hand.head.pack,
@@ -209,7 +209,7 @@ def closer(
     """Return the style that a lamp suits best at a shorter distance.
 
     Returns:
-        The best placement, preferably one within reach, or None without any.
+        The best placement, preferably one within reach, or None if there is none.
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     placements = ask(hand, answers.question, names).placements

@@ -109,7 +109,7 @@ class LightWork:
 
     @property
     def nearer(self) -> Nearer | None:
-        """The effect of the lamp at a shorter distance, if it rescues no style where it is."""
+        """The effect of the lamp at a shorter distance, or None if it already rescues a style."""
         nearer = self._nearer
         return nearer if nearer is not None and nearer.answers is self.answers else None
 
@@ -197,7 +197,7 @@ class LightWork:
             self._answered()
 
     def _come_closer(self, answers: Answers) -> None:
-        """Try a lamp at half the distance if it brings nothing within reach."""
+        """Try a lamp at half the distance if it brings no style within reach."""
         lamp = answers.hand.lamp
         out = [one.name for one in answers.placements if not one.before.attainable]
         if rescued(answers.placements) or not out or not isinstance(lamp, NumbersLamp):
@@ -257,7 +257,7 @@ class LightWork:
     # -- pictures ------------------------------------------------------------------------------
 
     def look_at(self, answers: Answers, name: str, position: LampPosition, size: Size) -> None:
-        """Render pictures; while a job runs, only the newest request is queued.
+        """Render pictures. While a job runs, only the newest request is queued.
 
         If each movement of the lamp cancelled the running job, no picture would ever be finished.
         """

@@ -111,7 +111,7 @@ def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64
 
 
 def _matches(head: Head, name: str, grey: Float64) -> Float64:
-    """Return the (n,) matches of pictures (P, n), luminance, over the face region."""
+    """Return the (n,) matches over the face region of pictures given as (P, n) luminance."""
     root = np.sqrt(head.pack.region_on(head.transport))
     flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
     target = less_mean(luminance(flat), root)
@@ -141,7 +141,7 @@ def portrait_with(answers: Answers, position: LampPosition, facing_deg: float, s
 def _parts(
     hand: InHand, question: LampQuestion, position: LampPosition, facing_deg: float
 ) -> list[Float32]:
-    """Return pictures (P, 3) of the place and the lamp alone, in the unit of the place's light."""
+    """Return a picture (P, 3) of the place alone and one of the lamp, in the place's own unit."""
     lamp, hidden = _of_lamp(hand, position)
     place = turned(question.light, facing_deg, hand.head.transport.environment_shape)
     picture = render(hand.head.transport, place * (1.0 - hidden)[..., None])
@@ -169,7 +169,7 @@ def _far(hand: InHand, position: LampPosition) -> FloatImage:
 
 
 def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
-    """Render the target portraits of some styles, or of all by default; sRGB, keyed by name."""
+    """Render the target portraits of some styles, or of all by default, as sRGB by style name."""
     pack = head.pack
     style_names = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in style_names])
@@ -180,7 +180,7 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
 def look(
     answers: Answers, name: str, position: LampPosition, size: Size, before: LampView | None
 ) -> LampView:
-    """Render a style with the lamp at a position, and without it.
+    """Render a style with the lamp at a position, and without the lamp.
 
     Raises:
         KeyError: If there is no answer for the style.
@@ -216,7 +216,7 @@ def look(
 
 
 def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
-    """Return the lamp's picture (P, 3) in cd/m2, and the fraction (H, W) of each texel it hides."""
+    """Return the lamp's picture (P, 3) in cd/m2, and the hidden fraction (H, W) of each texel."""
     lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         light, hidden = placed_at(lamp, *spot)
@@ -244,7 +244,7 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
 
 
 def _without(answers: Answers, one: LampPlacement, size: Size) -> Bytes:
-    """Render a portrait in the place's own light, at its best turn without a lamp."""
+    """Render a portrait in the place's own light, at the style's best turn without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
     return head.portrait(picture_at(head.transport, light, facing), size, Facing(light, facing))

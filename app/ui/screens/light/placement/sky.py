@@ -18,8 +18,8 @@ class SkyState:
     """The match for every direction of the lamp, at the current turn.
 
     Attributes:
-        tones: (h, w) uint8 or None. Brighter is better; azimuths run from −180° at the left to 180°
-            at the right, the sitter's left, and altitudes from the top down.
+        tones: (h, w) uint8 or None. Brighter is better. Azimuths run from −180° on the left to 180°
+            on the right, which is the sitter's left, and altitudes from the top down.
         closed: (h, w) bool or None. Directions in which the lamp may not be held.
         line: (n, 4) float32. Segments of the contour at the limit: azimuth and altitude of both
             ends, in degrees.
@@ -75,7 +75,7 @@ def sky_of(
         # Texels are centred on a placement, so half of the first column wraps to the right edge.
         closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
     if closed is not None:
-        words = tr("{words} Hatched is out of reach.", words=words)
+        words = tr("{words} Hatched areas are out of reach.", words=words)
     half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0
     return SkyState(np.ascontiguousarray(tones[::-1]), closed, line, half, words)
 
