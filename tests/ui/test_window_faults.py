@@ -166,7 +166,7 @@ def test_a_capture_cut_off_is_offered_at_the_next_start(home: Path, tmp_path: Pa
         until(robot, lambda: robot.find("Camera disconnected"), "the notice")
     come_back()
     with opened(home) as (app, robot):
-        offered = f"“{place_name(datetime.now().astimezone())}” of"
+        offered = f"“{place_name(datetime.now().astimezone())}” from"
         until(robot, lambda: robot.find(offered), "the offer")
         offer = robot.find(offered).accessibleName()
         assert " 2 of 3 " in offer

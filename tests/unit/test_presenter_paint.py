@@ -204,7 +204,7 @@ def test_draft_is_kept_and_found_after_a_crash(tmp_path: Path) -> None:
     assert found is not None
     np.testing.assert_array_equal(found.weights, painted.weights)
     np.testing.assert_array_equal(found.start_weights, painted.start_weights)
-    assert any("Your draft of My Split is back" in one for one in again.told.messages)
+    assert any("Your draft of My Split was restored" in one for one in again.told.messages)
     again.told.buttons["Start over"]()
     assert not again.presenter.canvas.touched  # type: ignore[union-attr]
     assert not list(again.drafts.glob("*"))

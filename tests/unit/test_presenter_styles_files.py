@@ -149,7 +149,7 @@ def test_a_file_that_nobody_agreed_to_replace_stays(table: Table, tmp_path: Path
     sheet = tmp_path / "sheet.pdf"
     sheet.write_bytes(b"precious")
     table.presenter.files.save_sheet(tmp_path / "sheet")
-    assert "already a file" in table.told.messages[-1]
+    assert "already exists" in table.told.messages[-1]
     assert sheet.read_bytes() == b"precious"
 
 

@@ -194,7 +194,7 @@ def test_a_password_is_asked_for_and_kept_once_it_works() -> None:
     assert rig.tick().asks_password
     assert rig.state.status_icon == "error"
     assert "keyring" in rig.state.password_hint
-    assert "in this Wi-Fi could read" in rig.state.password_hint
+    assert "on this Wi-Fi network could read" in rig.state.password_hint
     for user, password in (
         ("", "x"),
         ("anna", ""),
