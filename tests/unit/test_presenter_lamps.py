@@ -112,7 +112,7 @@ def test_a_choice_can_be_taken_back(table: Table) -> None:
     table.desk.choose_lamps(SOFT)
     table.desk.choose_lamps(SOFT)
     undo = table.services.undo
-    assert undo.undo_words == "choice of lamps"
+    assert undo.undo_words == "change the lamps"
     undo.undo()
     assert lit(table).pack.studio("left-loop") == Studio(30.0, 4.0)
     undo.undo()

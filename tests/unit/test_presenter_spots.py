@@ -82,7 +82,7 @@ def test_a_style_that_no_spot_gives_has_no_best_but_a_nearest(table: Table, tmp_
     presenter.choose(none)
     state = presenter.resolve()
     assert best(state) == []
-    assert state.verdict.startswith("No spot here gives")
+    assert state.verdict.startswith("No spot here works for")
     assert all(card.grade_words.startswith("Out of reach") and card.why for card in state.cards)
 
 

@@ -1,1 +1,1 @@
-"""The logic of the screens without Qt: presenters turn models into states for the views."""
+"""The logic of the screens, without Qt. Presenters turn models into states for the views."""

@@ -19,7 +19,7 @@ from app.ui.presenters.services import Services
 _MOMENT_S: Final = 0.4
 
 Conflicts: TypeAlias = list[tuple[str, Path]]
-"""Names of places, and the copies that another process has written of them."""
+"""The name of each place, and the copy of the place that another process has written."""
 
 
 class Autosave:
@@ -57,7 +57,7 @@ class Autosave:
             The versions that another process has written since the places were read.
 
         Raises:
-            PlaceError: If a write fails; it is tried again with the next one.
+            PlaceError: If a write fails. The write is tried again with the next one.
         """
         with self._lock:
             # A waiting older state would otherwise overwrite this one.
@@ -107,7 +107,7 @@ class Autosave:
         return conflicts
 
     def _holds(self, folder: Path, place: Place) -> bool:
-        """Return whether the file already holds this state of the place."""
+        """Return whether the file already contains this state of the place."""
         if not (folder / PLACE).is_file():
             return False
         source, facts = place.source, to_json(place)

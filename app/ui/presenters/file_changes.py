@@ -1,7 +1,6 @@
-"""Changes to the user's files, made in order, without skipping any, and with undo.
+"""Undoable changes to the user's files, which are made in order and never skipped.
 
-The user's own styles are copied, renamed, deleted, exported and imported like this from every
-screen.
+Every screen copies, renames, deletes, exports and imports the user's own styles with this module.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ class SerialQueue:
         self._busy = False
 
     def submit(self, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]) -> None:
-        """Run the work after everything queued before it; see `Runner.submit`."""
+        """Run the work after everything queued before it (see `Runner.submit`)."""
         done, cancelled = how.get("done"), how.get("cancelled")
         on_error = how.get("failed") or self.services.notify.tell_error
 
@@ -80,7 +79,7 @@ class SerialQueue:
 
 
 class FileChange(Generic[T]):
-    """An undoable change to the user's files; the change and its undo both wait in the queue.
+    """An undoable change to the user's files. The change and its undo both wait in the queue.
 
     The change is on the undo stack as soon as it is requested, so an immediate undo applies to it
     and not to an earlier step. An error without a handler is shown to the user.
@@ -157,15 +156,15 @@ def delete_with_undo(
     returned: Callable[[K], str],
     before: Callable[[], None] = lambda: None,
 ) -> None:
-    """Delete something that undo, or the message's button, can restore.
+    """Delete an item that the user can restore with Undo or with the message's button.
 
     Args:
         files: Queue for the file changes.
         title: Title of the item, for the undo step.
         put_away: Moves the item to the trash.
-        bring_back: Restores it from there.
-        message: Called after the deletion; returns the title to show.
-        returned: Called after the restoration; returns the title to show.
+        bring_back: Restores the item from the trash.
+        message: Called after the deletion to get the title to show.
+        returned: Called after the restoration to get the title to show.
         before: Called before the deletion.
     """
     tell = files.services.notify.tell
@@ -185,7 +184,7 @@ def delete_with_undo(
 
 
 def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exception], None]:
-    """Return a handler that shows the user's errors at the field, and others as messages."""
+    """Return an error handler that shows user errors beside the field and others as messages."""
 
     def failed(error: Exception) -> None:
         if isinstance(error, CoreError):
@@ -197,10 +196,10 @@ def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exc
 
 
 class OwnStyles:
-    """Changes the files of the user's styles and the model; `PlaceController` owns one.
+    """Changes the files of the user's styles, and updates the model to match.
 
-    Files are changed one after the other (see `SerialQueue`). Screens add their own steps as
-    callables, and the events inform all the other screens.
+    `PlaceController` owns an instance. Files are changed one after the other (see `SerialQueue`).
+    Screens add their own steps as callables, and the events inform all the other screens.
 
     Attributes:
         leaving: Emits the name of a style before it is deleted, so that unsaved work can be
@@ -215,7 +214,7 @@ class OwnStyles:
     def rename(
         self, style: UserStyle, title: str, done: Callable[[], None], trouble: Callable[[str], None]
     ) -> None:
-        """Rename a style; the user can undo it."""
+        """Rename a style. The user can undo this."""
         folder = self._services.folders.styles
 
         def call(text: str) -> UserStyle:
@@ -243,7 +242,7 @@ class OwnStyles:
         self._files.submit(lambda *_: duplicate(folder, style), done=done)
 
     def delete(self, style: UserStyle) -> None:
-        """Delete a style with its draft; undo, or the message's button, restores both."""
+        """Delete a style with its draft. Undo or the message's button restores both."""
         folders, model = self._services.folders, self._services.model
         # The needle and the goal belong to this style only.
         front = ("chosen", "needle_deg", "goal_deg")
@@ -306,7 +305,7 @@ class OwnStyles:
         self._files.submit(lambda *_: import_style(folder, path), done=done)
 
     def add(self, style: UserStyle, *, choose: bool = True, **changes: Any) -> None:
-        """Add a style to the model, replacing one with the same name."""
+        """Add a style to the model, replacing any style with the same name."""
         if choose:
             changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
         self._put(self._among(style), **changes)

@@ -1,4 +1,4 @@
-"""The head that represents the sitter: the available heads, and loading one."""
+"""The choice of the head that represents the sitter."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class HeadChoice:
         self.load(str(file))
 
     def load(self, name: str) -> None:
-        """Select a head of `titles`, or the generic one if it is gone, and load it.
+        """Select one of the heads in `titles`, or the generic head if it is gone, and load it.
 
         Answers for the previous head become invalid.
         """
@@ -63,7 +63,7 @@ class HeadChoice:
         )
 
     def load_for_place(self, name: str) -> None:
-        """Load the head of a place, unless it is loaded or loading already.
+        """Load the head of a place, unless it is already loaded or loading.
 
         Call this before setting the place's light, which would otherwise be solved with the wrong
         head.

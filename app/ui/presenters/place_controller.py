@@ -1,4 +1,4 @@
-"""The open place: opening, changing, solving and saving."""
+"""The controller that opens, changes, solves and saves the open place."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class PlaceController:
         if new_place is None:
             self._no_longer()
             return
-        # The user may have moved to another step meanwhile, so keep it.
+        # The user may have moved to another step in the meantime, so stay on that step.
         self._opened(new_place, self._services.model.step)
 
     def keep_all(self) -> bool:
@@ -117,7 +117,7 @@ class PlaceController:
     # -- places --------------------------------------------------------------------------------
 
     def open_paths(self, paths: Sequence[Path]) -> None:
-        """Open a place, a panorama, a bracket, or a folder that contains one.
+        """Open a place, a panorama, a bracket, or a folder that contains one of these.
 
         While the sitter turns, photos of the sitter are checked instead.
         """
@@ -176,7 +176,7 @@ class PlaceController:
         )
 
     def take_in(self, paths: Sequence[Path]) -> None:
-        """Open a bracket that arrived in a watched folder; several open one after the other."""
+        """Open a bracket that arrived in a watched folder. Several open one after the other."""
         work, name = self._reading(paths, way="camera")
         title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
@@ -242,21 +242,22 @@ class PlaceController:
         )
 
     def choose_lamps(self, studio: Studio | None, style: str = "") -> None:
-        """Light the targets of the open place with other lamps; the user can undo it.
+        """Light the targets of the open place with other lamps. The user can undo this.
 
         Args:
             studio: The lamps, or None to use the common ones again.
-            style: The style to change together with its mirror image, or empty for all.
+            style: The style to change together with its mirror image, or an empty string to change
+                all styles.
         """
         model = self._services.model
         if model.place is not None:
             studios = with_lamps(model.studios, studio, style)
-            self.change(tr("choice of lamps"), studios=studios)
+            self.change(tr("change the lamps"), studios=studios)
 
     def choose_lens(self, lens: LensWish) -> None:
-        """Set the allowed camera positions; the user can undo it."""
+        """Set the allowed camera positions. The user can undo this."""
         if self._services.model.place is not None:
-            self.change(tr("place of the lens"), lens=lens)
+            self.change(tr("change the camera position"), lens=lens)
 
     def prepare_lamps(self, choices: Sequence[Studio], style: str = "") -> None:
         """Render the targets for lamps that may be selected next."""
@@ -272,7 +273,7 @@ class PlaceController:
         self._services.runner.submit("lamps", work)
 
     def change(self, words: str, **changes: Any) -> None:
-        """Change the open place; the user can undo it."""
+        """Change the open place. The user can undo this."""
         model = self._services.model
         before = {name: getattr(model.place, name) for name in changes}
         if before == changes:
@@ -295,7 +296,7 @@ class PlaceController:
     # -- front of the place --------------------------------------------------------------------
 
     def move_front(self, front_deg: float) -> None:
-        """Move the photographer to another azimuth; the user can undo it.
+        """Move the photographer to another azimuth. The user can undo this.
 
         The goal keeps its direction in the place.
 
@@ -325,8 +326,8 @@ class PlaceController:
         """Return a job that opens files, and the name to show meanwhile.
 
         Args:
-            way: How the photos were taken, or empty for the setting.
-            layer: Layer to read from a panorama with several.
+            way: How the photos were taken, or an empty string to use the setting.
+            layer: Layer to read from a panorama that has several.
         """
         files, unkept = tuple(paths), self.saving.unkept
         options = self._options(name=name, way=way, layer=layer)

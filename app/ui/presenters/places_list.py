@@ -1,4 +1,4 @@
-"""The list of saved places: open, rename, delete and restore."""
+"""The list of saved places, which can be opened, renamed, deleted and restored."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class PlacesListRow:
 
     Attributes:
         day: Heading of its day, in words.
-        thumbnail: NDArray[np.uint8], (h, w, 3) sRGB, or None.
+        thumbnail: NDArray[np.uint8], (h, w, 3) sRGB, or None if there is none.
     """
 
     folder: Path
@@ -186,9 +186,9 @@ class PlacesListPresenter(Presenter[View]):
         )
 
     def pick(self, *folders: Path) -> None:
-        """Select or deselect a place for comparison; several folders replace the selection.
+        """Select or deselect a place for comparison, or replace the selection with several places.
 
-        The selection holds at most `MOST_SPOTS` places, and no folder clears it.
+        At most `MOST_SPOTS` places can be selected. A call without folders clears the selection.
         """
         before = self._picks if len(folders) == 1 else ()
         after = tuple(one for one in before if one not in folders)
@@ -205,7 +205,7 @@ class PlacesListPresenter(Presenter[View]):
             self._place_controller.open_place(folder)
 
     def edit(self, folder: Path, name: str, tags: str, notes: str) -> None:
-        """Change the name, tags (comma-separated) and notes of a place; the user can undo it."""
+        """Change the name, comma-separated tags and notes of a place. The user can undo this."""
         before = next((row for row in self.resolve().rows if row.folder == folder), None)
         if before is None:
             return
@@ -226,7 +226,7 @@ class PlacesListPresenter(Presenter[View]):
             )
 
     def delete(self, folder: Path) -> None:
-        """Move a place to the trash; undo, or the message's button, restores it."""
+        """Move a place to the trash. Undo or the message's button restores it."""
         name, model, was_open = self._title(folder), self._services.model, False
 
         def close() -> None:
@@ -258,7 +258,7 @@ class PlacesListPresenter(Presenter[View]):
         )
 
     def restore(self, trashed: Path) -> None:
-        """Restore a place from the trash; the user can undo it.
+        """Restore a place from the trash. The user can undo this.
 
         If the deletion can still be undone, undo it instead.
         """
@@ -318,8 +318,8 @@ class PlacesListPresenter(Presenter[View]):
             return "" if one.trouble is None else trouble_words(one.trouble)
         values = {"reached": reach_count, "every": every, "best": best}
         if not reach_count:
-            return tr("None of {every} styles in reach", **values)
-        return tr("{reached} of {every} in reach, best {best}", **values)
+            return tr("None of {every} styles within reach", **values)
+        return tr("{reached} of {every} within reach, best {best}", **values)
 
     def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
         """Return name, tags and notes, which may be newer than the file if the place is open."""
@@ -335,7 +335,7 @@ class PlacesListPresenter(Presenter[View]):
 
 
 def _look(folder: Path, most: int) -> _Reading:
-    """Return the places of a folder with their thumbnails, and the deleted ones."""
+    """Return the places in a folder with their thumbnails, and the deleted places."""
     places = list_places(folder)
     unfinished = {one.folder: each for one in places if (each := find_unfinished(one)) is not None}
     pictures = {}
@@ -347,7 +347,7 @@ def _look(folder: Path, most: int) -> _Reading:
 
 
 def _unfinished_words(unfinished: UnfinishedPlace) -> str:
-    """Return the state of an unfinished place: "Unfinished: 3 of 7 frames"."""
+    """Return the state of an unfinished place, such as "Unfinished: 3 of 7 frames"."""
     if unfinished.total:
         return tr(
             "Unfinished: {here} of {total} frames", here=unfinished.here, total=unfinished.total

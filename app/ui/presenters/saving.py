@@ -1,4 +1,4 @@
-"""Saving of the open place: soon, at once, or in another folder if its own fails."""
+"""Saves the open place soon, at once, or in another folder if its own folder fails."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.ui.presenters.services import Services
 
 
 def disk_words(error: BaseException) -> str:
-    """Return the reason of a disk error, such as "the disk is full", or empty for any other."""
+    """Return the reason for a disk error, such as "the disk is full", or "" for other errors."""
     trouble = disk_trouble(error)
     return "" if trouble is None else TROUBLE_WORDS[trouble]
 
@@ -43,7 +43,7 @@ def _folder_words(state: FolderState, folder: Path) -> str:
     return {
         FolderState.THERE: "",
         FolderState.GONE: tr("its folder was deleted or moved"),
-        FolderState.UNPLUGGED: tr("{folder} is not there", folder=folder.parent),
+        FolderState.UNPLUGGED: tr("{folder} cannot be found", folder=folder.parent),
         FolderState.CLOSED: tr("its folder is not writable"),
     }[state]
 
@@ -113,7 +113,7 @@ class Saving:
     # -- a new light ---------------------------------------------------------------------------
 
     def store(self, place_to_save: OpenPlace) -> None:
-        """Write the light of a place that is already open."""
+        """Save the light of a place that is already open."""
         assert place_to_save.folder is not None
         folder = place_to_save.folder
         self._storing[folder] = place_to_save
@@ -122,7 +122,7 @@ class Saving:
             self._storing.pop(folder, None)
             self._not_kept(error)
 
-        # Leave out the progress, because nobody waits for this job and it cannot be stopped.
+        # Do not show the progress, because nobody waits for this job and it cannot be stopped.
         self._file_work.submit(
             lambda *_: save_place(place_to_save, open_since=True), done=self._stored, failed=failed
         )
@@ -144,7 +144,7 @@ class Saving:
     # -- another folder ------------------------------------------------------------------------
 
     def hold(self, place_to_save: OpenPlace) -> None:
-        """Remember the files of a newly opened place, and report an error in saving it."""
+        """Remember the files of a newly opened place, and report any error in saving the place."""
         self._files = place_to_save.files
         if place_to_save.trouble is not None:
             self._not_kept(place_to_save.trouble)
@@ -188,7 +188,7 @@ class Saving:
         )
 
     def look(self) -> None:
-        """Check whether the open place's folder still exists, and report it if not."""
+        """Check whether the open place's folder still exists, and report it if it does not."""
         folder, runner = self._services.model.place_folder, self._services.runner
         # A missing drive may never respond, so run only one check at a time.
         if folder is None or folder in self._storing or runner.running(_LOOK):
@@ -248,8 +248,8 @@ class Saving:
             self._conflicting.add(folder)
             self._services.notify.tell(
                 tr(
-                    "“{name}” was changed in another window as well. Both versions are kept; "
-                    "the other one is {file} in its folder.",
+                    "“{name}” was also changed in another window. Both versions are saved, the "
+                    "other one as {file} in the same folder.",
                     name=name,
                     file=other.name,
                 ),

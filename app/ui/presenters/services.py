@@ -30,7 +30,7 @@ NO_LOUDSPEAKER: Final = tr("No sound output")
 
 
 class Sounds:
-    """Plays short sounds without blocking or failing; this base class is silent."""
+    """Plays short sounds without blocking or failing. This base class is silent."""
 
     @property
     def available(self) -> bool:
@@ -46,8 +46,8 @@ class Sounds:
         """Play a sound from its beginning, cutting off one that is still playing.
 
         Args:
-            samples: (n,) int16, mono, at `app.core.guidance.beeps.RATE`.
-            volume: 0 to 1.
+            samples: (n,) int16, mono, at the sample rate `app.core.guidance.beeps.RATE`.
+            volume: Volume from 0 to 1.
         """
 
     def stop(self) -> None:
@@ -58,12 +58,12 @@ class Sounds:
 
 
 def sound_words(enabled: bool, sounds: Sounds) -> tuple[str, str]:
-    """Return the icon and the label for sound on or off."""
+    """Return the label and the icon for sound on or off."""
     if not enabled:
         return tr("Sound off"), "sound-off"
     if not sounds.available:
         return NO_LOUDSPEAKER, "sound-off"
-    return tr("Sound on: quicker as you get near"), "sound"
+    return tr("Sound on: faster as you get closer"), "sound"
 
 
 T = TypeVar("T")
@@ -75,10 +75,10 @@ class Runner(Protocol):
     def submit(
         self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
-        """Start `work`; an older job with the same key is cancelled and its result dropped."""
+        """Start `work`. An older job with the same key is cancelled and its result is dropped."""
 
     def cancel(self, key: str) -> None:
-        """Cancel the job with this key; no-op if none is running."""
+        """Cancel the job with this key, if one is running."""
 
     def running(self, key: str) -> bool:
         """Return whether a job with this key is still running."""
@@ -108,7 +108,7 @@ class Notifier(Protocol):
     def tell_error(
         self, error: Exception, *, actions: Sequence[Action] = (), about: str = ""
     ) -> None:
-        """Show an error with its own message; an unexpected error is logged as well."""
+        """Show an error with its own message, and log the error if it is unexpected."""
 
     def mended(self, about: str) -> None:
         """Remove the messages about a problem that has been resolved."""
@@ -135,7 +135,7 @@ class Devices(Protocol):
         """Return the password store."""
 
     def webcams(self) -> Sequence[tuple[int, str]]:
-        """Return index and name of every webcam; too slow for the main thread."""
+        """Return the index and name of every webcam. This is too slow for the main thread."""
 
     def webcam(self, index: int) -> Webcam:
         """Return a webcam that is not open yet."""

@@ -1,4 +1,4 @@
-"""Solving of the open place for the selected head, styles and settings."""
+"""Solves the open place for the selected head, styles and settings."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Solving:
         self._question: tuple[Selection, Head] | None = None
 
     def forget(self) -> None:
-        """Solve again even if the selection is unchanged, for example for another place."""
+        """Make the next `solve` start a job even if the selection is unchanged."""
         self._question = None
 
     def cancel(self) -> None:

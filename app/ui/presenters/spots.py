@@ -48,7 +48,7 @@ class Spot:
 
     Attributes:
         trouble: The reason why the place could not be read.
-        pictures: Portraits at the best turn by style, (h, w, 3) uint8 sRGB.
+        pictures: Portrait at the best turn of each style, (h, w, 3) uint8 sRGB.
     """
 
     folder: Path
@@ -82,7 +82,7 @@ class SpotCard:
 
 @dataclass(frozen=True, slots=True)
 class SpotsState:
-    """The compared spots, with the best place first.
+    """The compared spots, best first.
 
     Attributes:
         styles: Key, title and number of places within reach for each style.
@@ -112,7 +112,7 @@ class SpotsPresenter(Presenter[View]):
         self._read_next()
 
     def detach(self) -> None:
-        """Stop showing the comparison and reading the places."""
+        """Stop showing the comparison, and stop reading the places."""
         super().detach()
         self._services.runner.cancel(_JOB)
 
@@ -146,7 +146,7 @@ class SpotsPresenter(Presenter[View]):
             tuple((name, title, _where(within[name])) for name, title in titles.items()),
             style,
             _verdict(best, style),
-            tr("{count} of {every} styles are in reach at one spot or another.",
+            tr("{count} of {every} styles are within reach at one of these spots.",
                count=sum(map(bool, within.values())), every=len(titles)),
         )  # fmt: skip
 
@@ -200,7 +200,7 @@ def _answer(
 def _where(names: Sequence[str]) -> str:
     if not names:
         return tr("out of reach at these spots")
-    return tr("in reach at {names}", names=listed(names, 2))
+    return tr("within reach at {names}", names=listed(names, 2))
 
 
 def _result_words(result: StyleResult) -> str:
@@ -227,4 +227,4 @@ def _verdict(best: Spot, style: str) -> str:
     if result.attainable:
         return tr("Best spot for {style}: {name}. {why}.", **values)
     values["why"] = reason_sentence(result.shortfall) or values["why"]
-    return tr("No spot here gives {style}. {name} comes nearest: {why}.", **values)
+    return tr("No spot here works for {style}. {name} comes closest: {why}.", **values)

@@ -1,4 +1,4 @@
-"""Undo: one list of steps for the whole window, with a limit in bytes."""
+"""The undo stack: one list of steps for the whole window, with a limit in bytes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ class Undoable:
     Attributes:
         words: Description that follows "Undo", such as "delete My Rembrandt" or "stroke on My
             Rembrandt".
-        place: Folder of the place that must be open for this step, or None if it does not matter.
+        place: Folder of the place that must be open for this step, or None if the step does not
+            depend on a place.
         result: Returns the item that the step put away, so that other lists can find the step.
     """
 
@@ -50,12 +51,12 @@ class UndoStack:
 
     @property
     def undo_words(self) -> str:
-        """Description of the step that `undo` would undo, or empty."""
+        """Description of the step that `undo` would undo, or an empty string if there is none."""
         return self._past[-1].words if self._past else ""
 
     @property
     def redo_words(self) -> str:
-        """Description of the step that `redo` would repeat, or empty."""
+        """Description of the step that `redo` would repeat, or an empty string if there is none."""
         return self._undone[-1].words if self._undone else ""
 
     def push(self, step: Undoable) -> None:
@@ -67,12 +68,12 @@ class UndoStack:
         self.changed.emit()
 
     def undo(self) -> None:
-        """Undo the last step; no-op without one."""
+        """Undo the last step, if there is one."""
         if not self.give_up() and self._past:
             self.take_back(self._past[-1])
 
     def redo(self) -> None:
-        """Redo the last undone step; no-op without one."""
+        """Redo the last undone step, if there is one."""
         self.give_up()
         if self._undone:
             step = self._undone.pop()
@@ -104,7 +105,7 @@ class UndoStack:
             self.changed.emit()
 
     def drop(self, step: Undoable) -> None:
-        """Remove a step that failed to happen."""
+        """Remove a step that has failed."""
         for steps in (self._past, self._undone):
             if step in steps:
                 steps.remove(step)

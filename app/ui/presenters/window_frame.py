@@ -1,4 +1,4 @@
-"""The frame around the screens: place, sitter, camera, completed steps and undo."""
+"""The frame around the screens: the place, sitter, camera, completed steps and undo."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class FramePresenter(Presenter[View]):
 
 
 def camera_words(camera: CameraSeen) -> str:
-    """Return the camera's status: "THETA V, 82%, 1.9 GB free"."""
+    """Return the camera's status, such as "THETA V, 82%, 1.9 GB free"."""
     name = camera.device.model.removeprefix("RICOH ") or camera.device.name
     parts = [name, battery_words(camera)]
     if camera.free_bytes is not None:
@@ -132,7 +132,7 @@ def _status(services: Services) -> tuple[str, str]:
     if model.settings.objective == "paper":
         return tr("{solved} Paper mode is on.", solved=solved), "check"
     if out == 0:
-        return tr("{solved} All are in reach.", solved=solved), "check"
+        return tr("{solved} All are within reach.", solved=solved), "check"
     words = tr_plural(
         "{solved} {count} is out of reach.",
         "{solved} {count} are out of reach.",
@@ -143,12 +143,12 @@ def _status(services: Services) -> tuple[str, str]:
 
 
 def battery_words(camera: CameraSeen | None) -> str:
-    """Return the battery level, such as "82%", or empty if unknown."""
+    """Return the battery level, such as "82%", or an empty string if it is unknown."""
     return "" if camera is None or camera.battery is None else percent(camera.battery)
 
 
 def camera_warning(camera: CameraSeen | None) -> str:
-    """Return a warning about low battery or storage, or empty."""
+    """Return a warning about low battery or storage, or an empty string if both are fine."""
     if camera is None:
         return ""
     if camera.battery is not None and camera.battery < _LOW_BATTERY:

@@ -35,7 +35,10 @@ def out_of_reach(results: Iterable[StyleResult]) -> int:
 
 
 def looking_words(head: Head) -> str:
-    """Return the message while catchlights are found, or empty without large portraits."""
+    """Return the message shown during the search for catchlights.
+
+    The message is empty if the head has no large portraits.
+    """
     return tr("Looking for catchlights…") if head.may_be_full else ""
 
 
@@ -58,18 +61,18 @@ class Event:
         self._callbacks: tuple[Callback, ...] = ()
 
     def connect(self, callback: Callback) -> None:
-        """Call `callback` on every event; connecting it twice has no effect."""
+        """Call `callback` on every event. Connecting it twice has no effect."""
         if callback not in self._callbacks:
             self._callbacks = (*self._callbacks, callback)
 
     def disconnect(self, callback: Callback) -> None:
-        """Disconnect `callback`; no-op if it is not connected."""
+        """Disconnect `callback`, if it is connected."""
         self._callbacks = tuple(each for each in self._callbacks if each != callback)
 
     def emit(self, *values: Any) -> None:
         """Call all connected callbacks.
 
-        A callback that another one disconnects meanwhile is skipped.
+        A callback is skipped if an earlier one disconnects it.
         """
         for callback in self._callbacks:
             if callback in self._callbacks:
@@ -80,7 +83,7 @@ _SAME_DEG: Final = 1e-6
 NEEDS_LIGHT: Final = tr("Needs the light of a place.")
 NO_LIGHT: Final = tr("No light measured yet.")
 COMPUTING: Final = tr("Computing…")
-"""Text in place of an answer, or over one for another selection."""
+"""Text shown in place of an answer, or over an answer for another selection."""
 DEMO_SPOT: Final = "demo"
 """`Place.spot` of the demo place."""
 
@@ -110,7 +113,7 @@ class CameraSeen:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Everything that an answer depends on; equal selections have equal answers.
+    """Everything that an answer depends on, so that equal selections have equal answers.
 
     Attributes:
         head: The head under each style's own lamps, or None while the selected head is loading.
@@ -136,8 +139,8 @@ class LampPlan:
 
     Attributes:
         selection: Selection for which the lamp was placed.
-        hold, where: "Hold the LED panel in front, raised 28°, at full power", and its distance from
-            the head and the skin.
+        hold, where: Instruction, such as "Hold the LED panel in front, raised 28°, at full power",
+            and the lamp's distance from the head and the skin.
         portrait: Renders (rows, columns, 3) uint8 sRGB with the lamp in position, given the
             panorama azimuth that the sitter faces in degrees, and the rows and columns.
         azimuth_deg: Azimuth of the lamp from the face in degrees, positive toward the sitter's
@@ -159,15 +162,15 @@ class Model:
     """The state that several screens share, made of frozen values and changed only by `update`.
 
     Attributes:
-        before: The previous step, or empty at the start.
+        before: The previous step, or an empty string at the start.
         head: The head that is lit, or None until it is loaded.
         head_name: The selected head, which may still be loading.
-        answered: Selection for which `results` were computed, or None for results from a file.
-        needle_deg: The displayed turn, or None for the best one.
-        goal_deg: The target turn set by "Turn to this", or None for the best one.
+        answered: Selection for which `results` were computed, or None if they are from a file.
+        needle_deg: The displayed turn, or None for the best turn.
+        goal_deg: The target turn set by "Turn to this", or None for the best turn.
         reached: The `aim` at which the sitter was last seen in the light, or None.
         recapture: Whether Probe should capture the full range and then return to this style.
-        painting: Name of the style being painted, "" for a new one, or None in the gallery.
+        painting: Name of the style being painted, "" for a new style, or None in the gallery.
     """
 
     step: str = Step.PROBE
@@ -199,7 +202,7 @@ class Model:
         self.settings = Settings() if settings is None else settings
 
     def update(self, **changes: Any) -> None:
-        """Set attributes, then emit once the names of those that changed.
+        """Set attributes, then emit the names of those that changed in a single event.
 
         Setting a head selects it. Results without `answered` belong to the current selection.
 
@@ -242,7 +245,7 @@ class Model:
 
     @property
     def studios(self) -> Mapping[str, Studio]:
-        """Lamps of the open place, or the defaults for new places."""
+        """Lamps of the open place, or the default lamps for new places."""
         return self.settings.studios if self.place is None else self.place.studios
 
     @property
@@ -272,12 +275,12 @@ class Model:
 
     @property
     def goal_computing(self) -> bool:
-        """Whether the goal's answer is for another selection; a lamp has an answer of its own."""
+        """Whether the goal's answer is for another selection. With a lamp, it never is."""
         return self.computing and self.lamp_plan is None
 
     @property
     def sitter(self) -> str:
-        """Title of the selected head, or empty before the first one."""
+        """Title of the selected head, or an empty string until a head is selected."""
         return head_title(self.head_name) if self.head_name else ""
 
     @property
@@ -295,7 +298,7 @@ class Model:
 
     @property
     def result(self) -> StyleResult | None:
-        """Answer for the chosen style."""
+        """The answer for the chosen style, or None if there is none."""
         return next((one for one in self.results if one.name == self.chosen), None)
 
     @property
@@ -305,7 +308,7 @@ class Model:
 
     @property
     def pack_style(self) -> str | None:
-        """The chosen style in the pack, which is the original for a copy without strokes."""
+        """Name of the chosen style in the pack, or of its original if it is an unpainted copy."""
         own = self.own_style
         return self.chosen if own is None else own.copy_of or self.chosen
 
@@ -324,7 +327,7 @@ class Model:
 
     @property
     def goal_result(self) -> StyleResult | None:
-        """Answer for the chosen style at the goal, including the goal's lamp."""
+        """The answer for the chosen style at the goal, including the goal's lamp."""
         plan = self.lamp_plan
         return self.result if plan is None else plan.result.seen_from(self.front_deg)
 
