@@ -31,7 +31,7 @@ class _Spot(OutlineBox):
     """A spot's picture, its verdict and a button to open it; the best spot has a thicker border."""
 
     def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
-        # In the light theme, no fill is brighter than white, so the border is wider as well.
+        # In high contrast, all fills are white, so only the wider border marks the best spot.
         fill, edge, width = "panel", "line", 1
         if card.best:
             fill, edge, width = "raised", "sel", 4 if theme().contrast else 2

@@ -61,7 +61,7 @@ class Commands:
         services.model.changed.connect(self._model_changed)
 
     def attach(self, window: Window) -> None:
-        """Act on this window from now on."""
+        """Use this window from now on."""
         self._window = window
         window.asked.connect(self.ask)
         self.place_controller.saving.folder_asker = lambda title: ask_folder(window, title)
@@ -77,7 +77,7 @@ class Commands:
         """Offer the demo place and the tour at the very first start."""
         if not self.services.model.settings.tour_seen:
             self.services.notify.tell(
-                tr("New here? Five steps show the way, and a demo place is ready to try."),
+                tr("New here? Take the tour in five steps, or try the demo place."),
                 actions=[
                     (tr("Take the tour"), lambda: self.ask("tour")),
                     (tr("Demo place"), self.place_controller.open_demo),
@@ -141,7 +141,7 @@ class Commands:
             self.overlay.closed.connect(self._overlay_closed)
 
     def guide(self) -> None:
-        """Play the two-minute demo, until it ends or the user leaves it."""
+        """Play the two-minute demo until it ends or the user leaves it."""
         self.close_overlay()
         if self.guided is None:
             self.guided = GuidedDemo(
@@ -170,7 +170,7 @@ class Commands:
             self.ask(self._question)
 
     def messages(self) -> tuple[Message, ...]:
-        """Return all messages since the start, and mark them as read."""
+        """Return all messages since the app started, and mark them as read."""
         self._notify.read()
         return self._notify.messages
 
@@ -189,7 +189,7 @@ class Commands:
         menu.popup(at)
 
     def choose_head(self) -> None:
-        """Ask for a head file made with ``turnlight bake``, and load it."""
+        """Ask for a head file created with ``turnlight bake``, and load it."""
         title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
         path = ask_file(self.window, title, kinds)
         if path is not None:
@@ -221,8 +221,8 @@ class Commands:
         self.window.close()
 
     def _model_changed(self, names: frozenset[str]) -> None:
-        # A change of place does not close it, because the last place opens by itself and deleted
-        # ones are restored from the overlay.
+        # A change of place does not close the overlay, because the last place opens by itself and
+        # deleted places are restored from the overlay.
         if names & {"step", "painting"}:
             self.close_overlay()
         if "light" in names and self.services.model.light is not None:
@@ -253,7 +253,7 @@ class Commands:
             self._clash_told = True
             self.services.notify.tell(
                 tr(
-                    "Another window changed the settings as well. Its version is saved as {name}.",
+                    "Another window also changed the settings. Its version is saved as {name}.",
                     name=other.name,
                 ),
                 kind="warning",
@@ -264,7 +264,7 @@ class Commands:
         self.services.notify.tell_error(error, actions=[again], about="settings")
 
     def _write_settings(self) -> Path | None:
-        # Write one version at a time and only the newest, so that an older one never comes last.
+        # Write only the newest version, one at a time, so that an older one is never written last.
         with self._writing:
             settings = self._unkept
             if settings is None:

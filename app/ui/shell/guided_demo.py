@@ -26,7 +26,7 @@ from app.ui.widgets.surfaces import Surface
 
 _TICK_S: Final = 0.1
 
-_SWEEP_DEG: Final = 40.0  # to either side of the best turn
+_SWEEP_DEG: Final = 40.0  # the needle's sweep to either side of the best turn
 
 _LOOKED: Final = 0.5  # fraction of the time at Styles, before the needle moves
 
@@ -37,16 +37,16 @@ STEPS: Final = (
         "probe",
         tr("Measure the light"),
         tr(
-            "Put the 360 camera where the sitter’s head will be, its front lens toward you, press "
-            "Capture and kneel under it. No camera? Drop any HDR panorama on the window."
+            "Put the 360 camera where the sitter’s head will be, with its front lens toward you. "
+            "Press Capture and kneel below it. No camera? Drop any HDR panorama onto the window."
         ),
     ),
     (
         "styles",
         tr("Choose a style"),
         tr(
-            "Every card shows the studio picture, what this place can give, and how far to turn "
-            "for it. Grey cards are out of reach here and show the reason."
+            "Every card shows the studio picture, the best result at this place and how far to "
+            "turn for it. Styles on grey cards are out of reach here, and the card shows why."
         ),
     ),
     (
@@ -54,24 +54,24 @@ STEPS: Final = (
         tr("Turn to it"),
         tr(
             "Walk around the sitter, who turns with you. The arrow and the number can be read "
-            "from three metres; green means you are in the light."
+            "from three metres away. Green means that you are in the light."
         ),
     ),
     (
         "paint",
-        tr("Want another light? Paint it"),
+        tr("Want a different light? Paint it"),
         tr("Brush where the face should be brighter or darker. The best turn follows the brush."),
     ),
     (
         "light",
-        tr("Light is missing? Add a lamp"),
+        tr("Not enough light? Add a lamp"),
         tr(
-            "A phone or a small panel often brings a style into reach: where to hold it, how far "
-            "away, how bright."
+            "A phone or a small panel often brings a style within reach. Turnlight shows where to "
+            "hold it, how far away and how bright."
         ),
     ),
 )
-"""Key, title and text of every step of the demo and of the tour, which also shows pictures."""
+"""Key, title and text of each step of the demo and of the tour, which also shows pictures."""
 
 SECONDS: Final = {"probe": 18.0, "styles": 30.0, "turn": 36.0, "paint": 18.0, "light": 18.0}
 """Duration of each step of the demo."""
@@ -136,7 +136,7 @@ class GuidedDemo(QObject):
         self._window.set_foot(None)
         folder, step = self._came_from
         self._model.update(painting=None, needle_deg=None)
-        # The user may have opened another place meanwhile, so keep it.
+        # The user may have opened another place in the meantime, so keep that place open.
         if self._model.demo_open and folder not in (None, self._model.place_folder):
             self._place_controller.open_place(folder, step=step)
         self._ended()

@@ -1,6 +1,6 @@
 """The job runner, which works on a thread pool and delivers the results to the UI thread.
 
-Long tasks use a lot of memory, which is returned to the system here.
+Long tasks use a lot of memory, which this module returns to the system.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ def give_back() -> None:
 
 @contextlib.contextmanager
 def reading_in() -> Iterator[None]:
-    """Import modules, which live until the end, and exclude them from garbage collection.
+    """Exclude the modules imported in this context from garbage collection.
 
-    A full collection would otherwise visit every function of every library and block the UI for
-    about 50 ms.
+    The modules live until the app ends, and a full collection would otherwise visit every function
+    of every library and block the UI for about 50 ms.
 
     Yields:
-        None, while garbage collection is off; everything created until then is never scanned again.
+        None, while garbage collection is off. Objects that exist afterwards are never scanned.
     """
     was = gc.isenabled()
     gc.disable()
@@ -88,12 +88,12 @@ _THREADS: Final = 6  # some jobs only wait for a folder, a camera or a delay
 _HEAVY_S: Final = 0.2  # longer work leaves freed memory behind
 _log = logging.getLogger(__name__)
 _stuck: Final[list[QtRunner]] = []
-"""Runners with jobs that ignored their cancellation; destroying one would wait for its threads."""
+"""Runners whose jobs ignored their cancellation, kept because destroying them would block."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobLine:
-    """Progress of a visible job; `fraction` is from 0 to 1."""
+    """The progress of a visible job, with `fraction` from 0 to 1."""
 
     key: str
     title: str
@@ -103,7 +103,7 @@ class JobLine:
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    """A job, whose identity distinguishes its result from an older job's."""
+    """A job, whose identity distinguishes its result from that of an older job."""
 
     key: str
     work: Callable[[Token, PhraseReport], Any]
@@ -115,7 +115,7 @@ class _Job:
 
 
 class _Bridge(QObject):
-    """Carries results from any thread to its own; all jobs share one that is never deleted."""
+    """Carries results from any thread to the UI thread. All jobs share one, which lives forever."""
 
     progressed = Signal(object, float, str)
     finished = Signal(object, object, object)
@@ -146,7 +146,7 @@ class QtRunner(QObject):
     """Runs jobs by key, where a newer job replaces an older one with the same key."""
 
     line_changed = Signal(object)
-    """Emitted with the visible `JobLine`, or None when none is running."""
+    """Emitted with the visible `JobLine`, or None when no visible job is running."""
     ended = Signal(str, str)
     """Emitted with a visible job's title and its outcome: ``done``, ``failed`` or ``cancelled``."""
 
@@ -167,7 +167,7 @@ class QtRunner(QObject):
     def submit(
         self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
-        """Start a job; see `app.ui.presenters.services.Runner.submit`."""
+        """Start a job (see `app.ui.presenters.services.Runner.submit`)."""
         if self._closed:
             return
         self.cancel(key)
@@ -179,7 +179,7 @@ class QtRunner(QObject):
         self._pool.start(partial(_work, job, self._bridge))
 
     def cancel(self, key: str) -> None:
-        """Cancel the job with this key; its ``cancelled`` is called once it has stopped."""
+        """Cancel the job with this key, and call its ``cancelled`` once the job has stopped."""
         job = self._jobs.get(key)
         if job is not None:
             job.token.cancel()
@@ -189,7 +189,7 @@ class QtRunner(QObject):
         return key in self._jobs
 
     def shutdown(self, milliseconds: int = 5000) -> bool:
-        """Cancel everything and wait for the threads; no more results are reported."""
+        """Cancel all jobs, report no more results, and return whether the threads ended in time."""
         self._closed = True
         for job in self._jobs.values():
             job.token.cancel()

@@ -1,4 +1,4 @@
-"""The options for starting the app; imported before Qt."""
+"""The options for starting the app, in a module that is imported before Qt."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class LaunchOptions:
-    """The way in which the app is started.
+    """The options with which the app is started.
 
     Attributes:
         scale: Pixels per logical pixel, 1 or 2, or None for the screen's own scale.

@@ -1,7 +1,7 @@
 """The log of the window, and the interpreter's crash report.
 
-LOGS/turnlight.log   starts, ends and errors; at most two files of 1 MiB
-LOGS/crash.log       written by `faulthandler` while it is open; empty unless a library crashes
+LOGS/turnlight.log   starts, ends and errors, in at most two files of 1 MiB each
+LOGS/crash.log       written by `faulthandler` during a run, and empty unless a library crashes
 LOGS/last-crash.log  the crash of an earlier run, for the user to read or send
 """
 
@@ -99,7 +99,7 @@ class CrashLog:
             return False
         with crash.open("rb") as stream:
             trace = stream.read(_CRASH_BYTES).decode("utf-8", "replace")
-        _log.error("the start before this one crashed:\n%s", trace)
+        _log.error("the previous run crashed:\n%s", trace)
         os.replace(crash, self._folder / LAST_CRASH)
         return True
 

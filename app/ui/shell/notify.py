@@ -66,12 +66,12 @@ class Notify:
 
     @property
     def messages(self) -> tuple[Message, ...]:
-        """All messages since the start, oldest first."""
+        """All messages since the app started, oldest first."""
         return tuple(self._messages)
 
     @property
     def unread(self) -> int:
-        """Number of unread messages, without confirmations."""
+        """Number of unread messages, not counting confirmations."""
         return len(self._unread)
 
     def attach(self, toasts: Toasts | None) -> None:
@@ -96,7 +96,7 @@ class Notify:
         about: str = "",
         stay: bool = False,
     ) -> None:
-        """Show a sentence; see `app.ui.presenters.services.Notifier.tell`."""
+        """Show a sentence (see `app.ui.presenters.services.Notifier.tell`)."""
         if about:
             self.mended(about)
         one = Message(self._today(), message, kind, tuple(actions), about)
@@ -115,7 +115,7 @@ class Notify:
     def tell_error(
         self, error: Exception, *, actions: Sequence[Action] = (), about: str = ""
     ) -> None:
-        """Show an error; see `app.ui.presenters.services.Notifier.tell_error`."""
+        """Show an error (see `app.ui.presenters.services.Notifier.tell_error`)."""
         if isinstance(error, (CoreError, DeviceError)):
             words = str(error)
         elif is_memory_short(error):
@@ -172,18 +172,18 @@ def _file_words(error: OSError) -> str:
 
 
 _PERIOD_MS: Final = 40  # three such buffers are queued, which delays every sound
-_QUIET_S: Final = 2.0  # after this silence the device is closed, so that a laptop can sleep
+_QUIET_S: Final = 2.0  # the device is closed after this silence, so that a laptop can sleep
 _CLOSING_S: Final = 1.0
-# Without this list the library falls back to a silent device. ALSA is left out, because without a
-# sound card it prints errors to stderr.
+# Without this list, the library falls back to a silent device. ALSA is left out, because it prints
+# errors to stderr if there is no sound card.
 _BACKENDS: Final = ("WASAPI", "DSOUND", "WINMM", "COREAUDIO", "PULSEAUDIO")
 
 
 class Speaker(Sounds):
-    """Plays one sound at a time; see `app.ui.presenters.services.Sounds`.
+    """Plays one sound at a time (see `app.ui.presenters.services.Sounds`).
 
-    The device opens with the first sound, and everything stays silent if there is none. Starting
-    and stopping a device takes time, so a thread does both.
+    The device opens with the first sound, and everything stays silent if there is no device.
+    Starting and stopping a device takes time, so a thread does both.
     """
 
     def __init__(self) -> None:
@@ -195,7 +195,7 @@ class Speaker(Sounds):
 
     @property
     def available(self) -> bool:
-        """Whether this computer can play sounds; the first access opens the device."""
+        """Whether this computer can play sounds. The first access opens the device."""
         if not self._tried:
             self._tried = True
             self._device = _device()
@@ -237,7 +237,7 @@ class Speaker(Sounds):
                     self._wake.clear()
                     self._wake.wait(_QUIET_S + len(self._sound) / (2.0 * RATE))
                 self._device.stop()
-            except Exception as error:  # noqa: BLE001 - a broken loudspeaker stops no work
+            except Exception as error:  # noqa: BLE001 - work goes on without sound
                 _log.info("no sound: %s", error)
                 self._device = None
                 return
@@ -255,7 +255,7 @@ class Speaker(Sounds):
             frames = yield part
 
     def _close(self, thread: threading.Thread) -> None:
-        """Close the device before Python ends, because it calls into Python."""
+        """Close the device before Python ends, because the device calls into Python."""
         self._closing = True
         self._wake.set()
         thread.join(_CLOSING_S)
@@ -263,7 +263,7 @@ class Speaker(Sounds):
 
 _TALK_S: Final = 10.0
 _SAYS: Final = "TURNLIGHT_SAYS"
-# Passed in a variable, because PowerShell would parse the text as part of its script.
+# The text is passed in a variable, because PowerShell would parse it as part of the script.
 _SAPI: Final = (
     "Add-Type -AssemblyName System.Speech; "
     f"(New-Object System.Speech.Synthesis.SpeechSynthesizer).Speak($env:{_SAYS})"
@@ -277,7 +277,7 @@ _VOICES: Final = {
 
 @cache
 def _voice() -> tuple[str, ...]:
-    """Return the command that speaks its argument or the variable `_SAYS`, or empty."""
+    """Return the command that speaks its argument or the variable `_SAYS`, or () if none does."""
     for program, *options in _VOICES.get(sys.platform, ()):
         if (path := shutil.which(program)) is not None:
             return (path, *options)
@@ -287,7 +287,7 @@ def _voice() -> tuple[str, ...]:
 def _say(words: str) -> None:
     command = (*_voice(), *(() if sys.platform == "win32" else (words,)))
     with contextlib.suppress(OSError, subprocess.SubprocessError):
-        subprocess.run(  # noqa: S603 - what the system has found
+        subprocess.run(  # noqa: S603 - the command comes from `_voice`
             command,
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -311,6 +311,6 @@ def _device() -> Any:
             backends=[miniaudio.Backend[name] for name in _BACKENDS],
             app_name="Turnlight",
         )
-    except Exception as error:  # noqa: BLE001 - whatever is wrong there, all else works
+    except Exception as error:  # noqa: BLE001 - everything else works without sound
         _log.info("no sound: %s", error)
         return None

@@ -1,4 +1,4 @@
-"""One window per data folder: a second start opens its files in the first window.
+"""Keeps one window per data folder, so that a second start opens its files in the first window.
 
 The first window listens on a local socket with a random name. The name and a key are in a file that
 only the user can read, so other users can neither guess the socket nor send it requests.
@@ -69,8 +69,8 @@ _request: Final = record(
 class WindowServer(QObject):
     """Listens for later starts, and calls `show` with the files that they send.
 
-    Any of the user's programs can send messages, so they are limited in size, validated and need
-    the key.
+    Any of the user's programs can send messages, so messages are limited in size, validated and
+    accepted only with the key.
     """
 
     def __init__(self, home: Path, show: Callable[[list[Path]], None]) -> None:
@@ -148,7 +148,7 @@ class WindowServer(QObject):
 
 
 def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) -> WindowLock | None:
-    """Become the window of a data folder, or pass the files to the one already open.
+    """Become the window of a data folder, or pass the files to the window that is already open.
 
     Returns:
         The lock, or None if the open window has accepted the files and is in front.
@@ -163,10 +163,10 @@ def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) ->
         if deadline.hasExpired():
             raise CoreError(
                 tr(
-                    "Turnlight is already open with {home}, and its window does not answer.",
+                    "Turnlight is already open with {home}, and its window does not respond.",
                     home=home,
                 ),
-                tr("Wait a moment, or end the other one."),
+                tr("Wait a moment, or end the other process."),
             )
         QThread.msleep(_AGAIN_MS)
     return lock

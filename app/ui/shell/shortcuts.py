@@ -1,4 +1,4 @@
-"""Keyboard shortcuts of actions, for as long as the actions are available."""
+"""Keyboard shortcuts, which work while their actions are available."""
 
 from __future__ import annotations
 

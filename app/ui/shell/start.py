@@ -1,4 +1,4 @@
-"""Start of the app (settings, theme, window and first jobs), and its end without data loss."""
+"""Starts the app (settings, theme, window and first jobs), and ends it without data loss."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
     """Catch every error that would otherwise end a thread or only be printed.
 
     Yields:
-        None, while the hooks are set; the previous hooks are restored afterwards.
+        None, while the hooks are set. The previous hooks are restored afterwards.
     """
     carrier = _Carrier()
     carrier.came.connect(tell, Qt.ConnectionType.QueuedConnection)
@@ -214,14 +214,14 @@ class App:
             self.notify.tell(note_words(note), kind="warning")
 
     def show(self) -> None:
-        """Show the window where it was last time; jobs start after its first paint."""
+        """Show the window at its last position, and start jobs after its first paint."""
         _AfterFirstPaint(self.window, self._begin)
         self.window.restore(self._kept_geometry())
         self.window.show()
         self.window.setFocus()
 
     def shut(self) -> None:
-        """End all jobs; everything has been saved by then."""
+        """End all jobs. Everything has already been saved."""
         self._keep_geometry()
         self.commands.shut()
         self.runner.shutdown()
@@ -256,7 +256,7 @@ class App:
         logs = self._window_file.parent / LOGS
         _log.info("the last crash is in %s", LAST_CRASH)
         self.notify.tell(
-            tr("Turnlight crashed last time. The log can help to fix it."),
+            tr("Turnlight crashed last time. The log can help to fix the problem."),
             kind="warning",
             actions=[
                 (tr("Show the log"), lambda: show_folder(logs)),
@@ -271,14 +271,14 @@ class App:
         self.notify.tell(tr("Log copied."), kind="done")
 
     def _may_close(self) -> bool:
-        """Save everything, but if that fails, keep the window open once."""
+        """Save everything, and return whether the window may close, which one failure prevents."""
         if self.place_controller.keep_all() or self._warned:
             return True
         self._warned = True
         self.notify.tell(
             tr(
-                "The last changes are not saved. Free some space first, or close again to leave "
-                "without them."
+                "The last changes are not saved. Free some space first, or close again to discard "
+                "them."
             ),
             kind="warning",
         )
@@ -323,7 +323,7 @@ class App:
 
 
 class _AfterFirstPaint(QObject):
-    """Makes a single call right after the window's first paint."""
+    """Calls a function once, right after the window's first paint."""
 
     def __init__(self, window: Window, call: Callable[[], None]) -> None:
         super().__init__(window)

@@ -49,7 +49,7 @@ SMALLEST: Final = QSize(1024, 640)
 DESIGNED: Final = QSize(1440, 900)
 """Initial size of the window, if the screen has room for it."""
 FULL_SIZE: Final = QSize(1280, 760)
-"""Size below which the narrow layout is used."""
+"""Smallest size of the window in the full layout; a smaller window uses the narrow layout."""
 
 
 class Window(QWidget):
@@ -129,7 +129,7 @@ class Window(QWidget):
         QTimer.singleShot(0, self._toasts, self._toasts.lay)
 
     def set_foot(self, make: Callable[[], QWidget] | None) -> None:
-        """Show a widget between the screen and the line at the foot, or remove it if None."""
+        """Show a widget above the line at the foot, or remove it if `make` is None."""
         self._make_foot = make
         if self._foot is not None:
             self._foot.hide()
@@ -233,7 +233,7 @@ class Window(QWidget):
 
     def _put_up(self) -> None:
         self._build()
-        # Show them now, because the layout would only do so one event later.
+        # Show both now, because the layout would only do so one event later.
         self._rail.show()
         self._body.show()
         if self._state is not None:

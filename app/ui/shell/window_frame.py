@@ -32,7 +32,7 @@ from app.ui.widgets.surfaces import Surface
 PLACES: Final = "places"
 SETTINGS: Final = "settings"
 
-_STEP: Final = {False: (88, 80), True: (72, 64)}  # compact, without a note
+_STEP: Final = {False: (88, 80), True: (72, 64)}  # normal, and compact without a note
 _BAR: Final = 4
 _FOOT: Final = (
     (PLACES, tr("Places"), tr("Places you have measured"), PLACES),
@@ -97,7 +97,7 @@ class _RailButton(Pressable):
 
 
 class Rail(Surface):
-    """The steps with places and settings at the foot; a single Tab stop with arrow keys inside.
+    """The steps, with places and settings at the foot, as one Tab stop with arrow keys inside.
 
     Attributes:
         choose: Called with the key of a screen, `PLACES` or `SETTINGS`.
@@ -161,7 +161,7 @@ class JobLineBar(Surface):
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
         self._time_left = Text("", 12, role="dim")
-        # In the low line, its border would touch that of the line.
+        # In the lower line of the compact layout, an outline would touch the border of the line.
         kind: Kind = "quiet" if compact else "outlined"
         self._cancel = Button(tr("Cancel"), "", kind, "small", do=lambda: cancel(self._key))
         self._hints = QWidget()
@@ -173,7 +173,7 @@ class JobLineBar(Surface):
         self.show_job(None)
 
     def show_job(self, job: JobLine | None, stopped_above: bool = False) -> None:
-        """Show the running job, or the last message again if it is None."""
+        """Show the running job, or the last message again if `job` is None."""
         running = job is not None
         for widget in (self._bar, self._time_left):
             widget.setVisible(running)
@@ -196,7 +196,7 @@ class JobLineBar(Surface):
         self.show_job(None)
 
     def show_unread(self, count: int) -> None:
-        """Show the number of unread messages at the bell."""
+        """Show the number of unread messages beside the bell."""
         self._bell.set_text(str(count) if count else "")
         name = tr("Messages, {count} unread", count=count) if count else tr("Messages")
         describe(self._bell, name, tip=name)
@@ -213,7 +213,7 @@ _FRAME: Final = QMargins(4, 32, 4, 4)
 
 
 def fitted(rect: QRect, room: QRect) -> QRect:
-    """Shrink a rectangle to the available area and move it inside; both in the same pixels."""
+    """Shrink a rectangle to the available area and move it inside, both in the same pixels."""
     size = rect.size().boundedTo(room.size())
     left = min(max(rect.left(), room.left()), room.left() + room.width() - size.width())
     top = min(max(rect.top(), room.top()), room.top() + room.height() - size.height())
@@ -226,7 +226,7 @@ def room_for(window: QWidget) -> QRect:
 
 
 def fit_on_screen(window: QWidget, smallest: QSize) -> None:
-    """Fit a window on its screen; only a small screen can make it smaller than `smallest`."""
+    """Fit a window on its screen, below `smallest` only if the screen is too small."""
     if window.isMaximized() or window.isFullScreen():
         return
     room = room_for(window)
@@ -287,7 +287,7 @@ class DropVeil(PaintedWidget):
 
 
 class _PlaceButton(Pressable):
-    """The button that opens the list of places: name and time of the place, and a chevron."""
+    """The button that opens the list of places, with the place's name and time and a chevron."""
 
     def __init__(self, do: Do) -> None:
         super().__init__(tr("Places you have measured"), do=do)
@@ -307,7 +307,7 @@ class _PlaceButton(Pressable):
         self.update()
 
     def _parts(self) -> tuple[QRect, QRect, QRect]:
-        """Return the rectangles of name, time and chevron, shortening a long name."""
+        """Return the rectangles of the name, the time and the chevron, shortening a long name."""
         t = theme()
         high, gap, mark = self.height(), px(16), px(16)
         time = text_width(t.font(14), self._time)
@@ -337,7 +337,7 @@ class _PlaceButton(Pressable):
 
 
 class TopBar(Surface):
-    """The top bar; for its requests, see `Window.asked`."""
+    """The top bar (see `Window.asked` for the overlays that it opens)."""
 
     def __init__(self, compact: bool, undo: UndoStack, ask: Callable[..., None]) -> None:
         super().__init__("panel", ("bottom",))
@@ -356,7 +356,7 @@ class TopBar(Surface):
         row(*parts, into=self, gap=8, margins=(24, 0, 24, 0))
 
     def show_state(self, state: FrameState) -> None:
-        """Show place, sitter, camera and undo."""
+        """Show the place, the sitter, the camera and the undo steps."""
         self._place.show_place(state.place, state.time)
         self._sitter.set("person", "" if self._compact else state.sitter)
         self._sitter.setAccessibleName(

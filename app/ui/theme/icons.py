@@ -1,4 +1,4 @@
-"""The icon set, rendered from vectors at the screen's own scale in the colour of the text.
+"""The icon set, rendered from vector files at the screen's own scale in the text's colour.
 
 The drawings are in ``resources/icons``: SVG on a 24-unit grid, with lines 1.75 wide and round ends.
 They use ``currentColor``. The logo's half disc uses the dark theme's amber, which is replaced with
@@ -57,12 +57,12 @@ def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixm
     """Return an icon rendered at the screen's own scale, from the cache if possible.
 
     Args:
-        size: Width and height in scaled logical pixels (``theme().px(20)``); the result has
+        size: Width and height in scaled logical pixels, such as ``theme().px(20)``. The result has
             ``round(size * dpr)`` device pixels per side.
 
     Raises:
         KeyError: If there is no such icon.
-        CoreError: If its file is missing.
+        CoreError: If the icon's file is missing.
     """
     pixels = max(1, round(size * dpr))
     key = f"turnlight/{name}/{pixels}/{dpr}/{colour.rgba():x}/{theme().c.amberfill.rgb():x}"
@@ -78,11 +78,11 @@ def draw_icon(
     painter: QPainter, name: str, rect: QRect | QRectF, size: int, colour: QColor
 ) -> None:
     """Draw an icon in the middle of a rectangle, at a size that is already scaled."""
-    # Not the widget's ratio, because the painter's target may have another scale.
+    # Do not use the widget's ratio, because the painter's target may have another scale.
     dpr = painter.deviceTransform().m11()
     pixmap = icon_pixmap(name, size, colour, dpr)
     centre = QRectF(rect).center()
-    # Align it with whole device pixels to keep the lines sharp.
+    # Align the icon with whole device pixels to keep its lines sharp.
     x = round((centre.x() - size / 2) * dpr) / dpr
     y = round((centre.y() - size / 2) * dpr) / dpr
     painter.drawPixmap(QPointF(x, y), pixmap)
@@ -99,7 +99,7 @@ def icon(name: str, colour: QColor | None = None) -> QIcon:
             grey = icon_pixmap(name, t.px(size), t.c.dis, dpr)
             result.addPixmap(grey, QIcon.Mode.Disabled)
             if t.contrast:
-                # The entry under the mouse is white on black.
+                # The menu entry under the mouse is white on black.
                 light = icon_pixmap(name, t.px(size), t.c.panel, dpr)
                 result.addPixmap(light, QIcon.Mode.Active)
     return result

@@ -53,9 +53,9 @@ class _Style(QProxyStyle):
     """
 
     def polish(self, what: Any) -> Any:
-        """Style a tooltip, and treat its text as plain text from any source.
+        """Style a tooltip, and treat its text as plain text whatever its source.
 
-        By default Qt renders text that looks like HTML and loads its images. The title of somebody
+        By default, Qt renders text that looks like HTML and loads its images. The title of somebody
         else's style could then read any file or contact a network share.
         """
         if isinstance(what, QLabel) and what.inherits("QTipLabel"):
@@ -127,9 +127,9 @@ def bar_sheet(t: Theme) -> str:
 
 
 def round_corners(popup: QWidget) -> int:
-    """Round the corners of a popup where they would not be black, and return their radius.
+    """Round the corners of a popup where they would not turn black, and return their radius.
 
-    On X11 transparency needs a compositor, and Qt does not report whether one is running.
+    On X11, transparency needs a compositor, and Qt does not report whether one is running.
     """
     safe = QGuiApplication.platformName() not in _MAYBE_BLACK
     popup.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground, safe)
@@ -204,7 +204,7 @@ class _Ring(QWidget):
 
 
 def _host(widget: QWidget) -> QWidget:
-    """Return the widget that the ring must stay inside."""
+    """Return the widget inside which the ring must stay."""
     up = widget.parentWidget()
     while up is not None:
         grand = up.parentWidget()

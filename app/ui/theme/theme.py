@@ -19,7 +19,7 @@ from PySide6.QtGui import QColor, QFont
 from app.export.canvas import FAMILY, load_fonts
 
 ThemeName: TypeAlias = Literal["dark", "light", "contrast"]
-"""Name of a theme, as in the settings."""
+"""Name of a theme, as used in the settings."""
 
 SCALES: Final = (1.0, 2.0)
 """Smallest and largest scale of text and controls."""
@@ -27,7 +27,7 @@ SCALES: Final = (1.0, 2.0)
 LINE_HEIGHTS: Final = {12: 16, 14: 20, 16: 24, 20: 28, 28: 36, 36: 44, 48: 52, 56: 64, 224: 176}
 """Line height of each font size in logical pixels."""
 
-_DISPLAY: Final = 36  # type sizes from here on are set closer
+_DISPLAY: Final = 36  # font sizes from here on are spaced more tightly
 _TIGHT: Final = 0.025  # fraction of the font size
 
 
@@ -79,7 +79,7 @@ def _font(pixels: int, weight: int) -> QFont:
     font = QFont(FAMILY)
     font.setPixelSize(pixels)
     font.setWeight(QFont.Weight(weight))
-    # A number that counts must not shift the text beside it.
+    # A changing number must not shift the text beside it.
     font.setFeature(QFont.Tag("tnum"), 1)
     return font
 
@@ -105,7 +105,7 @@ class Theme:
         return self.name == "contrast"
 
     def px(self, length: float) -> int:
-        """Scale a designed length in logical pixels and round it."""
+        """Scale a design length in logical pixels and round it."""
         return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
 
     def font(self, size: int, weight: int = 400) -> QFont:
@@ -121,7 +121,7 @@ class Theme:
         return font
 
     def line_height(self, size: int) -> int:
-        """Return the line height for a font size, from a table or else 1.4 times the size."""
+        """Return the line height for a font size, from a table or as 1.4 times the size."""
         return self.px(LINE_HEIGHTS.get(size, size * 1.4))
 
 
@@ -129,19 +129,19 @@ _current: list[Theme] = []
 
 
 def theme() -> Theme:
-    """Return the current theme, which is dark at scale 1 until another one is set."""
+    """Return the current theme, which is dark at scale 1 until another theme is set."""
     if not _current:
         _current.append(Theme())
     return _current[0]
 
 
 def px(length: float) -> int:
-    """Scale a designed length in logical pixels by the current theme; see `Theme.px`."""
+    """Scale a design length in logical pixels by the current theme (see `Theme.px`)."""
     return theme().px(length)
 
 
 def set_theme(name: ThemeName, scale: float = 1.0) -> Theme:
-    """Change the current theme; the caller must rebuild the views on screen."""
+    """Change the current theme. The caller must rebuild the views on screen."""
     new = Theme(name, scale)
     _current[:] = [new]
     return new

@@ -1,4 +1,4 @@
-"""Accessible names and roles of controls, and moving between them with the keyboard."""
+"""Accessible names and roles of controls, and keyboard navigation between controls."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ROLE: Final = "spokenAs"
 
 
 def give_role(widget: QWidget, role: QAccessible.Role) -> None:
-    """Set an accessible role that Qt does not assign: a slider, a picture or a pane."""
+    """Set an accessible role that Qt does not assign, such as a slider, a picture or a pane."""
     if not _installed:
         QAccessible.installFactory(_interface)
         _installed.append(True)
@@ -67,10 +67,10 @@ _WAYS = {
 
 
 class Roving(QObject):
-    """Makes a group of widgets a single Tab stop, with arrows, Home and End inside.
+    """Makes a group of widgets a single Tab stop, with the arrow keys, Home and End inside.
 
-    An arrow moves to the nearest widget in its direction on screen, so a grid may have any number
-    of columns.
+    An arrow key moves the focus to the nearest widget in its direction on screen, so a grid may
+    have any number of columns.
     """
 
     moved = Signal(QWidget)
@@ -107,7 +107,7 @@ class Roving(QObject):
             member.setFocusPolicy(Qt.FocusPolicy.StrongFocus if here else Qt.FocusPolicy.ClickFocus)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle arrows, Home and End, and make a focused member the Tab stop."""
+        """Handle the arrow keys, Home and End, and make a focused member the Tab stop."""
         if event.type() == QEvent.Type.FocusIn and isinstance(watched, QWidget):
             self.set_stop(watched)
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
@@ -179,7 +179,7 @@ def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = N
 
 
 def set_available(widget: QWidget, available: bool, why: str = "") -> None:
-    """Enable or disable a control; its tooltip then explains why it is disabled."""
+    """Enable a control, or disable it and explain why in its tooltip."""
     widget.setEnabled(available)
     tip = str(widget.property("tip") or "")
     widget.setToolTip(tip if available or not why else _wrapped(why))

@@ -1,4 +1,4 @@
-"""Buttons with text, with an icon only, and chips, with their common look."""
+"""Text buttons, icon buttons and chips, and their common look."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _ARROWS: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """The colours and the border width of a control in one state; None paints nothing."""
+    """The colours and the border width of a control in one state, where None paints nothing."""
 
     fill: QColor | None
     edge: QColor | None
@@ -53,7 +53,7 @@ class Look:
 
 
 class Pressable(Paints, QAbstractButton):
-    """The base class of buttons, which call `do` when pressed; subclasses paint it."""
+    """The base class of buttons, which call `do` when pressed. Subclasses paint them."""
 
     selected = False
     """Whether this is the selected button of its group, independently of being pressed."""
@@ -67,12 +67,12 @@ class Pressable(Paints, QAbstractButton):
             self.clicked.connect(do)
 
     def setText(self, text: str) -> None:
-        """Change the text, showing any "&" literally instead of making it a shortcut."""
+        """Change the text, in which any "&" appears literally and does not create a shortcut."""
         super().setText(visible(text))
         self.setShortcut(QKeySequence())
 
     def set_available(self, available: bool, why: str = "") -> None:
-        """Enable or disable the button; its tooltip then explains why it is disabled."""
+        """Enable the button, or disable it and explain why in its tooltip."""
         set_available(self, available, why)
 
     def set_tip(self, tip: str, shortcut: str = "") -> None:
@@ -91,9 +91,9 @@ class Pressable(Paints, QAbstractButton):
         return self.underMouse() and self.isEnabled()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Press the button on Enter as well as Space, and leave the arrows to its group."""
+        """Press the button on Enter as well as Space, and leave the arrow keys to its group."""
         if event.key() in _ARROWS:
-            # Otherwise Qt would move the focus to a neighbour of its own choice.
+            # Otherwise, Qt would move the focus to a neighbour of its own choice.
             event.ignore()
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             self.click()
@@ -158,7 +158,7 @@ class Button(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def set_text(self, text: str, icon: str | None = None) -> None:
-        """Change the text, and the icon before it; None keeps the icon."""
+        """Change the text, and also the icon before the text unless `icon` is None."""
         if text != self.text() or icon not in (None, self._icon):
             self._icon = self._icon if icon is None else icon
             self.setText(text)
@@ -167,7 +167,7 @@ class Button(Pressable):
             self.update()
 
     def set_busy(self, label: str | None) -> None:
-        """Show a label such as "Saving…" with a spinner and ignore presses, or None to end that."""
+        """Show a label such as "Saving…" with a spinner and ignore presses, or stop if None."""
         if label is not None and self._busy is None:
             self._last_size = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label
@@ -192,7 +192,7 @@ class Button(Pressable):
         super().keyPressEvent(event)
 
     def sizeHint(self) -> QSize:
-        """Return the size of icons and text, at the height for the button's size."""
+        """Return the size of the icons and the text, at the height for the button's size."""
         if self._busy is not None and not self._last_size.isEmpty():
             return self._last_size
         size = self._size
@@ -201,7 +201,7 @@ class Button(Pressable):
         return QSize(width, px(_HEIGHT[size]))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size of the full text, which is cut only if the width is fixed."""
+        """Return the size of the full text, which is cut off only if the width is fixed."""
         return self.sizeHint()
 
     def room(self) -> int:
@@ -292,7 +292,7 @@ _STEPS: Final = {
 
 
 def name_step(button: IconButton, verb: Literal["undo", "redo"], what: str) -> None:
-    """Set the tooltip of an undo or redo button: "Undo delete My Rembrandt"."""
+    """Set the tooltip of an undo or redo button, such as "Undo delete My Rembrandt"."""
     bare, whole, nothing, shortcut = _STEPS[verb]
     button.set_tip(whole.format(step=what) if what else bare, shortcut)
     button.set_available(bool(what), nothing)
@@ -310,7 +310,7 @@ class Chip(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set(self, icon: str, text: str, warning: str = "") -> None:
-        """Change the icon, the text and whether it is a warning."""
+        """Change the icon and the text, and show whether the text is a warning."""
         if (icon, text, warning) == (self._icon, self.text(), self._warning):
             return
         self._icon, self._warning = icon, warning
@@ -324,7 +324,7 @@ class Chip(Pressable):
         self.update()
 
     def _pieces(self) -> list[tuple[str, str]]:
-        """Return icons and text from left to right, as (icon or "", text or "")."""
+        """Return the icons and the text from left to right, as (icon or "", text or "")."""
         pieces = [(self._icon, "")] if self._icon else []
         if self.text():
             pieces.append(("", self.text()))

@@ -39,10 +39,10 @@ _FAST: Final = 10
 
 
 class LabelledSlider(Paints, QSlider):
-    """A slider with its label and value above the track, or beside it.
+    """A slider with its label and value above the track or beside it.
 
-    The wheel and the arrows move by one step, Page Up and Page Down by ten, Home and End go to the
-    ends, and a double click restores the default.
+    The wheel and the arrow keys move the knob by one step, and Page Up and Page Down by ten. Home
+    and End move it to the ends, and a double click restores the default.
 
     Raises:
         ValueError: If the limits and the step leave no values to choose from.
@@ -108,14 +108,14 @@ class LabelledSlider(Paints, QSlider):
         self._move(round((self._default - self._low) / self._step))
 
     def sizeHint(self) -> QSize:
-        """Return the size of label, track and value."""
+        """Return the size of the label, the track and the value."""
         label = text_width(theme().font(14), self.accessibleName())
         if self._inline:
             return QSize(label + self._value_width + px(168), px(_HIT))
         return QSize(max(label + self._value_width + px(_GAP), px(120)), px(44))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size; a label above the track may be shortened."""
+        """Return the smallest useful size, at which a label above the track may be shortened."""
         hint = self.sizeHint()
         return QSize(hint.width() - px(88) if self._inline else px(120), hint.height())
 
@@ -173,7 +173,7 @@ class LabelledSlider(Paints, QSlider):
         self.reset()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Move by one step per notch, adding up the fractions of finer wheels."""
+        """Move the knob by one step per notch, adding up the fractions of finer wheels."""
         self._wheel += event.angleDelta().y() or event.angleDelta().x()
         steps = int(self._wheel / _WHEEL_STEP)
         self._wheel -= steps * _WHEEL_STEP
@@ -182,7 +182,7 @@ class LabelledSlider(Paints, QSlider):
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move with arrows, page keys, Home and End."""
+        """Move the knob with the arrow keys, page keys, Home and End."""
         key = Qt.Key(event.key())
         fast = max(1, min(_FAST, self.maximum() // 4))
         jumps = {Qt.Key.Key_PageDown: -fast, Qt.Key.Key_PageUp: fast}
@@ -257,11 +257,11 @@ class _Part(Pressable):
     def minimumSizeHint(self) -> QSize:
         """Return the size of the full text with smaller margins."""
         t, full = theme(), self.sizeHint()
-        # half of the padding, minus the extra width of the border
+        # subtract half of the padding and the extra width of the border
         return full - QSize(px(_PADDING), 2 * (t.line_width - 1))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Copy text that is cut off to the tooltip."""
+        """Show text that is cut off in the tooltip."""
         super().resizeEvent(event)
         cut = self.width() < self.minimumSizeHint().width()
         describe(self, self.accessibleName(), tip=None if cut else "")
@@ -349,7 +349,7 @@ class SegmentedChoice(PaintedWidget):
             part.setFocusPolicy(Qt.FocusPolicy.StrongFocus if alone else Qt.FocusPolicy.ClickFocus)
 
     def set_text(self, key: str, text: str, second: str | None = None) -> None:
-        """Change the text of an option; None keeps its second line."""
+        """Change the text of an option, and also its second line unless `second` is None."""
         part = self._parts[key]
         words = part.second if second is None else second
         if (part.text(), part.second) != (text, words):
@@ -360,7 +360,7 @@ class SegmentedChoice(PaintedWidget):
         return self._parts[key]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Select the neighbour with an arrow, or the first or last option with Home or End."""
+        """Select a neighbour with an arrow key, or the first or last option with Home or End."""
         keys = [key for key, part in self._parts.items() if part.isEnabled()]
         here = keys.index(self.key) if self.key in keys else 0
         there = self._target(Qt.Key(event.key()), here, len(keys))

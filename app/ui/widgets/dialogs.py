@@ -24,30 +24,30 @@ from app.ui.widgets.paint import PaintedWidget, faint, pen, put_text, text_width
 from app.ui.widgets.surfaces import OutlineBox
 from app.words.explanations import EXPLANATIONS
 
-# A dialog belongs to the window, because a screen that is rebuilt meanwhile would destroy its open
-# dialog inside the dialog's own event loop.
+# A dialog belongs to the window, because a screen that is rebuilt while its dialog is open would
+# destroy the dialog inside the dialog's own event loop.
 
 
 def ask_files(asker: QWidget, title: str, filters: str) -> list[Path]:
-    """Ask for existing files; empty if the user cancels."""
+    """Ask for existing files, and return none if the user cancels."""
     names, _ = QFileDialog.getOpenFileNames(asker.window(), title, "", filters)
     return [path_from_library(name) for name in names]
 
 
 def ask_file(asker: QWidget, title: str, filters: str) -> Path | None:
-    """Ask for an existing file; None if the user cancels."""
+    """Ask for an existing file, and return None if the user cancels."""
     name, _ = QFileDialog.getOpenFileName(asker.window(), title, "", filters)
     return path_from_library(name) if name else None
 
 
 def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
-    """Ask for an existing folder; None if the user cancels."""
+    """Ask for an existing folder, and return None if the user cancels."""
     name = QFileDialog.getExistingDirectory(asker.window(), title, start)
     return path_from_library(name) if name else None
 
 
 def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path | None:
-    """Ask for a file to write, starting in the user's pictures folder; it may be overwritten."""
+    """Ask for a new file, or a file to overwrite, starting in the user's pictures folder."""
     pictures = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.PicturesLocation)
     start = str(Path(pictures) / suggested) if Path(pictures).is_dir() else suggested
     name, _ = QFileDialog.getSaveFileName(asker.window(), title, start, filters)
@@ -75,10 +75,10 @@ _MARGIN: Final = 24
 class Sheet(PaintedWidget):
     """A panel with a title and a close button over a darkened window.
 
-    It opens only at the user's request: in the middle, near the top, or as a column at the right
-    edge. Esc or a click outside closes it, Tab stays inside, and closing restores the focus. With
-    `under`, it appears below a button and does not darken the window, so that changes remain
-    visible.
+    A sheet opens only at the user's request, in the middle, near the top, or as a column at the
+    right edge. Esc or a click outside closes it, Tab stays inside, and closing it restores the
+    focus. With `under`, it appears below a button and does not darken the window, so that changes
+    remain visible.
     """
 
     closed = Signal()
@@ -87,7 +87,7 @@ class Sheet(PaintedWidget):
 
     @classmethod
     def over(cls, host: QWidget) -> list[Sheet]:
-        """Return the open sheets of a window, uppermost last."""
+        """Return the open sheets of a window, topmost last."""
         sheets = [one for one in (each() for each in cls._open) if one is not None]
         visible = [one for one in sheets if shiboken6.isValid(one) and not one.isHidden()]
         cls._open[:] = map(weakref.ref, visible)
@@ -234,7 +234,7 @@ class SheetHost(QWidget):
     sheet: Sheet | None = None
 
     def put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
-        """Open a sheet, replacing any other; it is deleted when it closes."""
+        """Open a sheet in place of any other, and delete the sheet when it closes."""
         self.take_back()
         self.sheet = sheet
         sheet.closed.connect(self._sheet_closed)
@@ -268,10 +268,11 @@ class KeysSheet(Sheet):
 
 
 class LineSheet(KeysSheet):
-    """A text field with a button that submits it.
+    """A sheet with a text field, and a button that submits the text.
 
     Attributes:
-        taken: Signal(str). Emitted with the text on Enter or the button, unless the sheet is busy.
+        taken: Signal(str). Emitted with the text when the user presses Enter or the button, unless
+            the sheet is busy.
     """
 
     taken = Signal(str)
@@ -320,7 +321,7 @@ class Term(Pressable):
         self.say(words)
 
     def say(self, words: str, key: str = "") -> None:
-        """Change the name and its term, and hide both if empty."""
+        """Change the name and the key of its explanation, and hide both if the name is empty."""
         self.key = key or self.key
         self.setText(words)
         question = tr("{name}: what does it mean?", name=words)

@@ -1,4 +1,4 @@
-"""Displays for pictures, values and progress."""
+"""Displays of pictures, values and progress."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SPAN_DEG: Final = 100
 
 
 def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg: float) -> None:
-    """Paint the ring of a busy indicator; its moving part starts clockwise from the top."""
+    """Paint the ring of a busy indicator, its moving part at an angle clockwise from the top."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -105,7 +105,7 @@ class Bar(Paints, QProgressBar):
         """Show progress from 0 to 1, or a moving part if it is None."""
         self._unknown = fraction is None
         self._beat.run(self._unknown)
-        # Otherwise Qt would repaint the bar and all other pending parts of the window at once.
+        # Otherwise, Qt would repaint the bar and all other pending parts of the window at once.
         self.setUpdatesEnabled(False)
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
         self.setUpdatesEnabled(True)
@@ -235,7 +235,9 @@ class Picture(PaintedWidget):
         self._tags: dict[Corner, str] = {}
 
     def set_picture(self, picture: NDArray[np.uint8] | None) -> None:
-        """Show an sRGB array, (h, w, 3) uint8, not to be modified later, or None for an empty well.
+        """Show an sRGB array, (h, w, 3) uint8, or an empty well if it is None.
+
+        The array must not be modified afterwards.
 
         Raises:
             ValueError: If the array has another shape or type.
@@ -300,7 +302,7 @@ class Picture(PaintedWidget):
         usual = px(_TAG_INSET)
         for corner, text in self._tags.items():
             if text:
-                # On a small picture, a long label moves closer to the edge before it is cut.
+                # On a small picture, a long label moves closer to the edge before it is cut off.
                 inset = max(min(usual, (self.width() - tag_size(text)[0]) // 2), 0)
                 area = QRectF(self.rect()).adjusted(inset, usual, -inset, -usual)
                 x = area.left() if "l" in corner else area.right()

@@ -1,4 +1,4 @@
-"""Fields with a label and an error message for text or a list, and toggles."""
+"""Labelled fields for text or a choice from a list, with error messages, and toggles."""
 
 from __future__ import annotations
 
@@ -47,19 +47,19 @@ class Toggle(Pressable):
         self.clicked.connect(self.switched)
 
     def sizeHint(self) -> QSize:
-        """Return the size of icon, name and switch."""
+        """Return the size of the icon, the name and the switch."""
         t = theme()
         lead = px(_ICON + _GAP) if self._icon else 0
         width = lead + text_width(t.font(14), self.text()) + 2 * px(_GAP)
         return QSize(width + px(_SWITCH[0]), px(32))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size; a long name is shortened and appears in the tooltip."""
+        """Return the smallest useful size, at which a long name appears in full in the tooltip."""
         hint = self.sizeHint()
         return QSize(min(hint.width(), px(160)), hint.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Copy a shortened name to the tooltip."""
+        """Show the full name in the tooltip if it is shortened."""
         super().resizeEvent(event)
         if self.width() < self.sizeHint().width() and not self.toolTip():
             self.setToolTip(self.text())
@@ -129,7 +129,7 @@ class _LabelledField(QWidget):
         add(self._column, field, self._error)
 
     def set_error(self, sentence: str) -> None:
-        """Show an error in the field's text, or none if the sentence is empty."""
+        """Show an error in the field's text, or remove the error if the sentence is empty."""
         self._error.say(sentence)
         self._field.wrong = bool(sentence)
         self._field.setAccessibleDescription(sentence)
@@ -291,9 +291,9 @@ class _Box(Pressable):
 class ListField(_LabelledField):
     """A field that shows the current choice and opens a list.
 
-    Arrows change the choice without opening the list; Space, Enter and Alt+Down open it. Items are
-    (key, text), optionally with a second line and an icon; a second line makes the field 56 pixels
-    high.
+    The arrow keys change the choice without opening the list, and Space, Enter and Alt+Down open
+    the list. Items are (key, text), optionally with a second line and an icon. A second line makes
+    the field 56 pixels high.
     """
 
     chosen = Signal(str)
@@ -318,7 +318,7 @@ class ListField(_LabelledField):
 
     @property
     def key(self) -> str:
-        """Key of the current choice, or empty while the list is empty."""
+        """Key of the current choice, or an empty string while the list is empty."""
         return self.box.entry.key
 
     def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
@@ -362,7 +362,7 @@ class ListField(_LabelledField):
             self.chosen.emit(key)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Handle arrows and the wheel on the closed field."""
+        """Handle the arrow keys and the wheel on the closed field."""
         if isinstance(event, QWheelEvent):
             # Scrolling the column must not change a field that happens to be under the mouse.
             event.ignore()

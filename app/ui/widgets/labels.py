@@ -28,7 +28,7 @@ _GAP: Final = 8
 
 
 class KeyHint(PaintedWidget):
-    """A key in a frame, and its effect."""
+    """A framed key, followed by its effect."""
 
     def __init__(self, keys: str, words: str) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class Icon(PaintedWidget):
         self.setFixedSize(self._side, self._side)
 
     def set(self, name: str, role: Role | None = None) -> None:
-        """Change the icon and its colour role; None keeps the role."""
+        """Change the icon, and also its colour role unless `role` is None."""
         if (name, role or self._role) != (self.name, self._role):
             self.name, self._role = name, role or self._role
             self.update()
@@ -138,17 +138,17 @@ Role: TypeAlias = Literal["text", "dim", "amber", "onamber", "ok", "err"]
 
 _SHORTEST_WRAP: Final = 96
 _WIDTHS: Final = 6  # number of widths whose line breaks are cached
-_FLUSH_FROM: Final = 28  # type size from which the first figure's own margin is seen
+_FLUSH_FROM: Final = 28  # font size from which the first figure's own margin is visible
 
 
 _RIGHT: Final = Qt.TextElideMode.ElideRight
 
 
 class Text(QLabel):
-    """A text of one or several lines in the colour of a role.
+    """A text of one or more lines in the colour of a role.
 
-    With `elide`, the text may get less space than it needs. It is then cut with "…", and the full
-    text is in the tooltip.
+    With `elide`, the text may get less space than it needs. It is then cut off with "…", and the
+    full text is in the tooltip.
     """
 
     def __init__(

@@ -46,7 +46,7 @@ def column(
 def row(
     *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
 ) -> QHBoxLayout:
-    """Put items side by side from left to right; see `column`."""
+    """Put items side by side from left to right (see `column`)."""
     return _filled(QHBoxLayout(), items, into, gap, margins)
 
 
@@ -114,7 +114,7 @@ def add(layout: QBoxLayout, *items: Item) -> None:
 
 
 def fold(line: QBoxLayout, beside: bool, gap: int = 0) -> None:
-    """Switch a line to a row or a column; a `gap` of 0 leaves the spacing unchanged."""
+    """Switch a line to a row or a column. A `gap` of 0 leaves the spacing unchanged."""
     way = QBoxLayout.Direction
     line.setDirection(way.LeftToRight if beside else way.TopToBottom)
     if gap:

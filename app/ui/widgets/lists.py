@@ -138,7 +138,7 @@ class TableRow(Pressable):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the designed size of a row."""
+        """Return the design size of a row."""
         return QSize(sum(px(c.width or 120) for c in self._columns), px(_ROW))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -174,7 +174,7 @@ class TableRow(Pressable):
 
 
 THING: Final = Qt.ItemDataRole.UserRole
-"""Type of the items in a list."""
+"""Data role under which a list item stores the object that it shows."""
 Inks: TypeAlias = tuple[QColor, QColor]
 """Colours of an item's text, and of the text beside or below it."""
 _MOST_ROWS: Final = 8
@@ -191,7 +191,7 @@ class Entry:
 
 
 class Lines(QStyledItemDelegate):
-    """The base class of delegates, which paint the background of rows; subclasses add content."""
+    """The base class of delegates, which paint the background of rows. Subclasses add content."""
 
     radius = 6
 
@@ -202,7 +202,7 @@ class Lines(QStyledItemDelegate):
     def sizeHint(
         self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex
     ) -> QSize:
-        """Return the designed size of a row."""
+        """Return the design size of a row."""
         return QSize(0, self._height)
 
     def paint(
@@ -226,7 +226,7 @@ class Lines(QStyledItemDelegate):
         self.paint_line(painter, inner, index.data(THING), (ink, faint))
 
     def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
-        """Paint the content of a row; does nothing in this base class."""
+        """Paint the content of a row. This base class paints nothing."""
 
 
 class _Rows(Lines):
@@ -288,7 +288,7 @@ class ListPopup(Paints, QFrame):
         self._list.installEventFilter(self)
 
     def drop(self, under: QWidget, entries: Sequence[Entry], key: str, width: int = 0) -> None:
-        """Open the list under a widget, or above it without room below, at a minimum width."""
+        """Open the list below a widget, or above it if there is no room, at a minimum width."""
         t = theme()
         height = px(56 if any(entry.second for entry in entries) else 40)
         rows = _Rows(self._list, height)

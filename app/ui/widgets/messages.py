@@ -59,7 +59,7 @@ class Banner(OutlineBox):
         actions: Sequence[str] = (),
         role: Role = "text",
     ) -> None:
-        """Change the content; the parameters are those of the class."""
+        """Change the content. The parameters are those of the class."""
         self._icon.set(icon, role)
         self._title.set_text(title)
         self._text.say(text)
@@ -75,7 +75,7 @@ class Banner(OutlineBox):
 
 
 class Empty(QWidget):
-    """An empty state: one sentence, with one or two buttons that lead on."""
+    """An empty state, with one sentence and one or two buttons that start something."""
 
     pressed = Signal(int)
 
@@ -84,7 +84,7 @@ class Empty(QWidget):
         self._words: tuple[str, ...] = ()
         middle = Qt.AlignmentFlag.AlignHCenter
         self._icon = Icon(icon or "info", 28, "dim")
-        # Hide it only now, because a widget that is shown without a parent opens as a window.
+        # Hide the icon only now, because a widget that is shown without a parent opens as a window.
         if not icon:
             self._icon.hide()
         self._sentence = Text(sentence, 14, role="dim", wrap=True, align=middle)
@@ -372,7 +372,7 @@ class Toasts(QObject):
         ]
 
     def _clear(self, place: QRect, blocks: list[QRect], gap: int) -> QRect:
-        """Move a toast up until it covers no control, or left if that is much shorter."""
+        """Move a toast up until it covers no control, or to the left if that is much shorter."""
         spots: list[tuple[int, QRect]] = []
         for steps in range(_COLUMNS):
             here = place.translated(-steps * (place.width() + gap), 0)

@@ -23,18 +23,18 @@ else:
 
 
 class Paints(_Widget):
-    """A mixin before a Qt widget that paints it in the current theme.
+    """A mixin, placed before a Qt widget class, that paints the widget in the current theme.
 
     Attributes:
-        preferred_size, least: Designed width and height of the size hints, or None to leave them to
-        Qt.
+        preferred_size, least: Design width and height of the size hints, or None to leave them to
+            Qt.
     """
 
     preferred_size: tuple[float, float] | None = None
     least: tuple[float, float] | None = None
 
     def sizeHint(self) -> QSize:
-        """Return the designed size at the theme's scale."""
+        """Return the design size at the theme's scale."""
         return QSize(*map(px, self.preferred_size)) if self.preferred_size else super().sizeHint()
 
     def minimumSizeHint(self) -> QSize:
@@ -46,7 +46,7 @@ class Paints(_Widget):
         self.paint_on(QPainter(self), theme())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint the widget; does nothing in this base class."""
+        """Paint the widget. This base class paints nothing."""
 
 
 class PaintedWidget(Paints, QWidget):
@@ -75,7 +75,10 @@ def draw_tag(
     weight: int = 400,
     most: int = 1 << 15,
 ) -> QRectF:
-    """Paint a tag at most `most` wide, 12 px text on a dark plate, with its `anchor` at (x, y)."""
+    """Paint a tag at most `most` pixels wide, with its `anchor` at (x, y).
+
+    The tag is 12 px text on a dark plate.
+    """
     t = theme()
     width, height = tag_size(text, weight)
     width = min(width, most)
@@ -165,7 +168,7 @@ def put_text(
     colour: QColor,
     align: Qt.AlignmentFlag = LEFT,
 ) -> None:
-    """Paint one line of text, cutting it with an ellipsis if it does not fit."""
+    """Paint one line of text, cut off with an ellipsis if it does not fit."""
     area = QRectF(rect)
     text = visible(text)
     elided = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, area.width() + 0.5)

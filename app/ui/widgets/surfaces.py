@@ -24,7 +24,7 @@ from app.ui.widgets.paint import PaintedWidget, box, hover_fill, selected_edge
 
 
 class Menu(QMenu):
-    """A menu with rounded corners; entries have an icon, and a tooltip if they are disabled."""
+    """A menu with rounded corners, whose entries have an icon, and a tooltip if disabled."""
 
     def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
@@ -78,7 +78,7 @@ Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(PaintedWidget):
-    """A column or bar with a single colour, lines at adjoining sides and an accessible name."""
+    """A column or bar with one colour, lines at its adjoining sides and an accessible name."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
         super().__init__()
@@ -133,12 +133,12 @@ class Scroll(QScrollArea):
             self.setWidget(content)
 
     def sizeHint(self) -> QSize:
-        """Return the designed height, if there is one."""
+        """Return the design height, if there is one."""
         hint = super().sizeHint()
         return QSize(hint.width(), self._high or hint.height())
 
     def setWidget(self, widget: QWidget) -> None:
-        """Set the content, and delete the old content once nothing uses it."""
+        """Set the content, and delete the old content once nothing uses it any more."""
         before = self.widget()
         if before is not None:
             # Qt would delete the old content at once together with the focus, and code that follows
@@ -211,7 +211,7 @@ class Room(Scroll):
 
 
 class OutlineBox(PaintedWidget):
-    """A rectangle with a border and no press behaviour, which holds a layout."""
+    """A bordered rectangle that contains a layout and cannot be pressed."""
 
     def __init__(
         self,
@@ -237,17 +237,17 @@ class OutlineBox(PaintedWidget):
 
 
 class Card(Pressable):
-    """The base class of selectable frames; subclasses paint the content."""
+    """The base class of selectable frames, whose content is painted by subclasses."""
 
     opened = Signal()
-    preferred_size = (206, 138)  # of a style's card
+    preferred_size = (206, 138)  # size of a style's card
 
     def __init__(self, name: str, dashed: bool = False) -> None:
         super().__init__(name, tip="")
         self._dashed = dashed
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Select the card on Space or Enter; Enter also opens it."""
+        """Select the card on Space or Enter, and also open it on Enter."""
         super().keyPressEvent(event)
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             self.opened.emit()
@@ -268,22 +268,22 @@ class Card(Pressable):
         if self.isDown():
             edge, width = c.ctl, selected_edge(t)
         if self.selected:
-            # No fill is brighter than white, so only the border is three times as wide.
+            # In high contrast, all fills are white, so only the wider border marks the selection.
             fill, edge, width = c.raised, c.sel, 4 if t.contrast else selected_edge(t)
         dashed = self._dashed and not self.selected and not self.isDown()
         box(painter, self.rect(), px(_RADIUS), fill, edge, width, dashed)
         self.paint_content(painter)
 
     def paint_content(self, painter: QPainter) -> None:
-        """Paint the content of the card; does nothing in this base class."""
+        """Paint the content of the card. This base class paints nothing."""
 
 
 class PictureLine(OutlineBox):
     """A framed row with a picture (see `Picture.set_picture`), lines of text and buttons.
 
     Attributes:
-        pressed: Emitted on a click anywhere on the row if `set_can_press` allows it; a larger
-            target than a button.
+        pressed: Emitted on a click anywhere on the row, which is a larger target than a button, if
+            `set_can_press` was called.
     """
 
     pressed = Signal()
@@ -305,7 +305,7 @@ class PictureLine(OutlineBox):
         self._can_press = False
 
     def set_can_press(self) -> None:
-        """Set whether the whole row is clickable."""
+        """Make the whole row clickable."""
         self._can_press = True
         self.setCursor(Qt.CursorShape.PointingHandCursor)
 
