@@ -32,20 +32,21 @@ _BLUR: Final = 1.0  # pixels of the head's picture
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadMap:
-    """Pixels of the head's picture, N x N, expressed by landmarks.
+    """Pixels of the head's picture, N x N, expressed in terms of landmarks.
 
     Attributes:
         transport: Transport of the generic head.
-        coverage: (N * N,) bool. Pixels between landmarks.
-        corners, weights, triangle: (N * N, 3) intp and float32, (N * N,) intp. Landmarks around
-            each pixel, their weights, and the number of their triangle.
+        coverage: (N * N,) bool. True for the pixels between landmarks.
+        corners, weights, triangle: (N * N, 3) intp and float32, (N * N,) intp. The landmarks around
+            each pixel, their weights, and the index of their triangle.
         skin: (N * N,) bool. Every second pixel of `whole`.
-        whole: (N * N,) bool. Skin that hair, beard and hats leave free on most faces: from brows to
-            chin between the outer corners of the eyes, without eyes, brows and lips.
+        whole: (N * N,) bool. Skin that is free of hair, beards and hats on most faces: from the
+            brows to the chin and between the outer corners of the eyes, but without the eyes, brows
+            and lips.
         cheeks: (2, N * N) bool. The sitter's right cheek, then the left one.
         halves: (2, M) intp. Pixels of `whole` on the sitter's right and their twins on the left,
-            without nostrils and slightly farther from lids and lips, which are darker on real
-            faces.
+            without the nostrils and slightly farther from the eyelids and lips, all of which are
+            darker on real faces.
     """
 
     transport: Transport
@@ -60,14 +61,14 @@ class HeadMap:
 
     @property
     def side(self) -> int:
-        """N, in pixels."""
+        """Side of the head's picture, N, in pixels."""
         return self.transport.size
 
     def blurred(self, pictures: Floats, where: Bools | Indices | None = None) -> Float32:
-        """Return pictures of the head at skin pixels, (n, Q), blurred among these.
+        """Return pictures of the head, blurred within the skin, at some pixels of the skin, (n, Q).
 
         Args:
-            pictures: (n, P) float. At the transport's pixels.
+            pictures: (n, P) float. The pictures at the transport's pixels.
             where: Pixels of `whole` to return, as a mask or as indices; by default `skin`.
         """
         where = self.skin if where is None else where

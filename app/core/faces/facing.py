@@ -1,9 +1,9 @@
 """Estimation of the direction in which a face looks, in a place with known light.
 
-The head is lit by the place at 128 turns, in the pose of the face. A real face differs from it in
-colour and shape, less in the difference of its two halves than in their sum, and smoothly across
-pixels. The residual is therefore weighted as a Gaussian process (Rasmussen and Williams, Gaussian
-Processes for Machine Learning, 2006, eq. 2.30).
+The head is lit by the place at 128 turns, in the pose of the face. A real face differs from the
+head in colour and shape, less in the difference of the two halves than in their sum, and smoothly
+across pixels. The residual is therefore weighted as a Gaussian process (Rasmussen and Williams,
+Gaussian Processes for Machine Learning, 2006, eq. 2.30).
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ _SUM: Final = (0.15, ((0.2, 4.0), (0.3, 20.0)))
 _MOST_UNLIKE: Final = 5.0  # mean square of the residual; it is below 4.2 for 97% of people
 _TRUST: Final = 20.0  # factor from mean cost to log likelihood: pixels are not independent
 _NEAR_DEG: Final = 15.0
-_LEAST_NEAR: Final = 0.5  # fraction of the likelihood near the estimate that makes it reliable
-_MARGIN_DEG: Final = 4.0  # possible error of a face beside an arc
+_LEAST_NEAR: Final = 0.5  # minimum fraction of the likelihood near a reliable estimate
+_MARGIN_DEG: Final = 4.0  # possible error in the direction of a face outside an arc
 _MOST_OUTSIDE: Final = 0.02
 _MOST_INSIDE: Final = 0.02
 
@@ -63,7 +63,7 @@ class FacingEstimate:
     likelihood: Float64
 
     def share(self, middle_deg: float, within_deg: float) -> float:
-        """Return the likelihood that the direction is within some degrees of an azimuth."""
+        """Return the likelihood that the direction is within a given angle of an azimuth."""
         near = np.abs(_wrapped(self.azimuths - middle_deg)) <= within_deg
         return float(self.likelihood[near].sum())
 
@@ -83,7 +83,8 @@ def find_facing(
         light: (H, W, 3) float. Linear Rec. 709 radiance of the place, panorama coordinates.
 
     Returns:
-        None if too little of the face is visible, or its light fits no direction in this place.
+        The estimate, or None if too little of the face is visible or its light fits no direction in
+        this place.
     """
     right, left = head_map().halves
     both = visible[right] & visible[left]
@@ -109,7 +110,7 @@ def find_facing(
 
 
 def standing(facing: FacingEstimate, arc_deg: tuple[float, float]) -> Standing:
-    """Return whether a face looks into an arc, which runs clockwise, or whether this is unclear."""
+    """Return whether a face looks into an arc (from, to), clockwise, or whether this is unclear."""
     half = arc_width(arc_deg) / 2
     middle = arc_deg[0] + half
     if abs(wrap(facing.azimuth_deg - middle)) <= half + _MARGIN_DEG:
@@ -125,7 +126,7 @@ def _wrapped(angles: Float64) -> Float64:
 
 
 def _logs(right: Float32, left: Float32, both: Bools) -> tuple[Float64, Float64]:
-    """Return differences and sums of the halves' logarithms, (n, M) each; 0 in hidden pixels."""
+    """Return differences and sums of the halves' logarithms, (n, M) each, 0 at hidden pixels."""
     bright = np.percentile(np.concatenate([right[:, both], left[:, both]], axis=1), _BRIGHT, axis=1)
     scale = np.maximum(bright, 1e-12)[:, None]
     one, other = (np.log(np.maximum(half / scale, 0) + _FLOOR) for half in (right, left))

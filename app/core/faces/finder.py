@@ -29,18 +29,18 @@ Square: TypeAlias = tuple[float, float, float]  # left, top, side, in pixels
 
 _LOOK: Final = 128  # side of the first network's input, in pixels
 _CLOSE: Final = 192  # side of the second network's input
-# of the first network's output: cells per side, candidates per cell
+# the first network's output: cells per side and candidates per cell
 _GRIDS: Final = ((16, 2), (8, 6))
 _CORNERS: Final = (33, 263)  # outer corners of the eyes
 _EYES: Final = slice(4, 8)  # entries of a candidate: centre, size, right eye, left eye, ...
 _WORTH_A_LOOK: Final = 0.35
-_SAME: Final = 0.5  # fraction of the smaller box in common that makes two candidates one face
+_SAME: Final = 0.5  # two candidates that share this fraction of the smaller box are one face
 _MOST: Final = 12
 _ROOM: Final = 1.5  # side of a close-up relative to that of the face
 _LARGEST: Final = 1280  # longer side of the picture that is searched
 _SMALLEST_PART: Final = 240  # six times the side of a face of 40 pixels
-_STEP: Final = 2.4  # largest ratio between sizes of parts
-# step in sides of a part; any face too small for larger parts fits into an overlap
+_STEP: Final = 2.4  # largest ratio between successive sizes of parts
+# step as a fraction of a part's side: any face too small for larger parts fits into an overlap
 _STRIDE: Final = 0.6
 _APART: Final = 0.05  # fraction of the face's side beyond which the two passes disagree
 _LEAST: Final = 0.37
@@ -112,12 +112,12 @@ def face_mesh() -> FaceMesh:
 
 
 def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) -> tuple[Face, ...]:
-    """Find faces, the largest first, those out of focus last.
+    """Find faces, sorted from the largest to the smallest, with those out of focus at the end.
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright.
         near: A face in the previous frame. Its position is searched first, at a tenth of the cost.
-        small: Whether to search for faces smaller than a sixth of the picture, too.
+        small: Whether to search for faces smaller than a sixth of the picture as well.
 
     Raises:
         CoreError: If the program's own networks are missing or damaged.
@@ -186,7 +186,7 @@ def _networks() -> _Networks:
 
 @lru_cache(maxsize=1)
 def _anchors() -> Float64:
-    """Return the centres of the first network's candidates, (896, 2), as shares of the square."""
+    """Return the first network's candidate centres, (896, 2), as fractions of the square."""
     parts = []
     for cells, count in _GRIDS:
         y, x = np.mgrid[:cells, :cells]
@@ -239,7 +239,7 @@ def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[flo
 
 
 def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
-    """Cut a square from the picture; outside it is black."""
+    """Cut a square from the picture, with black where it extends beyond the picture."""
     shrink = math.hypot(way[0, 0], way[0, 1])
     source = picture
     if shrink < 0.5:
@@ -251,7 +251,7 @@ def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
     cut = cv2.warpAffine(source, way, (side, side), flags=cv2.INTER_LINEAR)
     dark = float(cut.mean())
     if dark < _DARK:
-        # Brighten it to a normal exposure.
+        # Brighten the square to a normal exposure.
         cut = cv2.LUT(cut, _brightened(min(_DARK / max(dark, 1.0), _MOST_GAIN)))
     return np.asarray(cut, np.uint8)
 
@@ -290,7 +290,7 @@ def _looked_at(
     score: float,
     eyes: Float32 | Float64 | None = None,
 ) -> Face | None:
-    """Find a candidate's landmarks: repeat the close-up until it is stable, then mirror it once."""
+    """Find a candidate's landmarks in close-ups, repeated until stable and then mirrored once."""
     eyes = points[list(_CORNERS)] if eyes is None else eyes
     for number in range(_LOOKS):
         transform = _close_look(points, eyes)

@@ -19,7 +19,7 @@ SIZES_DEG: Final = (10.0, 40.0, 80.0)
 """Diameters of the lamps, in degrees."""
 
 FILLS: Final = (8.0, 4.0, 2.5)
-"""Ratios of key and fill to fill."""
+"""Ratios of key plus fill to fill."""
 
 _FILL_DEG: Final = 90.0
 _ASIDE_DEG: Final = (15.0, 85.0)  # azimuths at which a key can be distinguished from a fill
@@ -34,13 +34,14 @@ class LampSet:
     """Single lamps around the generic head.
 
     Attributes:
-        ways, sizes: (n, 3) and (n,) float64. Unit vectors to the lamps, and their diameters, in
+        ways, sizes: (n, 3) and (n,) float64. Unit vectors to the lamps, and the lamps' diameters in
             degrees.
         pictures, fill: (n, Q) and (Q,) float32. The skin under each lamp, and under a frontal fill.
         pairs: (1 + F, n, M) float32. Difference of mirrored places over their sum, under each lamp
             alone and with each fill.
-        halves: (2, M) intp. These places, a part of `HeadMap.halves`.
-        aside, around: (n,) bool. Lamps that may have a fill: in front, and including those behind.
+        halves: (2, M) intp. The mirrored places, a subset of `HeadMap.halves`.
+        aside, around: (n,) bool. Lamps that may have a fill: those in front only, and those behind
+            as well.
     """
 
     ways: Float64
@@ -63,12 +64,12 @@ def likeness_of(
     """Correlate a face with pictures of the head.
 
     Args:
-        values, visible: (Q,). Luminance of the skin, and which of it is visible.
+        values, visible: (Q,). Luminance of the skin, and a mask of its visible pixels.
         pictures, fill: (n, Q) and (Q,). The head under each lamp, and under the fill.
-        ratios: Ratios of key and fill to fill.
+        ratios: Ratios of key plus fill to fill.
 
     Returns:
-        (1 + F, n) float64. Without fill, then with each ratio.
+        (1 + F, n) float64. The correlation without a fill, then with the fill at each ratio.
     """
     own = np.where(visible, values - values[visible].mean(), 0).astype(np.float32)
     counts = visible.astype(np.float32)

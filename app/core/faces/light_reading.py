@@ -37,9 +37,9 @@ _ALL_ALIKE: Final = 1e-3  # difference without a fill that is too small to compa
 _SOFT: Final = 0.003  # difference in correlation at which the weight of a lamp falls to 1/e
 _ALIKE: Final = 0.01
 _BEHIND_DEG: Final = 91.0
-_BEHIND_RISE_DEG: Final = (-25.0, 75.0)  # lower or higher, the direction is known
+_BEHIND_RISE_DEG: Final = (-25.0, 75.0)  # for a key below or above, the direction is known
 _PROFILE_DEG: Final = 50.0
-_WELL_BEHIND_DEG: Final = 100.0  # azimuth beyond which a key beside a fill is behind the sitter
+_WELL_BEHIND_DEG: Final = 100.0  # azimuth beyond which a key with a fill is behind the sitter
 _LOPSIDED: Final = 0.02  # mean square difference of mirrored places; less is no rim
 _FLASH_RISE_DEG: Final = 10.0
 _LEAST_LIKE: Final = 0.55
@@ -61,7 +61,7 @@ class Unread(Enum):
     PROFILE = "profile"
     HIDDEN = "hidden"
     FLAT = "flat"
-    MIXED = "mixed"  # something hides a part, or several lamps light it
+    MIXED = "mixed"  # something hides a part of the face, or several lamps light it
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,15 +70,16 @@ class FaceLight:
 
     Attributes:
         azimuth_deg, elevation_deg: Direction of the key. Azimuth from the front of the face,
-            positive toward the sitter's left; elevation from level. None for a key from behind, or
-            an unknown one.
+            positive toward the sitter's left; elevation from level. Both are None for a key from
+            behind or an unknown key.
         key: "behind" for light from beyond about 95 degrees, whose direction a face does not show;
             "flat" for light that shades the face too little to have a direction.
         error_deg: Angle to the true direction of the key that is not exceeded in 70% of all cases.
-        softness_deg: Diameter of the key.
-        fill_ratio: Key and frontal fill to the fill alone, or None if no fill was detected.
-        ratio_stops: Brighter cheek over the other, in stops.
-        styles: Names and likeness, 0 to 1, of possible styles, the likeliest first.
+        softness_deg: Diameter of the key, in degrees.
+        fill_ratio: Ratio of key plus frontal fill to the fill alone, or None if no fill was
+            detected.
+        ratio_stops: Ratio of the brighter cheek to the darker one, in stops, or None if unknown.
+        styles: Names of the possible styles with their likeness, 0 to 1, the likeliest first.
         reason: Why there is no direction, or None if there is one.
     """
 
@@ -109,10 +110,11 @@ class _Shading:
     """Light and shade of a face, compared with those under its key alone.
 
     Attributes:
-        contrast: Standard deviation over the skin, over its mean.
+        contrast: Standard deviation over the skin, divided by the mean.
         fit: Correlation with the head under the key.
-        share: The key's fraction of the light: the contrast it explains, over that under it alone.
-        lopsided: Mean square difference of mirrored places, over their sum.
+        share: The key's fraction of the light: the contrast that the key explains, divided by the
+            contrast under the key alone.
+        lopsided: Mean square difference of mirrored places, divided by their sum.
     """
 
     contrast: float
@@ -134,7 +136,7 @@ class _Shading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Key:
-    """A key: unit vector to it, its size and spread in degrees, fill and likelihood of the fill."""
+    """A key light: unit vector, size and spread in degrees, fill, and likelihood of the fill."""
 
     way: Float64
     size: float
@@ -250,7 +252,7 @@ def _key(likeness: Float64, apart: Float64, filled: Bools) -> _Key:
     """Weigh the key alone against the key with a fill.
 
     Args:
-        likeness, apart: (1 + F, n), without fill and with each fill.
+        likeness, apart: (1 + F, n). Values without a fill and with each fill.
         filled: (n,) bool. Lamps that may have a fill.
     """
     score = likeness - _PAIRS * apart
@@ -282,7 +284,8 @@ def _apart(grey: Float32, visible: Bools) -> tuple[Float64, float]:
     """Compare the differences of mirrored places with those under each lamp.
 
     Returns:
-        Mean square error, (1 + F, n), and mean square difference; all 0 if too few are visible.
+        The mean square error, (1 + F, n), and the mean square difference. All are 0 if too few
+        places are visible.
     """
     lamps = single_lamps()
     one, other = grey[lamps.halves]
@@ -303,13 +306,13 @@ def usual_pose() -> HeadPose:
 
 
 def _styles(values: Float32, visible: Bools, size_deg: float) -> tuple[tuple[str, float], ...]:
-    """Rank styles by likeness to their targets, of light and of its root, which favours shade."""
+    """Rank styles by likeness to their targets, in light and in its root, which favours shade."""
     names, lamps, targets = _targets()
     score = likeness_of(values, visible, targets)[0]
     score += likeness_of(np.sqrt(np.maximum(values, 0)), visible, np.sqrt(np.maximum(targets, 0)))[
         0
     ]
-    # The lit fraction of the skin separates lamps in front from lamps aside, unless they are soft.
+    # The lit fraction of the skin separates frontal lamps from side lamps, unless they are soft.
     hard = (SIZES_DEG[-1] - size_deg) / (SIZES_DEG[-1] - SIZES_DEG[0])
     lit_difference = _lit_share(values[None, visible])[0] - _lit_share(targets[:, visible])
     # Of two similar styles, prefer the one with fewer lamps.
@@ -321,7 +324,7 @@ def _styles(values: Float32, visible: Bools, size_deg: float) -> tuple[tuple[str
 
 
 def _lit_share(pictures: Float32) -> Float64:
-    """Return the mean of the skin over its brightest part, (n,) stops."""
+    """Return the ratio of the skin's mean to its brightest part, (n,), in stops."""
     share = pictures.mean(axis=1) / np.maximum(np.percentile(pictures, 97, axis=1), 1e-9)
     return np.asarray(np.log2(np.maximum(share, 1e-3)), np.float64)
 
@@ -337,7 +340,7 @@ def _targets() -> tuple[tuple[str, ...], Float64, Float32]:
 
 
 def _ratio(grey: Float32, visible: Bools) -> float | None:
-    """Return the brighter cheek over the darker one, in stops, or None if one is hidden."""
+    """Return the brighter cheek's ratio to the darker one in stops, or None if one is hidden."""
     means = [float(grey[cheek & visible].sum()) for cheek in head_map().cheeks]
     counts = [int((cheek & visible).sum()) for cheek in head_map().cheeks]
     if not (min(counts) and min(means) > 0.0):

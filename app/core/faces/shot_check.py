@@ -31,11 +31,11 @@ class Promise:
     """The light that a style promises, at the turn offered for a place or in the studio.
 
     Attributes:
-        pack, name: Style and the pack that grades it, of the generic head; `pack` is None for a
-            style without grades.
+        pack, name: Pack of the generic head that grades the style, and the style's name. `pack` is
+            None for a style without grades.
         place: None for the studio.
         goal_deg: Panorama azimuth where the face should look.
-        arc_deg: Panorama azimuths, from and to clockwise, between which the face is in the light.
+        arc_deg: Panorama azimuths (from, to), clockwise, between which the face is in the light.
         transport: Transport of the head on screen, or None for the generic one.
     """
 
@@ -48,7 +48,7 @@ class Promise:
 
     @cached_property
     def ratio_stops(self) -> float | None:
-        """Lighting ratio as the screens state it, in stops, or None if no face shows it."""
+        """Lighting ratio as shown on screen, in stops, or None if a face does not show it."""
         if self.light.ratio_stops is None:
             return None
         if self.place is None:
@@ -76,12 +76,12 @@ class Promise:
         return light_on_head(grey, np.ones(grey.size, bool), usual_pose())
 
     def luminance_at(self, facing_deg: float) -> Float32:
-        """Return the head's luminance, (P,), facing an azimuth of the place or in the studio."""
+        """Return the head's luminance, (P,), facing an azimuth of the place, or in the studio."""
         transport = head_map().transport
         if self.place is not None:
             light = turned(self.place, facing_deg, transport.environment_shape)
             return render(transport, luminance_of(light))
-        assert self.pack is not None, "a studio is that of a style with lamps"
+        assert self.pack is not None, "a studio needs a style with lamps"
         return luminance(self.pack.target(self.name)).ravel()[transport.pixels].astype(np.float32)
 
     @property
@@ -99,7 +99,7 @@ def promise_of_place(
     name: str,
     transport: Transport | None = None,
 ) -> Promise:
-    """Return the promise of a place; without an arc, only the goal itself counts.
+    """Return the promise of a place, where only the goal itself counts if there is no arc.
 
     Args:
         transport: Transport of the head on screen; by default the generic one.
@@ -129,7 +129,8 @@ class Check:
     Attributes:
         light: Light on the face, whatever the place.
         facing_deg: Panorama azimuth in which the face looks, or None if unknown.
-        turn_error_deg: Angle from there to the goal, positive clockwise, or None if unreliable.
+        turn_error_deg: Angle from `facing_deg` to the goal, positive clockwise, or None if
+            unreliable.
         key_difference_deg: Azimuth of the key light minus that of the promised one.
         match: Similarity of the visible skin and the style's target, 0 to 100.
     """
@@ -158,7 +159,7 @@ def check_face(
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
         focal_px: Focal length, in pixels, or None if unknown.
         lens_deg: Panorama azimuth of the lens from the sitter, if the background shows it.
-        key: Whether to read key light and ratio too, not only pose and grade.
+        key: Whether to read the key light and the ratio as well as the pose and the grade.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
     grey, visible = on_head(picture, face)

@@ -25,7 +25,7 @@ RATE: Final = 44_100
 """Samples per second."""
 
 _LEVEL: Final = 0.35  # of full scale: audible outdoors, without startling the sitter
-_FADE_S: Final = 0.008  # without it, every tone begins and ends with a click
+_FADE_S: Final = 0.008  # without a fade, every tone begins and ends with a click
 _STEADY_HZ: Final = 880.0
 _STEADY_S: Final = 1.0
 _BEEP_S: Final = 0.07
@@ -44,7 +44,7 @@ class Cue:
     Attributes:
         sound: ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (a loop) or ``none``.
         every_s: Time between the starts of two beeps, in seconds, or 0 for ``steady`` and ``none``.
-        step: Pitch, 0 to 8; rises toward the goal.
+        step: Pitch, 0 to 8, which rises toward the goal.
     """
 
     sound: Sound
@@ -53,7 +53,7 @@ class Cue:
 
 
 def cue(guidance: Guide) -> Cue:
-    """Return the sound for a guide; ``none`` while there is no number to show."""
+    """Return the sound for a guide, or ``none`` while there is no number to show."""
     if guidance.to_go is None:
         return Cue("none")
     if guidance.phase is Phase.HOLD:

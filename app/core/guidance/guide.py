@@ -1,14 +1,14 @@
 """Choose the next step of a turn: a pure function of goal, arc, heading and previous state.
 
 `guide` takes the current reading and the `GuideMemory` returned by the previous call, and returns
-the numbers to show and the next memory; `app.words.guidance` makes the words. Time enters only as
+the numbers to show and the next memory; `app.words.guidance` writes the words. Time enters only as
 the seconds of the reading. Goal, current turn and the ends of the arc are rounded to whole degrees
 first, and all other numbers are their differences, so that the numbers on screen always add up.
 
-Direction: the shorter way, kept until the other one is 10 degrees shorter, so that a sitter
-half-way round is not sent back and forth. Overshoot: a sitter who entered the arc on one side and
-left it on the other sees the distance back *to the arc*, just as they first saw the distance into
-it.
+The direction is the shorter way, and is kept until the other way is 10 degrees shorter, so that a
+sitter half-way round is not sent back and forth. After an overshoot, a sitter who entered the arc
+on one side and left it on the other sees the distance back *to the arc*, just as they first saw the
+distance into it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ KEEP_DEG: Final = 10
 """Advantage of the other way round at which the direction changes."""
 
 LOCK_DEG: Final = 1
-"""Distance outside the light at which it counts as left."""
+"""Distance outside the light at which the light counts as left."""
 
 LOST_AFTER_S: Final = 1.0
 """Time in seconds that the last number stays after the heading is lost."""
@@ -37,7 +37,7 @@ NOSE_DEG: Final = 8
 _BESIDE_DEG: Final = 5  # largest offset of the lens from its goal at which the nose is read
 _SETTLE_DEG: Final = 0.7  # a number on screen stays while the heading is within this distance
 _NOSE_SETTLE_DEG: Final = 3.0  # the same for numbers read from a face
-_WELL_DEG: Final = 3.0  # distance inside the arc that the nose is sent to
+_WELL_DEG: Final = 3.0  # how far inside the arc the nose is sent
 # a head sways by this much, so it is not reliably lit closer to the arc's ends
 _SWAYS_DEG: Final = 1.5
 # A face's yaw has an error of 1.5 degrees, on a head that sways. In an arc this narrow, the mean of
@@ -86,7 +86,7 @@ class Goal:
             contain the goal, if the user chose their own turn: then only the goal itself counts,
             within `HOLD_DEG`.
         lamp: Instruction for the second light, such as "hold the LED panel in front, raised 28°, at
-            full power"; empty if the light of the place is enough.
+            full power", or an empty string if the light of the place is enough.
         yaw_deg: Turn of the face toward the sitter's own left, away from the lens, in degrees.
     """
 
@@ -113,8 +113,8 @@ class Reading:
     Attributes:
         turn_deg: The sitter's turn, from the heading, or None if no heading was found.
         time_s: Time of the reading, in seconds; any origin.
-        left_behind: The camera stayed where it was while the photographer walks, so its view says
-            nothing about the sitter's turn.
+        left_behind: Whether the camera stays where it is while the photographer walks, so that its
+            view reveals nothing about the sitter's turn.
         from_deg: Turn to start from without a heading: 0 at first, later the turn of the last
             photo.
         yaw_deg: Yaw of the face, as in `Goal`, or None if none was read.
@@ -134,16 +134,16 @@ class GuideMemory:
 
     Attributes:
         goal: Goal, reach of the arc on both sides and yaw, or None before the first call.
-        way: Direction on screen: 1 clockwise, -1 counter-clockwise, 0 none yet.
+        way: Direction on screen: 1 for clockwise, -1 for counter-clockwise, 0 if there is none yet.
         approach: Direction in which the arc was or will be entered, or 0 if the turn started inside
             it.
-        shown_deg: Last turn on screen, whole degrees.
+        shown_deg: Last turn on screen, in whole degrees.
         turn_deg: Last turn, in degrees.
         seen_s: Time of the last heading, in seconds, or None if there is none.
         inside: Whether the turn was inside the arc.
         hold: Whether the turn was at the goal.
         nose: As in `Guide`, but steady.
-        faces: Time, s, and yaw, in degrees, of each face since the last movement of the head,
+        faces: Time in seconds and yaw in degrees of each face since the last movement of the head,
             newest first.
         on_target: Whether the nose was in the light.
     """
@@ -170,23 +170,24 @@ class Guide:
     """Instructions for one moment.
 
     Attributes:
-        goal, now: Whole degrees in (-180, 180]; `now` is None without a heading.
+        goal, now: Goal and current turn, in whole degrees within (-180, 180]. `now` is None if
+            there is no heading.
         to_go: goal - now in the direction on screen: positive clockwise, in (-360, 360). Equal to
             goal - now except for full circles.
-        number: The large number, whole degrees in `direction`: to the goal, back to the light, or
-            for the nose; without a webcam, the whole turn. None if none may be shown.
+        number: The large number, in whole degrees in `direction`: to the goal, back to the light,
+            or for the nose; without a webcam, the whole turn. None if no number may be shown.
         has_arc: Whether there is light to be in; false for a style out of reach and for a turn
             chosen by the user.
         inside: Whether the turn is inside the arc.
         hold: Whether the turn is at the goal.
         beyond: Whether the turn went through the arc and out at its far end.
-        until_light: Whole degrees to the arc in the direction on screen; 0 inside, and until the
-            arc counts as left.
+        until_light: Whole degrees to the arc in the direction on screen; 0 inside the arc, and
+            until the arc counts as left.
         lamp: As in `Goal`.
         nose: Whole degrees that the nose still has to turn toward the sitter's left, or None if it
             should point to the lens, or no face was read.
-        yaw: As in `Goal`, whole degrees.
-        start: Turn, whole degrees, from which the whole turn counts without a heading.
+        yaw: As in `Goal`, but in whole degrees.
+        start: Turn, in whole degrees, from which the whole turn is counted if there is no heading.
     """
 
     phase: Phase
@@ -215,7 +216,7 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """Goal and arc in whole degrees; the arc as its reach on both sides of the goal.
+    """Goal and arc in whole degrees, the arc given as its reach on both sides of the goal.
 
     Attributes:
         ends: Reach on both sides before rounding, for the nose, in degrees.
@@ -245,11 +246,11 @@ class _Target:
         return 0 if to_go <= near or 360 - to_go <= far else to_go - near
 
     def within(self, nose: float) -> float:
-        """Return how many degrees inside the light a nose is, by its angle from the goal."""
+        """Return how many degrees inside the light a nose is, given its angle from the goal."""
         return min(nose + self.ends[0], self.ends[1] - nose)
 
     def further(self, past: float, off: float) -> float:
-        """Return how many degrees the nose still has to turn left; the lens is `past` the goal."""
+        """Return the degrees that the nose still has to turn left with the lens `past` the goal."""
         well = min(_WELL_DEG, sum(self.ends) / 2)
         return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 
@@ -403,7 +404,7 @@ def _aside(guidance: Guide, off: int) -> Guide:
         guidance,
         phase=Phase.NOSE,
         number=abs(off),
-        # Toward one's left is counter-clockwise.
+        # Toward the sitter's left is counter-clockwise.
         direction=direction_of(-off),
         inside=False,
         hold=False,
@@ -411,7 +412,7 @@ def _aside(guidance: Guide, off: int) -> Guide:
 
 
 def _locked(memory: GuideMemory, until: int, away: int) -> tuple[bool, bool]:
-    """Return whether the turn is in the light, and at the goal, with hysteresis."""
+    """Return whether the turn is in the light and whether it is at the goal, with hysteresis."""
     inside = until <= (LOCK_DEG if memory.inside else 0)
     return inside, inside and away <= HOLD_DEG + (LOCK_DEG if memory.hold else 0)
 

@@ -17,7 +17,7 @@ from app.core.guidance.guide import Goal, Guide
 from app.core.guidance.who_moves import Mode
 
 Kind: TypeAlias = Literal["start", "now", "goal", "nose", "light", "lamp", "background"]
-"""Kind of a mark; the first three are on the ring of the photographer's path."""
+"""Kinds of mark, of which the first three are on the ring of the photographer's path."""
 
 _APART_DEG: Final = 5.0  # closer marks would hide each other
 
@@ -33,7 +33,7 @@ class PlanMark:
 
 @dataclass(frozen=True, slots=True)
 class PlanDrawing:
-    """Contents of the drawing; all angles are turns, in degrees, positive clockwise.
+    """Contents of the drawing, with all angles given as turns in degrees, positive clockwise.
 
     Attributes:
         up_deg: Turn at the top of the drawing.
