@@ -5,7 +5,7 @@ camera. Points are matched as for the live heading, and a homography is fitted t
 (`app.core.localization.homography`). It is exact only for a plane; with more depth it is the best
 fit, and the area behind the sitter, which decides the turn, is interpolated from its surroundings.
 
-The live heading (`app.core.localization.heading`) is more accurate, knows the whole panorama, and
+The live heading (`app.core.localization.heading`) is more accurate, covers the whole panorama, and
 provides the numbers on screen. The homography is only for the overlay.
 """
 
@@ -48,8 +48,8 @@ class SteadyOverlay:
         alignment: Last alignment.
         corners: Corners of the live picture on the goal, (4, 2) in widths of the goal, or None if
             the picture is not aligned.
-        rival: Corners far from the previous ones, (4, 2) in widths of the goal, and their time, s.
-            They are used when a second picture confirms them.
+        rival: Corners far from the previous ones, (4, 2) in widths of the goal, with their time in
+            seconds. They are used once a second picture confirms them.
     """
 
     alignment: Alignment = UNSURE
@@ -173,7 +173,7 @@ def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: f
         opacity: Opacity of the view, 0 to 1.
 
     Returns:
-        (H, W, 3) uint8. sRGB; the target where the view does not reach.
+        (H, W, 3) uint8. sRGB, with the target alone where the view does not reach.
     """
     size = (target.shape[1], target.shape[0])
     if homography is None:
@@ -217,7 +217,7 @@ def _aligned(
 def _turn_error(
     matrix: Float64, size: tuple[int, int], width: int, angles: tuple[float, float, float]
 ) -> float:
-    """Return goal minus view in degrees, from the background behind the sitter."""
+    """Return the turn from view to goal, in degrees, at the background behind the sitter."""
     fov, sitter, view_fov = angles
     lens = Lens(view_fov, size)
     column = size[0] / 2.0 + math.tan(math.radians(sitter)) * lens.focal_px

@@ -59,9 +59,9 @@ _POINTS: Final = 100  # a larger number depends on the picture's detail, not on 
 _SHARE: Final = (0.02, 0.4)  # a larger share depends on the camera
 _TILT: Final = (0.55, 1.5)  # any wall may have less
 _STEEP: Final = (0.9, 3.0)  # slope over enlargement: a room behind the sitter may have less
-_GAIN_RANGE: Final = (0.7, 15.0)  # less is chance
+_GAIN_RANGE: Final = (0.7, 15.0)  # a smaller gain is due to chance
 _ASIDE: Final = (1.0, 12.0)
-_STRAYS: Final = 0.2  # as many occur by chance
+_STRAYS: Final = 0.2  # this many occur by chance
 _FLAT: Final = 0.7
 _LOOSE_DEG: Final = (0.3, 2.0)
 _LEAST_ERROR_DEG: Final = 0.05
@@ -78,7 +78,8 @@ class Evidence:
         share: Fraction of agreeing points among those with only one match in the panorama, 0 to 1.
         spread: Smallest standard deviation of the agreeing points in any direction, in half widths
             of the picture: 0 on a line.
-        support: How much better the pose fits all points than its neighbours, standard deviations.
+        support: How much better the pose fits all points than its neighbours do, in standard
+            deviations.
         error_deg: Standard error of the heading, in degrees.
         tilt: Slope of the enlargement across the picture.
         zoom: Enlargement in the middle of the picture.
@@ -87,9 +88,9 @@ class Evidence:
         strays: Fraction of disagreeing points among the certain matches near the pose's prediction,
             0 to 1.
         gain, aside, flat, agree: As in `app.core.localization.parallax.Line`.
-        loose_deg: As `loose_rad` there, in deg.
-        guided: Whether it is a live picture: of this place, by a photographer who follows the
-            guidance.
+        loose_deg: `loose_rad` of the same class, in degrees.
+        guided: Whether the picture is a live one, which shows this place and is taken by a
+            photographer who follows the guidance.
     """
 
     points: int
@@ -150,7 +151,7 @@ def trust(evidence: Evidence) -> float:
     """Return the probability that a heading is right.
 
     Returns:
-        0 to 1; of headings with 0.9, about nine in ten are within 3 degrees.
+        The probability, 0 to 1. Of the headings with 0.9, about nine in ten are within 3 degrees.
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
@@ -180,15 +181,15 @@ def _beyond(value: float, limits: tuple[float, float]) -> float:
 
 
 _TRIES: Final = 1200
-# of the picture plane, about 1 degrees: how precisely a face is located
+# of the picture plane, about 1 degree: how precisely a face is located
 _SITTER_SPREAD: Final = 0.015
-_NO_SITTER_SPREAD: Final = 0.04  # with more, the fit would move aside to explain depth
+_NO_SITTER_SPREAD: Final = 0.04  # with a larger spread, the fit would move aside to explain depth
 _AIM_DEG: Final = 5.0  # how far beside the sitter a camera may be aimed
 _AIM_AWAY_DEG: Final = 6.5  # the same from its holder, who is not being watched
 _BESIDE_DEG: Final = 5.0
 _CLEARLY: Final = 1.05  # factor by which more points must agree
 _SITTER_SHARE: Final = 0.3  # fraction of the angle itself, if the lens is unknown
-_ZOOM: Final = (0.8, 2.4)  # 1 + d / D, and some error of the field of view
+_ZOOM: Final = (0.8, 2.4)  # 1 + d / D, with some error in the field of view
 _LIKELY: Final = (1.3, 0.3)
 _ANY_ZOOM: Final = (0.5, 3.2)
 _LIKELY_ANY: Final = (1.3, 0.6)
@@ -336,7 +337,7 @@ def _lined(
     question: CameraPrior,
     outlook: Outlook,
 ) -> Stand:
-    """Refine a pose by parallax; if the lens was estimated, estimate it again from there."""
+    """Refine a pose by parallax, and then estimate the lens again if it was estimated before."""
     poses, scale = [stand.pose, *others], float(stand.lens[0])
     for spread in _GUESS_SPREAD if question.lens is None else [question.lens]:
         aims = [Aim(0.0, math.radians(_AIM_DEG))]

@@ -48,7 +48,7 @@ class HeadingIndex:
     Attributes:
         descriptors: (N, 128) float32. RootSIFT.
         bearings: (N, 3) float32. Unit vectors in the panorama's axes.
-        azimuths: (N,) float32. Deg, ascending.
+        azimuths: (N,) float32. Azimuths in degrees, ascending.
     """
 
     descriptors: Float32 = field(repr=False)
@@ -80,7 +80,7 @@ def build_index(
             (`app.core.measure.finish.display.display_panorama`); best with 2,048 to 4,096 columns.
 
     Raises:
-        CoreError: If it has too few points, such as a blank wall all around.
+        CoreError: If the panorama has too few points, as with blank walls all around.
         Cancelled: If the token is cancelled.
     """
     per_degree = min(_PER_DEG, panorama.shape[1] / 360.0 * 1.3)
@@ -101,7 +101,7 @@ def build_index(
     if len(vectors) < _LEAST_POINTS:
         raise CoreError(
             tr("This panorama has too little detail to find a camera in it."),
-            tr("Turn by degrees instead, or capture it again with more light."),
+            tr("Turn by degrees instead, or capture the place again with more light."),
         )
     azimuths = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
     order = np.argsort(azimuths)
@@ -143,7 +143,7 @@ def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
 
 
 def _seal(panorama: Bytes, values: bytes) -> bytes:
-    """Return a digest of format, panorama and content; a file with another digest is ignored."""
+    """Return a digest of format, panorama and content, without which a file is ignored."""
     digest = hashlib.blake2b(_FORM + repr(panorama.shape).encode(), digest_size=_SEAL)
     digest.update(np.ascontiguousarray(panorama).data)
     digest.update(values)
@@ -255,7 +255,7 @@ def shrunk(picture: Bytes, scale: float, mask: Bools | None = None) -> tuple[Byt
 
     Args:
         picture: (H, W, 3) uint8.
-        scale: Factor for the sides; from 1 on, the picture stays as it is.
+        scale: Factor for the sides. With a factor of 1 or more, the picture stays as it is.
         mask: (h, w) bool, of any size. It is resized to the picture.
     """
     size = picture.shape[1], picture.shape[0]
@@ -295,7 +295,7 @@ def pair_near(
     apart: float,
     limit: float,
 ) -> Pairs:
-    """Match descriptors as `pair` does, but only near the position predicted for each.
+    """Match descriptors as `pair` does, but only near the position predicted for each point.
 
     A pattern that repeats in the place, or resembles many others, is unique in a small area, so a
     picture has about twice as many matches.
@@ -339,7 +339,7 @@ def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
 def _told_apart(
     likeness: Float32, spots: Float32, apart: float, limit: float, usual: float = -1.0
 ) -> Pairs:
-    """Choose the most similar points, unless one elsewhere, or `usual`, is nearly as similar."""
+    """Choose the most similar points, unless a rival elsewhere or `usual` is nearly as similar."""
     rows = np.arange(len(likeness))
     best = np.argmax(likeness, axis=1)
     top = likeness[rows, best]

@@ -102,7 +102,7 @@ def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) ->
         inside: (N,) bool. Whether they agree with the pose.
 
     Returns:
-        Their share among these and the agreeing points, 0 to 1.
+        The number of these matches as a fraction of them and the agreeing points together, 0 to 1.
     """
     beside = np.einsum("nk,nk->n", pose.predict(rays), bearings @ pose.rotation)
     count = int((~inside & (beside > math.cos(_STRAY_RAD))).sum())
@@ -153,11 +153,12 @@ class Heading:
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], or None
             if unsure.
-        pitch_deg, roll_deg: Up, and clockwise in the picture, in degrees. 0 when unsure.
+        pitch_deg, roll_deg: Pitch, positive up, and roll, positive clockwise in the picture, in
+            degrees. Both are 0 if unsure.
         inliers: Number of points that agree.
         confidence: Probability that the heading is within 3 degrees of the truth, 0 to 1.
-        zoom: Angular size of objects near the sitter in the panorama over that in the picture; it
-            depends on the distance of the background. 1 when unsure.
+        zoom: Angular size of objects near the sitter in the panorama divided by that in the
+            picture, which depends on the distance of the background, or 1 if unsure.
         fov_deg: Horizontal field of view, in degrees, given or estimated, or 0 if unsure.
     """
 
@@ -217,15 +218,16 @@ def find_heading(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
-        fov_deg: The camera's horizontal field of view, in degrees; an error of 20% does no harm.
-            None to estimate it.
-        near_deg: The last heading, in degrees, to search only around it, which is faster and more
-            certain. If that fails, search everything (None).
-        sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right; if the
-            field of view is unknown, as for 60 degrees along the longer side. None if unknown.
+        fov_deg: The camera's horizontal field of view, in degrees, or None to estimate it. An error
+            of 20% does no harm.
+        near_deg: The last heading, in degrees, to search only around that heading, which is faster
+            and more certain, or None to search everywhere. Search everywhere after a failure.
+        sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
+            unknown. If the field of view is unknown, the angle is that for 60 degrees along the
+            longer side.
         mask: (H, W) bool. True on the background; by default everywhere, since points on the sitter
             match nothing.
-        fine: Use up to a million pixels, for photos, which may take longer.
+        fine: Whether to use up to a million pixels, as for photos, which may take longer.
         away: Whether the camera looks away from the sitter, like a laptop's own camera when it is
             carried around them. It is then nearer to the background than the probe was, and
             `sitter_deg` is that of the holder, who is roughly on the line from the sitter.

@@ -12,9 +12,10 @@ the photographer is the sitter, it does look at the sitter.
 The field of view of a camera may be unknown. An object can look larger in the panorama than in the
 picture for two reasons. Either the lens is wider than assumed, which enlarges everything by one
 factor; or the camera is further away than the probe was, which enlarges near objects more than far
-ones and never shrinks any. So if all points are enlarged equally, it is the lens. Otherwise the
-farthest points decide, whose distance from probe and camera is nearly the same. How nearly is
-unknown, so the most likely lens is chosen: phones and cameras have only a few.
+ones and never shrinks any. So if all points are enlarged equally, the cause is the lens. Otherwise
+the farthest points decide, whose distances from the probe and from the camera are nearly the same.
+How nearly is unknown, so the most likely lens is chosen, as phones and cameras have only a few
+lenses.
 """
 
 from __future__ import annotations
@@ -140,7 +141,7 @@ def turn_of_heading(
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
-        In (-180, 180], in degrees.
+        The turn, in degrees, in (-180, 180].
 
     Examples:
         >>> turn_of_heading(180.0), turn_of_heading(-90.0), turn_of_heading(170.0, sitter_deg=20.0)
@@ -164,7 +165,7 @@ def heading_of_turn(
     """Return the heading at a turn; the inverse of `turn_of_heading`.
 
     Args:
-        turn_deg: Deg, positive clockwise.
+        turn_deg: Turn in degrees, positive clockwise.
 
     Returns:
         Panorama azimuth in (-180, 180], in degrees.
@@ -178,7 +179,7 @@ def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
     """Return the panorama azimuth of the background behind the sitter, in (-180, 180] degrees.
 
     Args:
-        turn_deg: Deg, positive clockwise.
+        turn_deg: Turn in degrees, positive clockwise.
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
     """
     return wrap(turn_deg + 180.0 + front_deg)
@@ -215,8 +216,8 @@ def widened_fov(
     Args:
         fov_deg: The camera's horizontal field of view, in degrees, in (0, 180).
         camera_m: d, from the sitter's head to the camera, in metres.
-        background_m: D, from the sitter's head to the background, in metres; unknown, so the
-            default is `BACKGROUND_M`. Infinity leaves the field of view unchanged.
+        background_m: D, from the sitter's head to the background, in metres. It is usually unknown,
+            so the default is `BACKGROUND_M`. Infinity leaves the field of view unchanged.
         sees_the_sitter: Whether the camera looks at the sitter.
 
     Returns:

@@ -1,9 +1,9 @@
 """Fit homographies to pairs of points, and check whether a handheld camera could cause them.
 
 A homography is fitted by MAGSAC++ (D. Barath et al., CVPR 2020), then refined on the points that
-agree. Eight numbers can fit many absurd views to a few points. So it is accepted only if all of the
-view is in front of the camera, nothing is mirrored or upside down, nothing is stretched more than
-the turn of a camera can do, and the points determine the view's corners precisely.
+agree. Eight numbers can fit many absurd views to a few points. So a homography is accepted only if
+all of the view is in front of the camera, nothing is mirrored or upside down, nothing is stretched
+more than the turn of a camera can do, and the points determine the view's corners precisely.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class Alignment:
     """Alignment of a view with a target.
 
     Attributes:
-        homography: (3, 3) float64. From the view's pixels to the target's, bottom right element 1;
-            (0, 0) is the corner of the first pixel. None when unsure.
+        homography: (3, 3) float64. From the view's pixels to the target's, with 1 as the bottom
+            right element. (0, 0) is the corner of the first pixel. None if unsure.
         inliers: Number of points that agree.
         overlap: Fraction of the target that the view covers, 0 to 1.
         turn_error_deg: Goal minus view: the rest of the turn, positive clockwise, in degrees, or

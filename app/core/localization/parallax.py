@@ -2,11 +2,11 @@
 
 Each point lies in one plane with its match in the panorama and the direction from the camera to the
 probe. So matches alone determine the camera's rotation and that direction (D. Nister, PAMI 2004),
-and whether it is the direction of the sitter: for a camera on the line through the sitter it is,
-for one elsewhere it can be any. Both are fitted; `Line.gain` is the number of points that the
-second explains in addition. A camera at the probe's own position has no parallax; then the
-direction is undetermined, and not needed. The lens's residual distortion and the motion of the hand
-during the sensor's readout are further unknowns.
+and whether that is the direction of the sitter. It is for a camera on the line through the sitter,
+and can be any direction for a camera elsewhere. Both cameras are fitted, and `Line.gain` is the
+number of points that the second one explains in addition. A camera at the probe's own position has
+no parallax, so the direction is undetermined, but it is not needed either. The lens's residual
+distortion and the motion of the hand during the sensor's readout are further unknowns.
 
 The camera's axes are right, down, front; those of the panorama are as in `app.core.base.sphere`.
 """
@@ -69,9 +69,10 @@ class Line:
         error_rad: Standard error of the heading, in radians.
         agree: Weighted number of points that agree.
         gain: Points that a camera elsewhere explains in addition.
-        aside: Cost of the sitter's direction over that of such a camera, in points.
-        loose_rad: Standard deviation of the probe's direction as determined by the points alone. 0
-            without parallax, where it does not matter.
+        aside: Cost of the sitter's direction minus the cost of such a camera, in points, at least
+            0.
+        loose_rad: Standard deviation of the probe's direction as determined by the points alone, or
+            0 if there is no parallax, in which case it does not matter.
         flat: Fraction of the agreeing points that lie in one plane, 0 to 1. A camera elsewhere with
             another lens could show the same plane.
     """

@@ -1,8 +1,8 @@
 """Check a photo: read it, locate it, and measure how far it missed the light.
 
-A photo is a live picture with more pixels and more information: EXIF states its orientation, its
-time and the width of its lens. A photo that is not found with that width is searched without it. It
-must then be cropped, since nothing makes a picture wider than its lens.
+A photo is like a live picture with more pixels and more information: EXIF gives its orientation,
+its time and the width of its lens. A photo that is not found with that width is searched without
+it. It must then be cropped, since nothing makes a picture wider than its lens.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Photo = PictureFile
 PHOTO_ENDINGS: Final = RAW_ENDINGS | {
     *(".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif")
 }
-"""Suffixes of files that may be photos. For HEIC, the error explains how to make a JPEG."""
+"""Suffixes of files that may be photos. For HEIC, the error explains how to get a JPEG."""
 
 _LONGEST: Final = 1600  # pixels of the longer side: more add no detail to the background
 _SHORTEST: Final = 200
@@ -52,7 +52,7 @@ _PANORAMA: Final = 2.0
 _PANORAMA_OFF: Final = 0.01
 _NO_SITTER: Final = 0.7
 _SEARCH: Final = Progress(Task.FINDING_BACKGROUND)
-_CROPPED: Final = 0.87  # of the width in EXIF, as tangents: a smaller one cannot be due to rounding
+_CROPPED: Final = 0.87  # fraction of the width in EXIF, as tangents: less cannot be due to rounding
 _WIDER: Final = 1.15
 # required confidence: with the sitter, with a sitter ignored, without one
 _PROOF: Final = (0.8, 0.88, 0.96)
@@ -73,10 +73,10 @@ class PhotoLocation:
 
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, in degrees, or None if unsure.
-        facing_deg: Panorama azimuth that the sitter faced, in degrees; minus the photographer's
-            azimuth at turn 0, it is the turn. None when unsure.
+        facing_deg: Panorama azimuth that the sitter faced, in degrees, or None if unsure. The turn
+            is this azimuth minus the photographer's azimuth at turn 0.
         sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
-            no sitter was detected, who is then assumed to be in the middle.
+            no sitter was detected, in which case the middle is assumed.
         fov_deg: Horizontal field of view, in degrees, stated or estimated, or None if unsure.
         confidence: 0 to 1.
         mirrored: Whether only the photo's mirror image shows this place; the angles are those of
@@ -113,9 +113,9 @@ class ShotVerdict:
     """Distance of a photo from the light, in the numbers shown on screen.
 
     Attributes:
-        turn_deg, goal_deg: Turns, whole degrees.
-        to_go_deg: goal - turn the shorter way, positive clockwise.
-        outside_deg: Whole degrees to the arc; 0 inside it.
+        turn_deg, goal_deg: Turns of the photo and of the goal, in whole degrees.
+        to_go_deg: goal - turn by the shorter way, positive clockwise.
+        outside_deg: Whole degrees to the arc, or 0 inside it.
         match, best: Match at this turn and at the best one, 0 to 100.
     """
 
@@ -246,7 +246,7 @@ class _Trials:
     stated_deg: float | None
     best: PhotoSearch = field(default_factory=lambda: PhotoSearch(UNSURE))
     spare: PhotoSearch | None = None
-    agree: int = 0  # points, at most
+    agree: int = 0  # largest number of agreeing points
     most: float = 0.0  # the same for a camera with the stated lens in any position
     with_sitter: Heading | None = None  # the result that uses the person in the picture
 

@@ -65,8 +65,9 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
     Returns:
         (H, 2 H, 3) uint8. sRGB, 512 to 4,096 columns.
 
-    Raises `CoreError` if it is missing, damaged, too large, too small, or not a whole panorama;
-    `Cancelled`.
+    Raises:
+        CoreError: If the file is missing, damaged, too large, too small, or not a whole panorama.
+        Cancelled: If the token is cancelled.
     """
     file = Path(path)
     if not _is_picture(file):
@@ -89,7 +90,8 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
 def shows_circles(file: Path, token: Token | None = None) -> bool:
     """Return whether a picture, of any proportions, shows two unstitched fisheye circles.
 
-    Raises as `read_picture`.
+    Raises:
+        CoreError, Cancelled: As for `read_picture`.
     """
     return find_circles(read_picture(file, _CIRCLED, token).picture) is not None
 
@@ -117,7 +119,7 @@ def _check_shape(frame: Frame) -> None:
         )
     if columns < _NARROWEST:
         raise EnvironmentFileError(
-            tr("{name} is only {size}: too small to find a camera in it.", name=name, size=size),
+            tr("{name} is too small ({size}) to locate a camera.", name=name, size=size),
             tr("Use the original panorama, not its thumbnail."),
         )
     if frame.kind not in ("uint8", "uint16"):
@@ -169,11 +171,11 @@ class PictureFile:
         picture: (H, W, 3) uint8. sRGB, upright by its EXIF orientation.
         size: Columns and rows in the file, upright; larger than those of `picture` if it was
             reduced.
-        taken_at: Time in EXIF, or None if not stated.
-        focal_mm: Equivalent focal length on a frame of 36 x 24 mm, or None if not stated.
-        front_camera: Whether the file states a phone's front camera, whose pictures may be saved
+        taken_at: Time in EXIF, or None if not recorded.
+        focal_mm: Equivalent focal length on a frame of 36 x 24 mm, or None if not recorded.
+        front_camera: Whether the file names a phone's front camera, whose pictures may be saved
             mirrored.
-        flash: Whether a flash fired, or None if not stated.
+        flash: Whether a flash fired, or None if not recorded.
     """
 
     picture: Bytes = field(repr=False)
@@ -227,7 +229,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     Args:
         path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey, or a raw file with a
             preview.
-        longest: Sufficient length of the longer side, in pixels; 0 keeps all of them.
+        longest: Length of the longer side that is sufficient, in pixels, or 0 to keep all pixels.
 
     Raises:
         CoreError: If it is missing, not a regular file, not a picture of these kinds, damaged, too
@@ -415,7 +417,7 @@ def _raw_said(path: Path) -> dict[str, Any]:
 
 
 def _metadata(spec: Any) -> dict[str, Any]:
-    """Return the stored tags, None for missing ones; texts of damaged headers included."""
+    """Return the stored tags, None if missing, and as stored even if the header is damaged."""
     return {name: stated_value(spec, name) for name in _TAGS}
 
 

@@ -106,7 +106,7 @@ def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
 
 
 def _triads(first: Float64, second: Float64) -> Float64:
-    """Return axes made of two directions, (N, 3, 3), one column each."""
+    """Return axes built from two directions, (N, 3, 3), one axis per column."""
     across = np.cross(first, second)
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     return np.stack([first, np.cross(across, first), across], axis=-1)
@@ -160,7 +160,7 @@ def _linear(
 
 
 def _solve(slopes: Float64, error: Float64, weights: Float64) -> Float64:
-    """Solve for a damped step: without a move, its direction is arbitrary."""
+    """Solve for a damped step, since the move's direction is arbitrary if there was no move."""
     normal = (slopes * weights[:, None]).T @ slopes
     damping = 1e-6 * len(error) * np.ones(5)
     damping[3:] += 1e-3 * float(np.trace(normal[3:, 3:])) + 1e-9
@@ -252,7 +252,8 @@ def matched(first: PanoramaFeatures, second: PanoramaFeatures) -> tuple[Float64,
     """Match the features of two panoramas that are each other's best match.
 
     Returns:
-        Two (M, 3) float64: unit vectors to the same objects in the first and the second panorama.
+        Two arrays, (M, 3) float64, of unit vectors to the same objects in the first and the second
+        panorama.
     """
     if len(first.vectors) < 2 or len(second.vectors) < 2:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -312,18 +313,18 @@ class Registration:
         return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:
-        """Convert an azimuth of the first capture to the second, in (-180, 180] degrees."""
+        """Convert an azimuth of the first capture to the second one, in (-180, 180] degrees."""
         return wrap(azimuth_deg - self.yaw_deg)
 
 
 def register_again(first: Bytes, second: Bytes) -> Registration:
     """Align a second panorama of a spot with the first.
 
-    The result is not trusted if the two show different places, or too little.
+    The result is not trusted if the two show different places, or share too few objects.
 
     Args:
         first, second: (h, 2 h, 3) uint8. sRGB display panoramas of any size. Exposure, light and
-            yaw may differ, the tilt must be small, and the camera may have moved by some
+            yaw may differ, the tilt must be small, and the camera may have moved by a few
             centimetres.
     """
     pose = find_pose(*matched(features(first), features(second)))

@@ -99,7 +99,7 @@ class CameraPose:
         return unit_rays(self.sitter + (rays - self.sitter) * spread[:, None])
 
     def zooms(self, rays: Float64, bearings: Float64) -> Float64:
-        """Return the enlargement of each point, measured from the sitter; nan close to them.
+        """Return the enlargement of each point, measured from the sitter, or nan close to them.
 
         Args:
             rays: (N, 2) float64. As in `fit`.
@@ -146,7 +146,7 @@ def fit(
         tries: Random pairs of points to try.
 
     Returns:
-        None if no rotation explains even a few of them.
+        The pose, or None if no rotation explains even a few of the points.
     """
     if len(rays) < _LEAST_PAIRS:
         return None
@@ -316,7 +316,7 @@ def _along(far: Float64) -> Float64:
 
 
 def unit_rays(rays: Float64, zoom: Float64 | float = 1.0) -> Float64:
-    """Return rays, (..., 2), zoomed by (...), as unit vectors, (..., 3)."""
+    """Return rays, (..., 2), scaled by a zoom, (...), as unit vectors, (..., 3)."""
     flat = rays * np.asarray(zoom)[..., None]
     full = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
     return np.asarray(full / np.linalg.norm(full, axis=-1, keepdims=True))

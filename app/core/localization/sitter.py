@@ -6,11 +6,11 @@ that roughly face the camera. Each candidate is checked once more in a close-up 
 image. Their errors to one side cancel out, so the result is the *middle of the head*, between the
 ears, and not the middle of the lit half of a face.
 
-The network is `resources/sitter/heads.onnx`, made by `scripts/train_sitter.py` from rendered people
-(CREDITS.md beside it). Its input is grey values minus their local mean, divided by their local
-deviation, which removes most effects of exposure, white balance and shadow. Seven convolutions with
-rectifiers between them output, for each cell of 8 x 8 pixels, the likelihood that it contains the
-middle of a head, the offset from the cell's centre, and the height of the head.
+The network is `resources/sitter/heads.onnx`, trained by `scripts/train_sitter.py` on rendered
+people (see CREDITS.md beside it). Its input is grey values minus their local mean, divided by their
+local deviation, which removes most effects of exposure, white balance and shadow. Seven
+convolutions with rectifiers between them output, for each cell of 8 x 8 pixels, the likelihood that
+it contains the middle of a head, the offset from the cell's centre, and the height of the head.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _LIVE_SIDE: Final = 640
 _BELIEVED_FACE: Final = 0.5
 _HEAD_MARKS: Final = (234, 454, 10, 152)  # landmarks beside the ears, at the hairline and chin
 _CROWN: Final = 1.3  # from chin to crown, over chin to hairline
-_ALONE: Final = threading.Lock()  # a network keeps its input
+_ALONE: Final = threading.Lock()  # because a network stores its input
 _WIDE: Final = 0.74  # width of a head over its height, crown to chin
 
 
@@ -72,7 +72,7 @@ class Sitter:
             width and height. It may extend beyond the picture.
         kind: "face" for a visible head, "person" for a body without one.
         confidence: 0 to 1.
-        face: Landmarks, if a face was found.
+        face: The landmarks, or None if no face was found.
     """
 
     column: float
@@ -105,8 +105,8 @@ def find_sitter(
         fov_deg: Horizontal field of view, in degrees, in (0, 180).
         near: The previous result: the search starts there, at a quarter of the cost, and continues
             everywhere if the head is gone.
-        keen: Whether this is a single photo of somebody: a head as large as one from 1 to 3 m away
-            then needs less certainty.
+        keen: Whether this is a single photo of somebody. A head as large as one 1 to 3 m away then
+            needs less certainty.
 
     Raises:
         CoreError: If the program's own network is missing or damaged.
@@ -129,7 +129,7 @@ def find_sitter(
 def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
     """Return the previous face if it is still there, or the largest one.
 
-    Live pictures are searched at half size or less: the next one comes soon.
+    Live pictures are searched at half size or less, since the next one follows soon.
     """
     scale = 1.0 if keen else min(_LIVE_SIDE / max(frame.shape[:2]), 1.0)
     size = round(frame.shape[1] * scale), round(frame.shape[0] * scale)
@@ -283,7 +283,7 @@ def _heads_around(grey: Bytes, head: _HeadBox, side: int, tall_px: float) -> lis
     if x1 - x0 < 2 or y1 - y0 < 2:
         return []
     edges = (y0 - top, top + cut - y1, x0 - left, left + cut - x1)
-    # Outside the picture is blank, as in the network's training pictures.
+    # The area outside the picture is blank, as in the network's training pictures.
     how = cv2.INTER_AREA if cut > side else cv2.INTER_LINEAR
     square = cv2.copyMakeBorder(grey[y0:y1, x0:x1], *edges, borderType=cv2.BORDER_REPLICATE)
     small = np.asarray(cv2.resize(square, (side, side), interpolation=how), np.uint8)

@@ -1,11 +1,11 @@
 """Filters over live pictures: steady numbers, lens, sitter, stationary camera.
 
-A number should not move when nothing moves, and follow at once when something does. An average long
-enough to remove the jitter of a measurement lags behind a motion; a shorter one jitters. So the
-number on screen is held on a *leash*: it is never further behind the measurement than the length of
-the leash, and within that it only creeps after it. The leash, three times the jitter, shortens
-while the measurement keeps moving one way. It limits the lag at any speed and with any pause
-between two measurements.
+A number should not move when nothing moves, and should follow at once when something does. An
+average long enough to remove the jitter of a measurement lags behind a motion; a shorter one
+jitters. So the number on screen is held on a *leash*: it is never further behind the measurement
+than the length of the leash, and within that length it only creeps toward the measurement. The
+leash, three times the jitter, shortens while the measurement keeps moving one way. The leash limits
+the lag at any speed and with any pause between two measurements.
 
 The width of the lens is the median of the last estimates, once they agree. The sitter's position
 stays for a moment when a picture does not show them. From time to time the whole picture is
@@ -53,8 +53,8 @@ class Width:
     """Estimates of a lens's field of view.
 
     Attributes:
-        estimates: The last ones, horizontal, in degrees.
-        time_s: Time of the last one, in seconds.
+        estimates: The last estimates of the horizontal field of view, in degrees.
+        time_s: Time of the last estimate, in seconds.
     """
 
     estimates: tuple[float, ...] = ()
@@ -101,7 +101,7 @@ class Company:
     searched_s: float = -math.inf
 
     def due(self, now_s: float) -> bool:
-        """Return whether to search again: always with a visible person, else occasionally."""
+        """Return whether to search again: always if a person is visible, otherwise occasionally."""
         return self.sitter is not None or now_s - self.looked_s >= _LOOK_AGAIN_S
 
     def near(self, now_s: float) -> Sitter | None:
@@ -186,10 +186,10 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
     """Add a measurement.
 
     Args:
-        measured: (...) float64. Of the same shape; angles unwrapped, so that no step between two is
-            a full circle.
-        time_s: Its time; a measurement that is not later than the last one changes the value but
-            not the speed.
+        measured: (...) float64. The measurement, in the same shape as before. Angles are unwrapped,
+            so that no step between two measurements is a full circle.
+        time_s: Time of the measurement, in seconds. A measurement that is not later than the last
+            one changes the value but not the speed.
     """
     value = np.array(measured, np.float64)
     pause = max(time_s - before.time_s, 0.0)
@@ -266,8 +266,8 @@ def watch(
     Args:
         frame: (H, W, 3) uint8. sRGB.
         now_s: Time of the picture, in seconds.
-        asked_deg: Distance to the tolerance arc, in degrees, in either direction; 0 inside it. None
-            if no turn is wanted.
+        asked_deg: Distance to the tolerance arc, in degrees, in either direction, 0 inside the arc,
+            or None if no turn is wanted.
         heading_deg: Heading of the camera, in degrees, or None if unknown.
         sitter: Person in the picture.
     """
@@ -302,7 +302,7 @@ def _has_turned(before_deg: float | None, now_deg: float | None) -> bool:
 
 
 def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
-    """Return the background's texture, independent of exposure, or 0 where flat or on a person."""
+    """Return the background's texture, independent of exposure, and 0 where flat or on a person."""
     scale = _SIDE / max(frame.shape[:2])
     size = (max(round(frame.shape[1] * scale), 16), max(round(frame.shape[0] * scale), 16))
     small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)

@@ -5,7 +5,8 @@ of the last heading are searched; after three pictures without a heading, the wh
 heading that does not follow from the last one must be *seen twice*, unless nothing is known any
 more and the picture leaves no doubt. The results are steadied
 (`app.core.localization.temporal_filters`), with the background behind the sitter as one value: a
-camera that only pans changes heading and sitter's angle in opposite directions, and not the turn.
+camera that only pans changes the heading and the sitter's angle in opposite directions, but not the
+turn.
 
 A picture without a heading has no number; the display decides how long the old one stays
 (`app.core.guidance.guide` keeps it for a second).
@@ -75,10 +76,11 @@ class TrackMemory:
     """State between pictures; not for display.
 
     Attributes:
-        steady: Heading and background behind the sitter, (2,) deg, unwrapped, or None if unknown.
+        steady: Azimuths of the heading and of the background behind the sitter, (2,) in degrees,
+            unwrapped, or None if unknown.
         misses: Pictures since the last heading.
-        rival: Heading that waits for confirmation, in degrees, and its time, s, or None if there is
-            none.
+        rival: Heading that waits for confirmation, in degrees, with its time in seconds, or None if
+            there is none.
     """
 
     steady: Steady | None = None
@@ -96,8 +98,8 @@ class Track:
     Attributes:
         status: ``tracking``: there is a heading; ``searching``: there was one, or one waits for
             confirmation; ``lost``: not found.
-        heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], steadied;
-            None unless tracking.
+        heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], steadied,
+            or None unless tracking.
         raw: Result of the last picture, or None before the first.
         sitter: The sitter, or another person in the picture, or None if it shows no person.
         confidence: Probability that the turn is right to 3 degrees, 0 to 1; lower if no person is
@@ -166,8 +168,8 @@ def track(
         fov_deg: The camera's horizontal field of view, in degrees, or None to estimate it.
         state: Track of the previous picture.
         now_s: Time of the picture, in seconds; any origin.
-        sees_sitter: Whether the person in the picture is the sitter, see
-            `app.core.localization.heading_conversion.sees_sitter`. A person never counts as
+        sees_sitter: Whether the person in the picture is the sitter (see
+            `app.core.localization.heading_conversion.sees_sitter`). A person never counts as
             background.
         asked_deg: Distance to the light, in degrees, as for
             `app.core.localization.temporal_filters.watch`, or None if no turn is wanted.

@@ -1,4 +1,4 @@
-"""Views of the panorama: perspective, goal, background, strip.
+"""Views of the panorama: perspective, goal, background and strip.
 
 A view needs the panorama position of each of its pixels. Turning a level or tilted camera about the
 vertical only moves these positions sideways, so they are computed once for a lens and a pitch, and
@@ -88,7 +88,8 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
         pitch_deg: Elevation of the axis, in degrees, in [-90, 90].
 
     Returns:
-        Same type, (rows, columns) or (rows, columns, C). The view, in the panorama's colour space.
+        (rows, columns) or (rows, columns, C), of the panorama's type. The view, in the panorama's
+        colour space.
     """
     fine = 2.0 * math.pi * lens.focal_px / panorama.shape[1]  # view pixels per texel in the middle
     samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
@@ -101,7 +102,7 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
 def strip_view(
     panorama: Picture, azimuth_deg: float, size: tuple[int, int], wide_deg: float
 ) -> Picture:
-    """Cut a strip from a panorama: degrees evenly spaced from left to right, verticals upright.
+    """Cut a strip from a panorama, with evenly spaced azimuths and upright verticals.
 
     Rows are spaced as on a cylinder, so that objects in the middle keep their proportions.
 
@@ -112,7 +113,7 @@ def strip_view(
         wide_deg: Width of the strip, in degrees, at most 360.
 
     Returns:
-        Same type, (rows, columns) or (rows, columns, C). The strip.
+        (rows, columns) or (rows, columns, C), of the panorama's type. The strip.
     """
     fine = 360.0 / wide_deg * size[0] / panorama.shape[1]
     samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
@@ -160,7 +161,7 @@ def goal_view(
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
-        Same type, (rows, columns, C). Not mirrored.
+        (rows, columns, C), of the panorama's type. The view, not mirrored.
     """
     wide = goal_lens(lens, camera_m=camera_m, background_m=background_m, looks=looks, mode=mode)
     azimuth = heading_of_turn(goal_deg, looks=looks, mode=mode, front_deg=front_deg)
@@ -183,7 +184,7 @@ def background_view(
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
-        Same type, (rows, columns, C). `BACKGROUND_TALL_DEG` from top to bottom.
+        (rows, columns, C), of the panorama's type. The background, `BACKGROUND_TALL_DEG` high.
     """
     half = math.tan(math.radians(BACKGROUND_TALL_DEG) / 2.0) * size[0] / size[1]
     lens = Lens(2.0 * math.degrees(math.atan(half)), size)
@@ -230,7 +231,7 @@ def _strip_places(
 def _texels(
     shape: tuple[int, int], azimuth: Float32, elevation: Float32
 ) -> tuple[Float32, Float32]:
-    """Return panorama positions; columns may be outside the panorama, rows not."""
+    """Return panorama positions, of which only the columns may be outside the panorama."""
     height, width = shape
     columns = azimuth * np.float32(width / (2.0 * math.pi)) + np.float32(width / 2.0 - 0.5)
     rows = np.float32(height / 2.0 - 0.5) - elevation * np.float32(height / math.pi)
