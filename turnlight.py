@@ -1,6 +1,6 @@
 """Turnlight's Python API, and the `turnlight` command.
 
-Measure the light of a place, ask how far to turn for each studio style, and render the face:
+Measure the light of a place, find how far to turn for each studio style, and render the face:
 
     import turnlight
 
@@ -77,12 +77,12 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
 
     Args:
         path: An equirectangular panorama, 2:1, OpenEXR (``.exr``) or Radiance (``.hdr``).
-        layer: The layer to read where a file has several; the beauty pass by default.
+        layer: The layer to read if the file has several; the beauty pass by default.
 
     Returns:
         The environment. `radiance` is (H, 2 H, 3) float32, linear Rec. 709, relative, with the
         zenith in row 0 and azimuth 0 in the middle. `warnings` lists repairs and gaps as data;
-        `sentences` writes them.
+        `sentences` puts them into words.
 
     Raises:
         CoreError: If the file is missing, damaged, not HDR, not 2:1 or black.
@@ -116,8 +116,9 @@ def merge(
 
     Args:
         files: JPEG, PNG or TIFF frames in any order, or one folder of them.
-        times: Exposure times in seconds in the order of the files, instead of EXIF.
-        full: Keep the size of the frames instead of 2048 x 1024 pixels.
+        times: Exposure times in seconds, in the order of the files, to use instead of those in
+            EXIF.
+        full: Whether to keep the size of the frames instead of merging at 2048 x 1024 pixels.
 
     Returns:
         The light, with its lamps, its warnings, and the styles that depend on clipped light;
@@ -148,12 +149,12 @@ def measure(
         way: ``bracket``: exposures of one panorama; ``single``: one 360 photo, for a rough
             answer; ``fisheye``: frames with two fisheye circles; ``ball``: a mirror ball;
             ``photos``: photos taken all around; ``film``: a video of the sitter turning once.
-        options: Corrections of lamps, sun and masks, and the options of the way.
+        options: Corrections for the lamps, the sun and the masks, and the options of `way`.
         token: Token whose `cancel` stops the work from another thread.
         report: Function called with the completed fraction, 0 to 1, and the current step.
 
     Returns:
-        The light, as for `merge`.
+        The measured light, as returned by `merge`.
 
     Raises:
         CoreError: If the photos cannot be read, or are unusable for this way.
@@ -187,11 +188,12 @@ def solve(
             quality C of the paper.
         yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left;
             or ``short``, ``broad`` or ``auto`` to search for the best yaw.
-        front_deg: Azimuth of the photographer in the panorama in degrees, from which turns count.
+        front_deg: Azimuth of the photographer in the panorama, in degrees, from which turns are
+            counted.
 
     Returns:
         One result for each style, in the order of the head's styles. `turn_refined_deg` is the
-        turn, `grade` is ``yes``, ``nearly`` or ``no``, `match` is 100 for identical pictures.
+        turn, `grade` is ``yes``, ``nearly`` or ``no``, and `match` is 100 for identical pictures.
         Curves are (64,) float64, with one value every 5.625 degrees.
 
     Raises:
@@ -241,8 +243,8 @@ def render(
         yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
             left; the nearest baked view is used.
         height: Height of a portrait with hair and background, 64 to 2048 pixels, or None for the
-            small picture of the transport on black.
-        plain: Leave out the hair, colours and background of a portrait.
+            transport's small picture on a black background.
+        plain: Whether to leave out the hair, colours and background of a portrait.
 
     Returns:
         The picture. `srgb` is (H, W, 3) uint8, exposed for the face; `linear` is (H, W, 3)
@@ -271,7 +273,7 @@ class Place:
         """Load a place from its folder.
 
         Raises:
-            CoreError: If the folder holds no place, or the place has no readable light.
+            CoreError: If the folder contains no place, or the place has no readable light.
         """
         _import_package()
         from app.core.places.load_saved import load_place
