@@ -1,8 +1,8 @@
 """The canvas: paint on the head's picture, finer than its pixels.
 
-It covers the whole square picture of the head. Painting at a higher resolution and averaging down
-keeps strokes smooth on screen; the search uses the head's own pixels. Painting starts from a
-style's target weights, spread smoothly over the canvas.
+The canvas covers the whole square picture of the head. Painting at a higher resolution and
+averaging down keeps strokes smooth on screen; the search uses the head's own pixels. Painting
+starts from a style's target weights, spread smoothly over the canvas.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
 
     Raises:
-        StyleError: If the pack has no such style, or belongs to another head.
+        StyleError: If the pack has no such style, or was made for a different head.
     """
     if pack.header.picture != transport.size:
-        raise StyleError(tr("The styles belong to another head."))
+        raise StyleError(tr("The styles were made for a different head."))
     target = pack.target(name).reshape(-1, 3)[transport.pixels].astype(np.float64)
     luminance = target @ np.asarray(transport.header.luminance_weights)
     return from_weights(transport, target_weights(luminance, transport.face))
@@ -76,7 +76,7 @@ def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
 
 
 def _interpolation(pixels: int, step: int) -> Float64:
-    """Return the cubic interpolation, (step * pixels, in pixels), that keeps each pixel's mean."""
+    """Return the cubic interpolation, (step * pixels, pixels), that keeps each pixel's mean."""
     place = (np.arange(step * pixels) + 0.5) / step - 0.5
     spread = np.zeros((len(place), pixels))
     first = np.floor(place).astype(int)
@@ -114,17 +114,17 @@ def _neighbours(picture: Float32) -> Float32:
 
 MIN_SIZE: Final = 16
 MAX_SIZE: Final = 1024
-"""Largest side of a canvas that is read from a file, canvas pixels."""
+"""Largest side of a canvas that is read from a file, in canvas pixels."""
 
 IGNORED: Final = 0.5
 """Fraction of the ignore layer from which a pixel does not count."""
 
 
 class Advice(StrEnum):
-    """Requirements that a canvas does not meet yet for saving it as a style."""
+    """Requirements that a canvas must still meet before it can be saved as a style."""
 
     NOTHING_PAINTED = "nothing painted"
-    ONE_SIDED = "one-sided"  # no area is brighter, or none darker
+    ONE_SIDED = "one-sided"  # no area is brighter, or no area is darker
 
 
 _ABOUT: Final = 400
@@ -133,7 +133,7 @@ _VISIBLE: Final = 0.01  # of full weight: less is neither visible nor counted
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Part of the canvas, canvas pixels; columns [left, right), rows [top, bottom)."""
+    """A part of the canvas, in canvas pixels: columns [left, right) and rows [top, bottom)."""
 
     left: int
     top: int
@@ -157,9 +157,9 @@ class Region:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Canvas:
-    """Painted weights and their start. The arrays are read-only.
+    """Painted weights, and the layers that the painting started from. The arrays are read-only.
 
-    Row 0 is the top, column 0 the left of the picture, which is the sitter's right.
+    Row 0 is the top of the picture. Column 0 is its left edge, which is on the sitter's right.
     """
 
     weights: Float32 = field(repr=False)  # (S, S), in [-1, 1]: +1 should be brighter, -1 darker
@@ -206,11 +206,11 @@ def make_canvas(
     start_weights: Floats | None = None,
     start_ignore: Floats | None = None,
 ) -> Canvas:
-    """Create a canvas from layers, copied and validated.
+    """Create a canvas from layers, which are copied and validated.
 
     Args:
         weights: (S, S) float, in [-1, 1]; slight excess is clipped.
-        ignore: (S, S) float, in [0, 1], likewise; by default nothing is ignored.
+        ignore: (S, S) float, in [0, 1], clipped likewise. By default nothing is ignored.
         start_weights, start_ignore: (S, S) float. Layers to restore; by default the same layers.
 
     Raises:
@@ -252,10 +252,11 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
 
     Args:
         layer: (S, S) float32.
-        region: Limits the result; in the head's pixels, not the canvas's.
+        region: Region to which the result is limited, in the head's pixels rather than the
+            canvas's.
 
     Returns:
-        (n, m) float64: one value per head pixel of the region; (N, N) without one.
+        (n, m) float64, one value per head pixel of the region, or (N, N) if there is no region.
     """
     step = len(layer) // pixels
     if region is None:
@@ -271,8 +272,8 @@ def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
     """Reduce a canvas to the pixels of a head.
 
     Returns:
-        (P,) float64 painted weights in [-1, 1], not yet zero-mean; and (P,) bool, true for the
-        pixels that do not count.
+        The painted weights, (P,) float64 in [-1, 1] and not yet zero-mean, and a mask, (P,) bool,
+        of the pixels that do not count.
     """
     weights, ignore = canvas.weights, canvas.ignore
     if canvas.size % transport.size:
@@ -284,7 +285,7 @@ def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
 
 
 def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
-    """Pre-integrate a whole canvas on a head (eq. 3); see `app.core.solver.weights.painted`."""
+    """Pre-integrate a whole canvas on a head (eq. 3; see `app.core.solver.weights.painted`)."""
     return painted(transport, *head_values(canvas, transport))
 
 

@@ -31,7 +31,7 @@ _AWAY: Final = "draft.npz"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draft:
-    """Unsaved painting."""
+    """An unsaved painting."""
 
     canvas: Canvas
     title: str = ""
@@ -48,7 +48,7 @@ def draft_version(path: Path) -> str:
 
 
 def put_draft_aside(path: Path) -> Path:
-    """Rename a draft of another process; return its new path."""
+    """Rename a draft of another process, and return the new path."""
     for number in range(2, _MOST_DRAFTS + 1):
         aside = path.with_name(f"{path.name.partition('.')[0]}.{number}.npz")
         if not os.path.lexists(aside):
@@ -66,7 +66,11 @@ def save_draft(path: Path, draft: Draft) -> None:
 
 
 def load_draft(path: Path) -> Draft:
-    """Read a draft; raises `StyleError` if the file is missing or damaged."""
+    """Read a draft.
+
+    Raises:
+        StyleError: If the file is missing or damaged.
+    """
     try:
         arrays = read_arrays(path, tr("draft"), _HINT, _MAX_BYTES)
     except (TransportError, OSError) as error:
@@ -99,8 +103,8 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
     An unreadable file stays as it is, and the next free name beside it is used.
 
     Returns:
-        path: Where the draft will be saved from now on.
-        draft: The draft, if there is one.
+        path: Path to which the draft will be saved from now on.
+        draft: The draft, or None if there is none.
         notes: Problems of unreadable files.
     """
     notes: list[str] = []
@@ -120,7 +124,7 @@ def put_draft_away(folder: Path, key: str, trash: Path) -> None:
     """Move the draft of a deleted style to the trash, so that a namesake starts clean."""
     path, draft, _ = find_draft(folder, key)
     if draft is not None:
-        # If it cannot be moved, it stays where the style will look for it.
+        # A draft that cannot be moved stays where the style will look for it.
         with contextlib.suppress(OSError):
             os.replace(path, trash / _AWAY)
 

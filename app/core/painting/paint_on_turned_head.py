@@ -1,7 +1,8 @@
 """Painted styles on a turned head: the paint is on the skin.
 
 The paint describes the light on the skin of the whole face, so the turn of the nose decides whether
-a place can give it; the part that a lens sees decides the match from there.
+a place can provide that light. The part of the face that a lens sees decides the match from the
+position of the lens.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from app.core.solver.weights import PaintedWeights, painted
 from app.core.styles.style import Style
 
 _SMOOTH: Final = 1.5  # pixels
-_SAME_SKIN_M: Final = 0.008  # distance between pixels of the front view where it is steep
+_SAME_SKIN_M: Final = 0.008  # distance between pixels of the front view where the head is steep
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +50,11 @@ class PaintedHead:
         return weights_of(make_canvas(style.weights, style.ignore), self.front)
 
     def view(self, yaw_deg: float) -> HeadView:
-        """Return one of the views."""
+        """Return the view at a yaw."""
         return self.views.at(yaw_deg, self.styles)
 
     def weights_in(self, view: HeadView, weights: PaintedWeights) -> PaintedWeights:
-        """Transfer weights to a view; skin hidden from the front gets none."""
+        """Transfer weights to a view, where skin hidden from the front is ignored."""
         nearest, beyond = self._on_front(view)
         ignored = beyond | ~weights.active[nearest]
         return painted(view.transport, weights.values[nearest], ignored)
@@ -71,8 +72,9 @@ class PaintedHead:
         """Return the positions in the front picture of a view's skin.
 
         Returns:
-            (N, N, 3) float32. For each pixel of the view, column and row as fractions of the
-            picture, and the front's visibility of it, 0 to 1; -1 off the head.
+            (N, N, 3) float32. For each pixel of the view, its column and row in the front picture,
+            as fractions of that picture, and its visibility from the front, 0 to 1. All are -1 off
+            the head.
         """
         camera = _camera_of(self.views.shape, self.front.size)
         size, pixels = view.transport.size, view.transport.pixels
@@ -80,7 +82,7 @@ class PaintedHead:
         places[pixels, :2] = _seen_by(camera, view.shape.positions)
         visibility = np.zeros(size * size, np.float32)
         visibility[pixels[~self._on_front(view)[1]]] = 1.0
-        # Single pixels vary, since those of the front are far apart where it is steep.
+        # Single pixels vary, since those of the front are far apart where the head is steep.
         smooth = cv2.GaussianBlur(
             cv2.medianBlur(visibility.reshape(size, size), 5), (0, 0), _SMOOTH
         )
@@ -93,10 +95,10 @@ class PaintedHead:
         return bool(visibility.size) and float(visibility.mean()) >= LEAST_VISIBLE
 
     def target(self, style: UserStyle, yaw_deg: float) -> Float32:
-        """Return the target picture from the side; see `target_picture`."""
+        """Return the target picture from the side (see `target_picture`)."""
         view = self.view(yaw_deg)
         picture = target_picture(view.transport, self.weights_in(view, self.weights(style)))
-        # In one colour: in deep shadow, a view's own colour is lost in its noise.
+        # Use one colour, since in deep shadow a view's own colour is lost in its noise.
         tint = picture.mean(axis=(0, 1))
         grey = luminance(picture)[..., None] / max(float(luminance(tint)), 1e-30)
         return np.asarray(grey * (tint / max(float((grey * tint).max()), 1e-30)), np.float32)
@@ -112,10 +114,11 @@ def solve_painted(
     limits: Limits = LIMITS,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn and yaw of painted styles; otherwise as `solve_user_styles`.
+    """Find the best turn and yaw of painted styles, and otherwise do as `solve_user_styles` does.
 
     Args:
-        wish: Its background counts from `front_deg`, as turns do.
+        wish: Permitted positions of the lens. Its background is counted from `front_deg`, as turns
+            are.
     """
     wish, results = wish.moved(-front_deg), []
     painted_light = _PaintedLight.by(head, light) if styles else None
@@ -189,6 +192,6 @@ def _camera_of(shape: HeadShape, size: int) -> Float64:
 
 
 def _seen_by(camera: Float64, places: Float32) -> Float64:
-    """Project positions, (P, 3), to columns and rows, (P, 2), as shares of a camera's picture."""
+    """Project positions, (P, 3), to columns and rows, (P, 2), as fractions of the picture."""
     points = np.column_stack([places, np.ones(len(places))]) @ camera.T
     return np.asarray(points[:, :2] / points[:, 2:])

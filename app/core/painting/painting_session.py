@@ -1,7 +1,7 @@
 """A painting session: strokes and live answers.
 
 Strokes are drawn at once. The answer is computed when there is time, from the pixels changed since
-the last one. Between strokes everything is computed again from the canvas, so that an answer
+the last answer. Between strokes everything is computed again from the canvas, so that an answer
 depends only on the canvas and not on its history.
 """
 
@@ -98,7 +98,7 @@ class PaintSession:
         return self._weights
 
     def set_light(self, table: LightTable | None, front_deg: float = 0.0) -> None:
-        """Set the light of a place, or none.
+        """Set the light of a place, or remove it.
 
         Args:
             front_deg: Azimuth of the photographer at turn 0, in degrees.
@@ -115,10 +115,10 @@ class PaintSession:
         self._start_afresh(canvas)
 
     def begin(self, brush: Brush, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
-        """Begin a stroke and abort the current one.
+        """Abort the current stroke, if there is one, and begin a new one.
 
         Args:
-            x, y: Canvas pixels from the upper left corner.
+            x, y: Position in canvas pixels from the upper left corner.
             pressure: 0 to 1.
 
         Returns:
@@ -130,7 +130,7 @@ class PaintSession:
         return self._stroke.start_regions
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
-        """Extend the stroke to a point; no-op without a stroke. Arguments as `begin`."""
+        """Extend the current stroke, if there is one, to a point; arguments as for `begin`."""
         if self._stroke is None:
             return ()
         regions = self._stroke.extend(x, y, pressure)
@@ -138,7 +138,7 @@ class PaintSession:
         return regions
 
     def commit(self) -> TileChange:
-        """End the stroke and return its change, for undo; empty without a stroke."""
+        """End the stroke and return its change for undo, which is empty if there is no stroke."""
         if self._stroke is None:
             return TileChange(())
         canvas, change = self._stroke.commit()
@@ -153,12 +153,12 @@ class PaintSession:
             self._start_afresh(self._canvas)
 
     def apply(self, change: TileChange) -> None:
-        """Redo a change; see `app.core.painting.stroke.apply`."""
+        """Redo a change (see `app.core.painting.stroke.apply`)."""
         self.abort()
         self._start_afresh(apply(self._canvas, change))
 
     def revert(self, change: TileChange) -> None:
-        """Undo a change; see `app.core.painting.stroke.revert`."""
+        """Undo a change (see `app.core.painting.stroke.revert`)."""
         self.abort()
         self._start_afresh(revert(self._canvas, change))
 

@@ -22,7 +22,7 @@ from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
-_DISTANCE_M: Final = 8.0  # as the built-in styles' lamps
+_DISTANCE_M: Final = 8.0  # as for the built-in styles' lamps
 _LEAST_REGION: Final = 0.5  # of the face region
 _ORIGIN: Final = 80
 
@@ -83,7 +83,7 @@ _WHY: Final = {
 
 
 def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
-    """Return the studio key and fill that light a face in this way; see `photo_lamps`."""
+    """Return the studio key and fill that light a face in this way (see `photo_lamps`)."""
     azimuth, elevation, size = light.azimuth_deg, light.elevation_deg, light.softness_deg
     if light.key == "behind":
         raise StyleError(

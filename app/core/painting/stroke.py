@@ -23,7 +23,7 @@ from app.core.painting.stroke_undo import TileChange, difference
 Point: TypeAlias = tuple[float, float]
 
 LEAST_DIAMETER: Final = 2.0
-"""Smallest brush, canvas pixels."""
+"""Diameter of the smallest brush, in canvas pixels."""
 
 _RESTING: Final = 1e-6  # canvas pixels: a shorter path counts as none, and cannot be divided by
 _EDGE: Final = 1.0  # the hardest edge still fades over a pixel; otherwise it would show steps
@@ -51,12 +51,12 @@ class Brush:
 
     @property
     def radius(self) -> float:
-        """Radius, canvas pixels."""
+        """Radius, in canvas pixels."""
         return 0.5 * max(self.diameter, LEAST_DIAMETER)
 
     @property
     def full_radius(self) -> float:
-        """Radius of full strength (the dashed inner ring), canvas pixels."""
+        """Radius of full strength (the dashed inner ring), in canvas pixels."""
         inner = (1.0 - min(max(self.softness, 0.0), 1.0)) * self.radius
         return max(min(inner, self.radius - _EDGE), 0.0)
 
@@ -65,8 +65,8 @@ def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
     """Return the part of a canvas that a piece of path can touch.
 
     Args:
-        start, stop: Ends (x, y), canvas pixels from the upper left corner.
-        radius: Radius of the brush, canvas pixels.
+        start, stop: Ends (x, y), in canvas pixels from the upper left corner.
+        radius: Radius of the brush, in canvas pixels.
     """
     (left, right), (top, bottom) = (sorted(ends) for ends in zip(start, stop, strict=True))
     return Region(
@@ -81,8 +81,8 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     """Return the profile of the brush along a straight piece of path.
 
     Args:
-        start, stop: Ends (x, y), canvas pixels from the upper left corner; may be equal.
-        region: Pixels of the result.
+        start, stop: Ends (x, y), in canvas pixels from the upper left corner, which may be equal.
+        region: Pixels that the result covers.
 
     Returns:
         (h, w) float32, at the centres of the region's pixels: 1 within `full_radius` of the path,
@@ -110,7 +110,7 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     return np.asarray(rest * rest * (np.float32(3.0) - np.float32(2.0) * rest))
 
 
-_CELL_SHARE: Final = 0.125  # of the radius: length of path with one pressure
+_CELL_SHARE: Final = 0.125  # of the radius: length of the path that has one pressure
 _LEAST_CELL: Final = 2.0  # canvas pixels
 
 
@@ -121,8 +121,8 @@ class Stroke:
     along the path from its beginning, so that the stroke does not depend on the number of events.
 
     Args:
-        x, y: Pen-down position, canvas pixels from the upper left corner.
-        pressure: 0 to 1; used only if the brush has `pen_pressure`.
+        x, y: Pen-down position, in canvas pixels from the upper left corner.
+        pressure: 0 to 1, used only if the brush has `pen_pressure`.
     """
 
     def __init__(
@@ -144,18 +144,18 @@ class Stroke:
 
     @property
     def canvas(self) -> Canvas:
-        """The current canvas; a view that changes until the stroke ends."""
+        """The current canvas, as a view that changes until the stroke ends."""
         return replace(self._before, weights=_view(self._weights), ignore=_view(self._ignore))
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
         """Extend the stroke in a straight line.
 
         Args:
-            x, y: New position, canvas pixels; may be outside the canvas.
-            pressure: 0 to 1; it changes linearly in between.
+            x, y: New position, in canvas pixels, which may be outside the canvas.
+            pressure: 0 to 1, changing linearly from the previous position to this one.
 
         Returns:
-            Regions that may have changed; empty if the position is not a number.
+            The regions that may have changed, or an empty tuple if the position is not a number.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
             return ()
@@ -212,7 +212,7 @@ class Stroke:
         return length, first_end + (length - first_end) // self._cell * self._cell
 
     def _press(self, pressure: float) -> list[Region]:
-        """Apply a pressure; a larger one counts for the whole cell."""
+        """Apply a pressure to the whole cell if it is the largest there so far."""
         if pressure <= self._strongest:
             return []
         self._strongest = pressure
@@ -238,7 +238,7 @@ class Stroke:
         return region, twin
 
     def _join(self, regions: list[Region]) -> tuple[Region, ...]:
-        """Return one region per side of the face; with a mirror, the two sides alternate."""
+        """Return one region per side of the face; a mirrored brush alternates between the sides."""
         sides = [regions[::2], regions[1::2]] if self._brush.mirror else [regions]
         return tuple(around(side) for side in sides if side)
 

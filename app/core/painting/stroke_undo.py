@@ -11,7 +11,7 @@ from app.core.base.arrays import Float32
 from app.core.painting.canvas import Canvas, Region
 
 TILE: Final = 64
-"""Side of a tile, canvas pixels; those at the right and lower edge may be smaller."""
+"""Side of a tile, in canvas pixels; tiles at the right and lower edges may be smaller."""
 
 _LAYERS: Final = ("weights", "ignore")
 
@@ -44,7 +44,7 @@ class TileChange:
 
     @property
     def nbytes(self) -> int:
-        """Its memory, bytes."""
+        """Memory that the change takes, in bytes."""
         return sum(tile.before.nbytes + tile.after.nbytes for tile in self.tiles)
 
     @property
@@ -88,7 +88,7 @@ def apply(canvas: Canvas, change: TileChange) -> Canvas:
 
 
 def revert(canvas: Canvas, change: TileChange) -> Canvas:
-    """Undo a change; the reverse of `apply`, with the same errors."""
+    """Undo a change, as the reverse of `apply` and with the same errors."""
     return _exchange(canvas, [(tile, tile.after, tile.before) for tile in change.tiles])
 
 

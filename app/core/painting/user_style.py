@@ -1,4 +1,4 @@
-"""A painted style: its two files, a TOML text and weights in OpenEXR, and its answer.
+"""A painted style: its two files (a TOML text, and weights in OpenEXR) and its answer.
 
 The name of the weights' file contains the first digits of their checksum. So a change is written
 beside the previous file, and becomes valid only with the text file that names it.
@@ -134,7 +134,7 @@ def _damaged(path: Path) -> StyleError:
 
 
 MAX_TITLE: Final = 80
-"""Longest title, characters."""
+"""Length of the longest title, in characters."""
 
 _LONGEST: Final = {"place": 40, "note": 400, "head": 80, "origin": 80}
 
@@ -150,20 +150,20 @@ class UserStyle:
     note: str
     head: str
     origin: str
-    # weights, ignore: (S, S), read-only canvas layers, see `app.core.painting.canvas.Canvas`
+    # weights, ignore: (S, S), read-only canvas layers (see `app.core.painting.canvas.Canvas`)
     weights: Float32 = field(repr=False)
     ignore: Float32 = field(repr=False)
-    # whether it is a copy of the built-in style `origin` without any stroke
+    # whether the style is a copy of the built-in style `origin` without any strokes
     untouched: bool = False
 
     @property
     def copy_of(self) -> str:
-        """Name of the built-in style that this style copies; empty once it has been painted on."""
+        """Name of the built-in style that this style copies, or "" once it has been painted on."""
         return self.origin if self.untouched and self.origin in NAMES else ""
 
     @property
     def style(self) -> Style:
-        """A `Style` without the weights, for code that handles both kinds; it has no lamps."""
+        """A `Style` without weights or lamps, for code that handles both kinds of style."""
         return Style(self.name, self.title, self.side, self.place, self.note, lamps=())
 
 
@@ -180,7 +180,7 @@ def clean_text(text: str, key: str) -> str:
     """Clean a text so that it fits on one line on screen and in a file.
 
     Raises:
-        StyleError: If it is too long.
+        StyleError: If the text is too long.
     """
     value = one_line(text)
     if len(value) > _LONGEST[key]:
@@ -227,7 +227,7 @@ def style_text(style: UserStyle) -> str:
 
 
 def write_user_style(folder: Path, style: UserStyle) -> None:
-    """Write a style's two files; the text comes last and makes it valid."""
+    """Write a style's two files, with the text last, which makes the style valid."""
     try:
         make_folder(folder)
         target = layers_path(folder, style.name, checksum(style))
@@ -248,7 +248,7 @@ def not_saved(error: OSError | CoreError) -> StyleError:
     if trouble is DiskTrouble.LOCKED:
         return StyleError(
             tr("Not saved: the folder of your styles is not writable."),
-            tr("Your strokes are safe. Allow writing there, then save again."),
+            tr("Your strokes are safe. Make the folder writable, then save again."),
         )
     if isinstance(error, CoreError):
         return StyleError(
@@ -295,7 +295,7 @@ class Asking:
 
     style: UserStyle
     weights: PaintedWeights = field(repr=False)  # on the head's pixels
-    target: Float32 = field(repr=False)  # (N, N, 3), see `target_picture`
+    target: Float32 = field(repr=False)  # (N, N, 3), from `target_picture`
 
 
 def prepare_user_style(transport: Transport, style: UserStyle) -> Asking:
@@ -308,8 +308,8 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
     """Return the picture of the head in the light that painted weights favour.
 
     Returns:
-        (N, N, 3) float32: under the environment max(F, 0), linear Rec. 709 on black, largest value
-        1; all black if nothing is painted.
+        (N, N, 3) float32. The picture under the environment max(F, 0), linear Rec. 709 on black,
+        with a largest value of 1, or all black if nothing is painted.
     """
     glow = np.maximum(weights.preintegrated(transport), 0.0)
     light = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)
@@ -321,8 +321,8 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
     """Return the side from which the light of painted weights comes.
 
     Returns:
-        The sitter's own side of the centre of max(F, 0); and the position of the centre if it is on
-        neither side, as in style files.
+        The sitter's own side on which the centre of max(F, 0) is and, if it is on neither side, the
+        position of the centre, as in style files.
     """
     glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
     height, width = glow.shape
@@ -350,7 +350,7 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
 def suggested_side(
     canvas: Canvas, transport: Transport, weights: PaintedWeights, origin: Style | None = None
 ) -> tuple[Side, str]:
-    """Suggest a side for a painted style: that of the style it still resembles, or its light's."""
+    """Suggest a side for a painted style: that of the style it still resembles, or of its light."""
     if origin is not None:
         start = weights_of(make_canvas(canvas.start_weights), transport)
         one, other = weights.weights, start.weights
@@ -366,8 +366,8 @@ def results_of_copies(
     """Return the results of unpainted copies, which equal those of the built-in styles.
 
     Returns:
-        Results by the copy's name; styles with strokes, and copies of styles without a result, are
-        left out.
+        Results by the copy's name, without styles that have strokes and copies of styles that have
+        no result.
     """
     answers = {one.name: one for one in built_in}
     return {
@@ -391,7 +391,7 @@ def solve_user_styles(
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
-            709 radiance, or luminance of grey light; any exposure.
+            709 radiance, or luminance of grey light, at any exposure.
 
     Returns:
         Results in the order of `styles`.

@@ -70,7 +70,7 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
     """Export a style to a file.
 
     Raises:
-        CoreError: If it cannot be written, or exists and must not be replaced.
+        CoreError: If the file cannot be written, or exists and must not be replaced.
     """
     if not replace and file.exists():
         raise StyleError(
@@ -87,13 +87,13 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
                     name=file.name,
                     folder=tempfile.gettempdir(),
                 ),
-                tr("Choose another folder, or allow writing there."),
+                tr("Choose another folder, or make this one writable."),
             ) from error
         parts = {_TEXT: style_text(style).encode(), _LAYERS: layers.read_bytes()}
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, data in parts.items():
-            # A fixed date: the same style gives the same file.
+            # A fixed date, so that the same style gives the same file.
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data)
     atomic_write_bytes(file, buffer.getvalue())
 
@@ -101,9 +101,8 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
 def import_style(folder: Path, file: Path) -> UserStyle:
     """Import an exported style.
 
-    It gets a new name, and a new title if the old one is taken.
-
-    Then nothing valid is left behind.
+    The style gets a new name, and a new title if the old one is taken. A failed import leaves no
+    valid style behind.
 
     Raises:
         StyleError: If the file is not a complete style, has a newer format or is too large, or if
@@ -146,7 +145,7 @@ def _members(file: Path) -> dict[str, bytes]:
     except Exception as error:
         raise StyleError(
             tr("{name} is damaged or not an exported style.", name=file.name),
-            tr("Export it again."),
+            tr("Export the style again."),
         ) from error
 
 
@@ -185,7 +184,7 @@ _LIBRARY: Final = Library(
 
 
 def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedItem, ...]]:
-    """Read the painted styles of a folder.
+    """Read the painted styles in a folder.
 
     Returns:
         The styles, and the unreadable files, which stay as they are.
@@ -240,7 +239,11 @@ def save_user_style(
 
 
 def add(folder: Path, style: UserStyle) -> UserStyle:
-    """Save a style under a free name and title; raise `StyleError` if it cannot be written."""
+    """Save a style under a free name and title.
+
+    Raises:
+        StyleError: If the style cannot be written.
+    """
     with _alone_in(folder):
         name, title = _LIBRARY.names_for(folder, style.title)
         new_style = replace(style, name=name, title=title)
@@ -265,12 +268,12 @@ def update_user_style(
     *,
     untouched: bool = False,
 ) -> UserStyle:
-    """Replace the weights of a style; the old ones go to the trash.
+    """Replace the weights of a style, and move the old ones to the trash.
 
     Args:
-        style: As this process last read or wrote it. If another process has changed it since, that
-            version becomes a separate style.
-        conflict: Called with that style.
+        style: The style as this process last read or wrote it. If another process has changed the
+            style since, the changed version becomes a separate style.
+        conflict: Function called with that separate style.
         untouched: Whether the canvas equals the built-in style `origin` again.
     """
     new_style = replace(style, weights=canvas.weights, ignore=canvas.ignore, untouched=untouched)
@@ -303,14 +306,14 @@ def _replaced(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle
 
 
 def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
-    """Rename a style; its file name stays."""
+    """Rename a style without changing its file name."""
     new_style = replace(style, title=_LIBRARY.new_title(folder, style.name, title))
     write_user_style(folder, new_style)
     return new_style
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
-    """Copy a style, by default as "… 2"; raises the errors of `add`."""
+    """Copy a style, by default as "… 2", with the same errors as `add`."""
     return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 
@@ -324,7 +327,7 @@ def delete(folder: Path, style: UserStyle) -> TrashedItem:
 def restore(folder: Path, trashed: TrashedItem) -> UserStyle:
     """Restore a style from the trash.
 
-    It keeps its old name and title unless they are taken.
+    The style keeps its old name and title unless they are taken.
     """
     style = read_user_style(text_path(trashed.folder, trashed.name))
     name, title = _LIBRARY.names_for(folder, style.title, style.name)
