@@ -205,7 +205,7 @@ def test_place_without_light(folder: Path) -> None:
 def test_missing_light_names_the_next_step(folder: Path) -> None:
     place = keep(folder, some_light())
     (folder / place.environment).unlink()
-    with pytest.raises(PlaceError, match=r"is missing.* Capture here again"):
+    with pytest.raises(PlaceError, match=r"is missing.* Capture the place again"):
         read_light(folder, place)
     (folder / "originals").mkdir()
     (folder / "originals" / "R1.JPG").write_bytes(b"x")

@@ -128,7 +128,7 @@ def test_too_large_and_too_many_are_sentences(
         adopt_files(place, [card / "R1.JPG"] * 201)
     usage = shutil.disk_usage(place)._replace(free=1 << 20)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
-    with pytest.raises(PlaceError, match="3 MB are needed, 1 MB are free"):
+    with pytest.raises(PlaceError, match="3 MB are needed, but only 1 MB are free"):
         adopt_files(place, [card / "R0.JPG"])
     assert names(place) == []
 

@@ -192,8 +192,8 @@ def test_photographs_are_taken_for_what_is_chosen(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        ([], "cannot read any of this"),
-        (["a.txt"], "cannot read any of this"),
+        ([], "cannot read any of these files"),
+        (["a.txt"], "cannot read any of these files"),
         (["a.exr", "b.exr"], "2 panoramas"),
         ([f"{number}.jpg" for number in range(65)], "65 photos"),
     ],

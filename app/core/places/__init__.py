@@ -1,5 +1,6 @@
 """Places: one folder per place and time, with its light, its results and the user's files.
 
-`open` opens files, `load` a saved place, `solve` computes its answers, `save` writes it, and
-`resume` completes an interrupted capture. `store` manages a folder, `library` all of them.
+`open_files` opens files, `load_saved` loads a saved place, `solve_place` computes its answers,
+`save` writes it, and `resume` completes an interrupted capture. `place_folder` manages the folder
+of one place, and `place_list` lists all places.
 """

@@ -27,9 +27,9 @@ class Intake:
     """One thing to open: a place, an environment, or files to measure.
 
     Attributes:
-        layer: Layer of an environment with several.
-        way: Way of measuring the files: a key of `ways.WAYS`.
-        own: Options of the way itself.
+        layer: Layer to read from an environment with several layers.
+        way: Way of measuring the files, a key of `ways.WAYS`.
+        own: Options specific to that way of measuring.
     """
 
     name: str
@@ -76,7 +76,7 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
     if panoramas:
         return Intake(name, environment=panoramas[0])
     if chosen is None:
-        raise CoreError(tr("Turnlight cannot read any of this."), _KINDS)
+        raise CoreError(tr("Turnlight cannot read any of these files."), _KINDS)
     _check_count(len(used), chosen)
     return Intake(name, files=tuple(used), way=chosen.key)
 
@@ -100,7 +100,7 @@ def _check_count(number: int, way: MeasuringWay) -> None:
 
 
 def _panoramas(files: list[Path]) -> list[Path]:
-    """Return the panoramas by name; a single file by content, such as a floating-point TIFF."""
+    """Return the panoramas, recognised by name, or by content in the case of a single file."""
     if len(files) == 1 and is_linear(files[0]):
         return files
     return [file for file in files if file.suffix.lower() in _HDR]

@@ -84,8 +84,8 @@ class ShotStart:
     """State of the camera before a photo is requested.
 
     Attributes:
-        previous: URL of its newest file, or "" if there is none.
-        camera_time: Time of its own clock, or "" if not stated.
+        previous: URL of the camera's newest file, or "" if there is none.
+        camera_time: Time of the camera's own clock, or "" if not known.
     """
 
     previous: str
@@ -135,7 +135,7 @@ class SessionJournal:
 
 
 def text_of(journal: SessionJournal) -> str:
-    """Format a journal as JSON; the inverse of `journal_of`.
+    """Format a journal as JSON, the inverse of `journal_of`.
 
     Raises:
         Unfit: If a value would be rejected on reading, or is a password, so that every written
@@ -154,7 +154,8 @@ def journal_of(data: str | bytes) -> SessionJournal:
     """Parse an untrusted journal.
 
     Raises:
-        Newer: If its version is higher than `VERSION`, and `Unfit` if it is invalid.
+        Newer: If its version is higher than `VERSION`.
+        Unfit: If the journal is invalid.
     """
     try:
         facts = entries(json.loads(data))
@@ -298,7 +299,7 @@ _JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - _LATER)
 
 
 def journal_in(session: Path) -> SessionJournal | None:
-    """Read the journal of a capture, or None if it is unreadable."""
+    """Return the journal of a capture, or None if it is unreadable."""
     try:
         with open_file(session / JOURNAL) as stream:
             return journal_of(stream.read(_MOST_BYTES))

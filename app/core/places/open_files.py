@@ -25,12 +25,12 @@ class OpenOptions:
     """Options for opening files.
 
     Attributes:
-        places: Folder in which a new place gets its own.
+        places: Folder in which a new place gets its own folder.
         now: Time of the new place.
         settings: Head and lamps of new places, and how to measure photos and videos.
-        name: Name of a new place; "" to name it after its files.
-        way: How to measure photos, as in the setting `measure_with`; "" to use that setting.
-        layer: Layer of a panorama with several.
+        name: Name of a new place, or "" to name it after its files.
+        way: How to measure photos, as in the setting `measure_with`, or "" to use that setting.
+        layer: Layer to read from a panorama with several layers.
     """
 
     places: Path

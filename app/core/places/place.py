@@ -133,7 +133,7 @@ class Place:
     notes: str = ""
     tags: tuple[str, ...] = ()  # the user's labels, without duplicates
     location: Location = field(default_factory=Location)
-    asked: AnswerBasis | None = None  # settings of `results`, or None without results
+    asked: AnswerBasis | None = None  # settings of `results`, or None if there are no results
     results: tuple[StyleResult, ...] = field(default=(), repr=False)
     # results of an earlier version of the rule, if there are any
     before: tuple[StyleResult, ...] = field(default=(), repr=False)
@@ -144,9 +144,9 @@ class Place:
     capture: CaptureFacts | None = field(default=None, repr=False)
     # luminance of radiance 1 as entered by the user, in cd/m2; overrides the capture's
     said_white_cd_m2: float | None = None
-    # shared by captures of one spot at different times, or "" for a spot of its own
+    # name shared by captures of one spot at different times, or "" for a spot of its own
     spot: str = ""
-    # studio lamps by style name, with "" for all other styles; the paper's lamps without either
+    # studio lamps by style name, with "" for all other styles; by default, the paper's lamps
     studios: Mapping[str, Studio] = field(default_factory=dict)
     # permitted positions of the lens; the background in azimuths of the panorama
     lens: LensWish = STRAIGHT
@@ -174,9 +174,9 @@ class OpenPlace:
     """A place in memory, with its light.
 
     Attributes:
-        folder: None if the place could not be saved.
+        folder: Folder of the place, or None if the place could not be saved.
         files: Originals that have not been copied into the place's folder yet.
-        trouble: Why the place could not be saved.
+        trouble: Error because of which the place could not be saved, or None.
     """
 
     folder: Path | None
@@ -187,7 +187,7 @@ class OpenPlace:
 
 
 def clean_name(name: str) -> str:
-    """Clean the name of a place: one line of at most 120 letters, never empty.
+    """Clean the name of a place: one line of at most 120 characters, never empty.
 
     Examples:
         >>> clean_name("  Café   de la Paix "), clean_name("")

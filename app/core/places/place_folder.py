@@ -108,14 +108,14 @@ class PlaceSummary:
     made_at: datetime
     thumbnail: Path | None = None
     trouble: Remark | None = None  # problem of the place, or None if there is none
-    # "unfinished": a folder with content that can be resumed. Each of them can be opened with
-    # `read_place`
+    # "unfinished": a folder with content that can be resumed. Places in every state can be opened
+    # with `read_place`
     state: State = "whole"
     has_light: bool = False
-    # folders of captures in it, the newest last; each is a session that can be resumed
+    # capture folders of the place, newest last, each a session that can be resumed
     captures: tuple[Path, ...] = field(default=())
     spot: str = ""
-    # number of styles in reach, of all styles, and the style to suggest
+    # number of styles within reach, number of all styles, and the style to suggest
     answers: tuple[int, int, str] = (0, 0, "")
     tags: tuple[str, ...] = ()
     notes: str = ""
@@ -188,7 +188,11 @@ def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
 
 
 def light_at(where: Path) -> PlaceLight:
-    """Prepare the light of a place's folder, or of a panorama; raises as `read_environment`."""
+    """Prepare the light of a place's folder, or of a panorama.
+
+    Raises:
+        CoreError: As for `read_environment`.
+    """
     light = newest_light(where)
     return prepare(read_environment(where / light if light else where))
 
@@ -215,7 +219,7 @@ def _thumbnail(folder: Path) -> Path | None:
 
 
 def capture_folders(folder: Path) -> tuple[Path, ...]:
-    """Return the capture folders of a place, the oldest first.
+    """Return the capture folders of a place, oldest first.
 
     The place's own folder is one of them if the capture was made directly in it.
     """
@@ -232,7 +236,7 @@ def new_capture_folder(folder: Path) -> Path:
     """Return a free name for a capture folder, without creating it.
 
     Raises:
-        PlaceError: If there are too many.
+        PlaceError: If there are too many capture folders.
     """
     folders = (folder / name for name in free_names(_CAPTURE))
     return next(each for each in folders if set(_listing(each)) <= LITTER)
@@ -250,7 +254,7 @@ def _listing(folder: Path) -> Sequence[str]:
 def drop_merged(folder: Path) -> None:
     """Remove merged light from capture folders, since the place contains it.
 
-    It is removed only if the camera's own files are there, so that it can be merged again.
+    The light is removed only if the camera's own files are there, so that they can be merged again.
     """
     for session in capture_folders(folder):
         with contextlib.suppress(OSError):
@@ -261,7 +265,7 @@ def drop_merged(folder: Path) -> None:
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
     """Create the folder of a new place.
 
-    It appears either complete, with its ``place.json``, or not at all.
+    The folder appears either complete, with its ``place.json``, or not at all.
 
     Returns:
         The new folder, a child of `root`, with a name that is valid on all systems.
@@ -311,7 +315,7 @@ def write_place(folder: Path, place: Place) -> Path | None:
         there is none.
 
     Raises:
-        PlaceError: If the disk fails, or the record could not be read again; the file is unchanged
+        PlaceError: If the disk fails, or the record could not be read again. The file is unchanged
             then.
     """
     facts = to_json(place)
@@ -344,7 +348,7 @@ def _alone_in(folder: Path) -> AbstractContextManager[bool]:
 
 
 def read_place(folder: Path) -> Place:
-    """Read the record of a place; damaged parts get defaults.
+    """Read the record of a place, with defaults for damaged parts.
 
     `Place.remarks` reports the losses. A damaged file is kept as ``place.json.bak`` before it is
     replaced. If ``place.json`` is missing, name, time and light are derived from the folder.

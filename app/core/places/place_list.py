@@ -1,8 +1,9 @@
 """Listing, deleting and restoring the places of a folder.
 
-A deleted place is moved as a whole to ``ROOT/.trash``. That is in the same folder as the places, so
-that the move is a single rename on any disk, and no folder of the user is mistaken for the trash.
-Only `empty_trash` removes anything from it, since it contains originals.
+A deleted place is moved as a whole to ``ROOT/.trash``. The trash is in the same folder as the
+places, so that the move is a single rename on any disk, and so that no folder of the user is
+mistaken for the trash. Only `empty_trash` removes anything from the trash, since it contains
+originals.
 
 If a place does not exist or the disk fails, functions raise `PlaceError` and change nothing; lists
 never fail.
@@ -35,10 +36,10 @@ _GOING: Final = ".going-"
 
 
 def list_places(root: Path) -> tuple[PlaceSummary, ...]:
-    """List all places in a folder, the newest first.
+    """List all places in a folder, newest first.
 
-    Only small files are read, and no content makes it fail. Damaged and unfinished places are
-    listed with the reason. Folders that never were places are left out.
+    Only small files are read, and no content of these files raises an error. Damaged and unfinished
+    places are listed with the reason. Folders that never were places are left out.
     """
     try:
         with os.scandir(root) as entries:
@@ -87,7 +88,7 @@ def restore_place(trashed: Path) -> Path:
     """Restore a place from the trash.
 
     Returns:
-        Its old folder, or one with a number if that is taken.
+        The place's old folder, or a folder with a number if the old one is taken.
     """
     entry = _ENTRY.fullmatch(trashed.name)
     if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
@@ -111,7 +112,7 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
 
 
 def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
-    """List the places in the trash, the latest first."""
+    """List the places in the trash, latest first."""
     entries = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
     return tuple(
         TrashedPlace(one.folder, one.name, when) for one, when in entries if one is not None
@@ -132,7 +133,7 @@ def _entries(root: Path) -> list[tuple[datetime, Path]]:
 
 
 def trash_size(root: Path) -> tuple[int, int]:
-    """Return number and size in bytes of the places in the trash."""
+    """Return the number of places in the trash, and their size in bytes."""
     entries, size = _entries(root), 0
     for _, entry in entries:
         for folder, _, names in os.walk(entry):

@@ -46,7 +46,7 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
         plan: "paper", "full", "files", or "rough" for a single photo.
 
     Returns:
-        Facts with the frames in order of exposure, the brightest first; EV is relative to the
+        Facts with the frames in order of exposure, brightest first; EV is relative to the
         metered frame: the first shot of a planned bracket, otherwise the middle one.
     """
     merged, audit = probe.merged, probe.finished.audit
@@ -67,8 +67,8 @@ def location_of(probe: Measurement) -> Location:
     """Estimate from the light whether a place is indoors, and the sun's direction.
 
     Returns:
-        Indoors or outdoors by the mean luminance, if it is known absolutely; the sun if it was
-        recognised.
+        The location: indoors or outdoors by the mean luminance if that is known absolutely, and the
+        sun if it was recognised.
     """
     if not probe.bracket.panorama:
         return Location()
@@ -97,7 +97,7 @@ def place_of_capture(
         places: Folder of places; the new place gets a name that is not used there.
         name: The user's name for the place; if empty, the place is named after its light.
         camera, plan: See `capture_facts`.
-        naming: Makes a name if the user has not chosen one.
+        naming: Function that creates a name if the user has not chosen one.
     """
     before = read_place(folder)
     if before.name == naming(before.made_at, "", ()):
@@ -183,7 +183,7 @@ class MeasuredLight:
     """The light of a place, with facts about it.
 
     Attributes:
-        film: Result of a video of the sitter, if the light was measured by one.
+        film: Result of a video of the sitter, or None if the light was not measured by one.
     """
 
     light: PlaceLight
@@ -209,7 +209,7 @@ def measure_intake(
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
         return MeasuredLight(light, Location(), _doubted(facts, light.environment))
-    # A dropped folder arrives as its files.
+    # A dropped folder arrives as a list of its files.
     options = MeasureOptions(alone=True, sort_out=True, mirrored=settings.mirrored, own=intake.own)
     measured = measure(intake.way, intake.files, options, token, report)
     facts = capture_facts(measured, "", _plan_of(measured))

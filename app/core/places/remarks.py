@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class LostPart:
-    """An entry of a place that could not be read; for a list, the lost entries and the total."""
+    """An entry of a place that could not be read, with counts of lost and all items of a list."""
 
     name: str
     count: int = 0
@@ -47,7 +47,7 @@ class PartLost(Remark):
 
     Attributes:
         why: Problem of the file, or "" if only entries are affected.
-        empty: Only the files in its folder are left.
+        empty: Whether only the files in the place's folder are left.
     """
 
     why: str
@@ -76,7 +76,7 @@ class CopyFailed(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FolderUnreadable(Remark):
-    """The folder of places, and the system's message."""
+    """A folder of places that cannot be read, and the system's message."""
 
     folder: Path
     reason: str
@@ -84,7 +84,7 @@ class FolderUnreadable(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PlaceUnreadable(Remark):
-    """Problem of a place's whole file."""
+    """A problem that makes a place's whole file unreadable."""
 
     why: str
 
@@ -96,7 +96,7 @@ class LightMissing(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PhotosLost(Remark):
-    """Data about photos taken at a place could not be read; `count` of them, 0 if unknown."""
+    """Photos taken at a place whose data could not be read: `count` of them, or 0 if unknown."""
 
     count: int
     folder: Path

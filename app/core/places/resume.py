@@ -30,7 +30,7 @@ class UnfinishedPlace:
 
     Attributes:
         session: Folder of its capture, or None if the photos were opened from files.
-        here, total: Number of frames on disk, and of all frames.
+        here, total: Number of frames on disk, and number of all frames.
     """
 
     folder: Path
@@ -49,7 +49,7 @@ class UnfinishedPlace:
 
 
 def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
-    """List the places that can be completed, the newest first.
+    """List the places that can be completed, newest first.
 
     None of them has light. Captures that ended but could not be saved are included.
     """
@@ -88,7 +88,7 @@ def finish_files(
     """Merge the photos of an unfinished place.
 
     Raises:
-        CoreError: If they cannot be merged, or the disk fails.
+        CoreError: If the photos cannot be merged, or the disk fails.
         Cancelled: If the token was cancelled.
     """
     intake = Intake(unfinished.name, files=unfinished.files)
@@ -110,7 +110,8 @@ def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> 
 
     Args:
         session: Folder of the capture.
-        given_up: Whether the user stopped it, so that a partial bracket on the camera is abandoned.
+        given_up: Whether the user stopped the capture, so that a partial bracket on the camera is
+            abandoned.
     """
     if session.parent != folder:
         return False

@@ -24,7 +24,7 @@ class FolderState(Enum):
 
     THERE = "there"
     GONE = "gone"  # deleted, moved or renamed
-    UNPLUGGED = "unplugged"  # the folder of places is missing, too
+    UNPLUGGED = "unplugged"  # the folder of places is missing as well
     CLOSED = "closed"  # write-protected
 
 
@@ -38,11 +38,11 @@ def folder_state(folder: Path) -> FolderState:
 
 
 def save_place(open_place: OpenPlace, *, open_since: bool = False) -> OpenPlace:
-    """Save light and record of a place with a folder.
+    """Save the light and the record of a place that has a folder.
 
     Args:
-        open_since: Whether the place was on screen in the meantime: data of the same measurement in
-            its folder are then newer.
+        open_since: Whether the place was on screen in the meantime, in which case data of the same
+            measurement in its folder are newer.
 
     Raises:
         PlaceError: If the disk fails.
@@ -70,10 +70,10 @@ def save_place(open_place: OpenPlace, *, open_since: bool = False) -> OpenPlace:
 def save_new_place(
     places: Path, place: Place, light: PlaceLight, files: Sequence[Path], token: Token
 ) -> OpenPlace:
-    """Save a place in a new folder; a failure leaves nothing behind.
+    """Save a place in a new folder, leaving nothing behind after a failure.
 
     Args:
-        files: Originals to copy into it.
+        files: Originals to copy into the new folder.
 
     Raises:
         CoreError: If the disk fails.
@@ -122,7 +122,7 @@ def save_anywhere(open_place: OpenPlace, places: Path) -> OpenPlace:
 
 
 def original_files(folder: Path | None) -> tuple[Path, ...]:
-    """List the originals of a place; empty if they cannot be listed."""
+    """Return the originals of a place, or an empty tuple if they cannot be listed."""
     if folder is None:
         return ()
     try:

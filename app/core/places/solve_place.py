@@ -64,7 +64,8 @@ def solve_styles(
 
     Args:
         light: As in `solve_all`.
-        wish: Its background counts from `front_deg`, as turns do.
+        wish: Permitted positions of the lens. Its background is counted from `front_deg`, as turns
+            are.
         names: Built-in styles to solve, or None for all.
         own: The painted styles. A copy without strokes gets the result of its origin.
         head: Head for searching painted styles, or None if no style has strokes.

@@ -29,11 +29,11 @@ def frame_pictures(
     """Return thumbnails of a place's frames.
 
     Args:
-        radiance: (H, 2 H, 3) float32. Linear Rec. 709 of the merge; the picture of a missing file
-            is simulated from it.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance of the merge, from which the
+            pictures of missing files are simulated.
 
     Returns:
-        tuple of ((128, w, 3) uint8 or None). sRGB, in the order of `facts.frames`.
+        One picture per frame, (128, w, 3) uint8 sRGB, or None, in the order of `facts.frames`.
     """
     homes = [] if folder is None else [folder, *reversed(capture_folders(folder))]
     level = clip_level([frame.ev for frame in facts.frames])

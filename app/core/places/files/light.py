@@ -60,25 +60,23 @@ def store_environment(
     rough: bool = False,
     shares: Mapping[str, Float32] | None = None,
 ) -> StoredLight:
-    """Save the light of a place; `read_light` returns it exactly.
+    """Save the light of a place, so that `read_light` returns exactly the same values.
 
-    ``place.json`` must name it afterwards (`write_place`); until then the place keeps its old
-    light.
-
-    Nothing has changed then.
+    ``place.json`` must name the file afterwards (`write_place`). Until then, the place keeps its
+    old light.
 
     Args:
         radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance as in
             `environment.environment.Environment`: finite, not negative, not all 0; not changed.
         display: (h, w, 3) uint8. The panorama as sRGB, for the thumbnail; by default made from the
             radiance.
-        white_cd_m2: Luminance of radiance 1, in cd/m2, stated in the file.
-        rough: Whether much of the light is estimated, stated in the file.
-        shares: Clipped light and gaps, see `app.core.environment.environment.kept_shares`.
+        white_cd_m2: Luminance of radiance 1, in cd/m2, to record in the file.
+        rough: Whether much of the light is estimated, to record in the file.
+        shares: Clipped light and gaps (see `app.core.environment.environment.kept_shares`).
 
     Raises:
-        PlaceError: If the radiance is not such an environment, or the disk fails or returns other
-            data than was written.
+        PlaceError: If the radiance is not such an environment, or the disk fails or returns data
+            other than what was written. Nothing has changed then.
     """
     _check(radiance)
     fingerprint = fingerprint_of(radiance)
@@ -157,8 +155,8 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
     """Read the light of a place.
 
     Returns:
-        The environment, and remarks. There is one if the file is not the one that the results were
-        computed from; they must then be computed again.
+        The environment and the remarks. There is a remark if the file is not the one from which the
+        results were computed, which must then be computed again.
 
     Raises:
         PlaceError: If the place has no light, or its file is missing or damaged; the hint says what
@@ -210,16 +208,18 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
 def _next_step(folder: Path) -> str:
     originals = folder / ORIGINALS
     if any((each / ORIGINALS).is_dir() for each in capture_folders(folder)):
-        return tr("The camera’s files are still here. Merge them again, or capture again.")
+        return tr(
+            "The camera’s files are still here. Merge them again, or capture the place again."
+        )
     try:
         if any(not each.name.startswith(".") for each in originals.iterdir()):
             return tr(
-                "The originals are in {originals}. Merge them again, or capture again.",
+                "The originals are in {originals}. Merge them again, or capture the place again.",
                 originals=originals,
             )
     except OSError:
         pass
-    return tr("Capture here again, or open a panorama or a bracket.")
+    return tr("Capture the place again, or open a panorama or a bracket.")
 
 
 def _check(radiance: FloatImage) -> None:
@@ -255,10 +255,10 @@ def _compare(path: Path, radiance: FloatImage) -> None:
     if radiance.nbytes > _COMPARED_BYTES:
         return
     again = _read(path)
-    # Compared as bits, since 0.0 and -0.0 are equal as numbers.
+    # Compare bits, since 0.0 and -0.0 are equal as numbers.
     if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
         raise PlaceError(
-            tr("The light was not saved: the disk returned different data than were written."),
+            tr("The light was not saved: the disk returned different data from what was written."),
             tr("This disk may be failing. Choose another places folder in Settings."),
         )
 

@@ -107,7 +107,7 @@ def publish(half: Path, target: Path) -> bool:
     """Rename a complete file, unless the name is taken.
 
     Returns:
-        False if the name is taken; then nothing has changed.
+        False if the name is taken, in which case nothing has changed.
     """
     if os.path.lexists(target):
         return False
@@ -156,7 +156,7 @@ _MOST_FILES: Final = 200
 _MOST_BYTES: Final = 1 << 31
 _MOST_TOGETHER: Final = 1 << 34
 _CHUNK: Final = 1 << 20
-_SPARE: Final = 64 << 20  # bytes reserved for the environment computed from them
+_SPARE: Final = 64 << 20  # bytes reserved for the environment computed from the originals
 
 
 def adopt_files(
@@ -164,8 +164,8 @@ def adopt_files(
 ) -> tuple[Path, ...]:
     """Copy files into a place's ``originals``.
 
-    A copy gets its name once it is complete, and never that of another file; a file that already
-    exists with the same content is not copied again.
+    A copy gets its final name once it is complete, and never the name of another file. A file that
+    already exists with the same content is not copied again.
 
     Raises:
         PlaceError: If a file cannot be read, is too large, changes while it is copied, or the disk
@@ -230,7 +230,7 @@ def _check_room(folder: Path, sizes: Sequence[int]) -> None:
             raise PlaceError(
                 tr(
                     "The disk is too full for these files: {needed} MB are needed, "
-                    "{free} MB are free.",
+                    "but only {free} MB are free.",
                     needed=sum(sizes) >> 20,
                     free=free >> 20,
                 ),
@@ -256,7 +256,7 @@ def _adopt(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> Path:
 
 
 def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path, str]:
-    """Copy to a temporary name, flushed to disk; return it with the SHA-256."""
+    """Copy to a temporary file, flush it to disk, and return its path with the SHA-256."""
     half: Path | None = None
     try:
         handle, name = tempfile.mkstemp(prefix=".adopt-", suffix=".part", dir=target)

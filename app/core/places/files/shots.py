@@ -88,16 +88,17 @@ class Shot:
     # heading_deg, facing_deg: azimuth of the camera's axis, and the sitter's facing, in degrees
     heading_deg: float | None = None
     facing_deg: float | None = None
-    # the sitter from the axis, in degrees, positive to the right, or None if no sitter was detected
+    # angle of the sitter from the axis, in degrees, positive to the right, or None if no sitter was
+    # detected
     sitter_deg: float | None = None
     # fov_deg, focal_mm: horizontal field of view, in degrees; focal length for a frame of 36 x 24
     # mm
     fov_deg: float | None = None
     focal_mm: float | None = None
     confidence: float = 0.0  # 0 to 1
-    outside_deg: int = 0  # whole degrees from the light; 0 in it
-    # match, best: 0 to 100: at that turn, and the style's best there, or None if the turn is
-    # unknown
+    outside_deg: int = 0  # whole degrees from the light, or 0 in the light
+    # match, best: 0 to 100, the match at that turn and the style's best match at the place, or None
+    # if the turn is unknown
     match: int | None = None
     best: int | None = None
     # by_face: whether the facing comes from the light on the face, not from the background
@@ -151,10 +152,10 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
 
 
 def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
-    """Read the photos of a place; damaged entries are skipped.
+    """Read the photos of a place, skipping damaged entries.
 
     Returns:
-        The photos in the order in which they were added, without removed ones; and remarks.
+        The photos in the order in which they were added, without removed ones, and the remarks.
     """
     shots, remarks, _, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), remarks
@@ -192,7 +193,7 @@ def _facts(shot: Shot) -> Facts:
 
 
 def _write(folder: Path, shots: list[Shot], file_facts: Facts, version: str) -> None:
-    """Write all photos; entries of newer versions and unreadable ones are kept."""
+    """Write all photos, keeping unreadable entries and those of newer versions."""
     if len(shots) > _MOST_SHOTS:
         raise PlaceError(
             tr("This place has more than {most} photos.", most=_MOST_SHOTS),
@@ -206,7 +207,7 @@ def _write(folder: Path, shots: list[Shot], file_facts: Facts, version: str) -> 
     except CoreError as error:
         raise PlaceError(
             tr("The photo was not saved. {message}", message=error.message),
-            tr("Free some space, then open it again."),
+            tr("Free some space, then open the photo again."),
         ) from error
 
 
@@ -226,7 +227,7 @@ def add_shot(
         picture: (H, W, 3) uint8. sRGB, upright, for the list.
 
     Raises:
-        PlaceError: If the photo cannot be copied or the disk fails; nothing is listed then.
+        PlaceError: If the photo cannot be copied or the disk fails. Nothing is listed then.
     """
     (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
     with writing(folder.parent):
@@ -251,7 +252,7 @@ def _next_key(file_facts: Facts) -> str:
 
 
 def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
-    """Write the thumbnail; a failure only affects the list."""
+    """Write the thumbnail, ignoring failures, which only affect the list."""
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
@@ -291,7 +292,9 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     with writing(folder.parent):
         shots, _, file_facts, version = _read(folder)
         if all(shot.key != key for shot in shots):
-            raise PlaceError(tr("This photo is no longer in the place."), tr("Open it again."))
+            raise PlaceError(
+                tr("This photo is no longer in the place."), tr("Open the photo again.")
+            )
         new_shots = [replace(one, removed=removed) if one.key == key else one for one in shots]
         _write(folder, new_shots, file_facts, version)
 
@@ -300,7 +303,7 @@ def purge_shots(folder: Path) -> int:
     """Delete removed photos and their copies for good.
 
     Returns:
-        Number of deleted photos; those that the disk does not delete stay.
+        Number of deleted photos. Photos that cannot be deleted stay on disk.
     """
     shots, remarks, file_facts, version = _read(folder)
     purge = [shot for shot in shots if shot.removed]
@@ -325,7 +328,7 @@ def purge_shots(folder: Path) -> int:
 def keep_film_frames(
     folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
 ) -> None:
-    """Save the frame of each style that a video offers as a photo of the place.
+    """Save the frames that a video offers for the styles, as photos of the place.
 
     Frames that cannot be saved are left out.
     """

@@ -102,7 +102,7 @@ _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
 
 def _head(value: Any) -> str:
-    """Check for the name of a built-in head, or the path of the user's own."""
+    """Check for the name of a built-in head, or the path of the user's own head."""
     own = isinstance(value, str) and value.endswith(".npz")
     return text(_LONGEST_SENTENCE if own else LONGEST_WORD)(value)
 
@@ -191,7 +191,7 @@ def to_json(place: Place) -> Facts:
 
 
 def version_of(facts: Facts) -> int:
-    """Return the format version that a file states; 1 if it states none."""
+    """Return the format version recorded in a file, or 1 if none is recorded."""
     value = facts.get("format_version")
     return value if isinstance(value, int) and 0 < value < 10**6 else VERSION
 
@@ -200,7 +200,10 @@ def _facts_of(place: Place) -> Facts:
     if len(place.notes) > LONGEST_NOTES:
         raise PlaceError(
             tr("The notes are too long to save: {count:,} characters.", count=len(place.notes)),
-            tr("The limit is {most:,}. Keep the rest in a separate file.", most=LONGEST_NOTES),
+            tr(
+                "The limit is {most:,}. Move some of the notes to a separate file.",
+                most=LONGEST_NOTES,
+            ),
         )
     order = [*(name for name in _PLACE if name not in _LAST), *_LAST]
     facts = {name: plain(getattr(place, name)) for name in order if name not in _ANSWERS}
@@ -243,7 +246,7 @@ def summary_of(facts: Facts, bad: list[LostPart]) -> Facts:
 
 
 def answers_of(facts: Facts) -> tuple[int, int, str]:
-    """Return the number of styles in reach, the number of all styles, and the suggested style.
+    """Return the number of styles within reach, the number of all styles, and the suggested style.
 
     This is for a list of places, so unreadable entries are skipped.
     """
@@ -268,7 +271,7 @@ def unreadable(place: Place) -> list[LostPart]:
 
 
 def place_of(facts: Facts, bad: list[LostPart], name: str, made_at: datetime) -> Place:
-    """Parse a place; missing or invalid entries get defaults."""
+    """Parse a place, with defaults for missing or invalid entries."""
     place = _decoded(facts, bad, name, made_at)
     # What this version would write for an unchanged file.
     return replace(place, source=PlaceSource(facts, _facts_of(place)))
@@ -296,7 +299,7 @@ def _part(
     bad_parts: list[LostPart],
     key: str,
 ) -> Location | CaptureFacts:
-    """Read the valid entries of an object; an object with invalid entries is listed once."""
+    """Read the valid entries of an object, and list the object once if it has invalid ones."""
     bad: list[LostPart] = []
     values = {
         name: take(facts, name, check, getattr(default, name), bad, LostPart(key))

@@ -39,7 +39,7 @@ LONGEST_WORD: Final = 200
 
 
 def arc(value: Any) -> tuple[float, float]:
-    """Check for two turns, (from, to) in deg."""
+    """Check for two turns, (from, to), in degrees."""
     if not isinstance(value, list) or len(value) != 2:
         raise Unfit("an arc is not a pair")
     return _TURN(value[0]), _TURN(value[1])
@@ -47,9 +47,9 @@ def arc(value: Any) -> tuple[float, float]:
 
 def _curve(value: Any) -> Float64:
     if not isinstance(value, list) or len(value) != TURNS:
-        raise Unfit(f"a curve has not {TURNS} turns")
+        raise Unfit(f"a curve does not have {TURNS} turns")
     if not all(type(each) in (float, int) and math.isfinite(each) for each in value):
-        raise Unfit("a curve holds something else than numbers")
+        raise Unfit("a curve contains something other than numbers")
     curve = np.array(value, np.float64)
     curve.flags.writeable = False
     return curve
@@ -123,11 +123,15 @@ def _result(
 
 
 result_of: Final = record(_result, _RESULT | _WHY, _RESULT.keys() - _NEW)
-"""Check for a result; its curves are (64,) float64, read-only."""
+"""Check for a result, whose curves are (64,) float64, read-only."""
 
 
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
-    """Convert results to JSON; raises `PlaceError` if a number is not finite."""
+    """Convert results to JSON.
+
+    Raises:
+        PlaceError: If a number is not finite.
+    """
     rows = [_result_to_json(result) for result in results]
     for facts in rows:
         try:

@@ -1,4 +1,4 @@
-"""Read saved reasons: data, or a sentence in earlier places."""
+"""Read saved reasons, which are data, or sentences in earlier places."""
 
 from __future__ import annotations
 
