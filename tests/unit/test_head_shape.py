@@ -149,7 +149,7 @@ def test_a_shape_comes_back_as_it_was_stored(tmp_path: Path) -> None:
 
 def test_skins_share_their_heads_shape_and_others_do_not() -> None:
     assert load_shape_of(load_named("generic-dark"), "generic-dark").head == "generic"
-    with pytest.raises(TransportError, match="belongs to another head"):
+    with pytest.raises(TransportError, match="was made for a different head"):
         load_shape_of(load_named("female"), str(resources() / "transport" / "generic.npz"))
 
 
@@ -172,10 +172,10 @@ def _store(path: Path, arrays: dict[str, NDArray[Any]]) -> Path:
 
 def test_files_that_are_no_shape_are_refused_in_sentences(tmp_path: Path) -> None:
     path = tmp_path / "x.shape.npz"
-    with pytest.raises(TransportError, match="There is no head's shape"):
+    with pytest.raises(TransportError, match="There is no head-shape file"):
         load_shape(path)
     path.write_bytes(b"not a zip")
-    with pytest.raises(TransportError, match="damaged or not a head's shape"):
+    with pytest.raises(TransportError, match="damaged or not a head-shape file"):
         load_shape(path)
     whole = _store(path, _arrays()).read_bytes()
     path.write_bytes(whole[: len(whole) // 2])

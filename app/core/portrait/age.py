@@ -15,10 +15,13 @@ from datetime import datetime
 from typing import Final, Literal, TypeAlias
 
 Kind: TypeAlias = Literal["sun", "sky", "windows", "lamps", "unknown"]
-"""Main light of a place: the sun, the sky without it, windows, only lamps, or unknown."""
+"""Main light of a place: the sun, the sky without the sun, windows, only lamps, or unknown."""
 
 State: TypeAlias = Literal["fresh", "ageing", "old", "unknown"]
-"""Validity of the light; ageing means not for much longer, unknown that the clocks disagree."""
+"""Validity of the light.
+
+Ageing light will not be valid for much longer. The validity is unknown if the clocks disagree.
+"""
 
 AGAIN_DEG: Final = 5.0
 """Motion of the sun, in degrees, after which the light is old: about half a tolerance arc."""
@@ -36,7 +39,7 @@ _LIMITS_MINUTES: Final[dict[Kind, tuple[float, float]]] = {
     "windows": (45.0, 90.0),
     "unknown": (45.0, 90.0),
 }
-# after it the sun is elsewhere, and degrees are no longer meaningful
+# after this time the sun is elsewhere, and degrees are no longer meaningful
 _LONG_MINUTES: Final = 6 * 60.0
 
 
@@ -45,9 +48,12 @@ class Age:
     """The age of a light.
 
     Attributes:
-        minutes: Negative if it was measured ahead of this clock, or None if the time is unknown.
-        sun_deg: Motion of the sun, deg of arc, or None without a sun, or after hours.
-        sun_aside_deg: Largest possible change of its azimuth, in degrees; None in the same cases.
+        minutes: Age in minutes, negative if the light was measured ahead of this clock, or None if
+            the time is unknown.
+        sun_deg: Motion of the sun, in degrees of arc, or None if there is no sun or hours have
+            passed.
+        sun_aside_deg: Largest possible change of the sun's azimuth, in degrees, or None in the same
+            cases.
     """
 
     minutes: float | None
@@ -65,11 +71,11 @@ def light_age(
 ) -> Age:
     """Return the age of a light.
 
-    The state is unknown if it was measured more than two minutes in the future.
+    The state is unknown if the light was measured more than two minutes in the future.
 
     Args:
-        sun_elevation_deg: Elevation of the measured sun, in degrees; it limits the change of its
-            azimuth.
+        sun_elevation_deg: Elevation of the measured sun, in degrees, which limits the change of the
+            sun's azimuth.
     """
     try:
         seconds = (now.astimezone() - made_at.astimezone()).total_seconds()
@@ -106,11 +112,11 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
     """Return the angle that the sun has moved.
 
     Args:
-        minutes: Time, minutes.
+        minutes: Time, in minutes.
         declination: Declination of the sun, in degrees.
 
     Returns:
-        Deg of arc on the sky; 15 cos(declination) an hour for short times.
+        Degrees of arc on the sky, 15 cos(declination) an hour for short times.
 
     Examples:
         >>> round(sun_moved_deg(25.0, 0.0), 6), round(sun_moved_deg(720.0, 0.0))
@@ -130,7 +136,7 @@ def _by_sun(minutes: float, declination: float, elevation: float | None) -> Age:
 
 
 def _largest_azimuth(shift_deg: float, elevation: float | None) -> float:
-    """Return the largest change of azimuth over an arc of this length from that elevation."""
+    """Return the largest change of azimuth over an arc of a given length from an elevation."""
     if elevation is None or not math.isfinite(elevation):
         return shift_deg
     # The meridian tangent to a circle of radius r around a point at elevation e is asin(sin r / cos

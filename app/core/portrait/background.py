@@ -38,11 +38,11 @@ def background(
 ) -> Float32:
     """Render the blurred background of a sitter, (h, w, 3), linear.
 
-    It has the perspective of the head's own camera, so it is the middle third of the lens's view on
-    an upright frame of 24 x 36 mm, 8 of 24 degrees. As that camera is in front of the probe's
-    position, it covers more of the panorama: see `widened_fov` of `heading_conversion`. Lamps
-    become discs, since the light is linear. The blur is applied at reduced size, and the result
-    enlarged.
+    The background has the perspective of the head's own camera, so it is the middle third of the
+    lens's view on an upright frame of 24 x 36 mm, 8 of 24 degrees. As that camera is in front of
+    the probe's position, its view covers more of the panorama (see `widened_fov` in
+    `heading_conversion`). Lamps become discs, since the light is linear. The blur is applied at
+    reduced size, and the result is enlarged.
 
     Args:
         panorama: (H, W, 3). Linear radiance.

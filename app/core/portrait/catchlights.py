@@ -18,7 +18,7 @@ from app.core.portrait.light import PortraitLight
 from app.core.portrait.portrait_head import PortraitHead
 
 _IRIS, _ROWS = 14, 640
-"""Radius of the iris, in pixels, in a picture with that many rows."""
+"""Radius of the iris, in pixels, and number of rows of the picture that it refers to."""
 _BRIGHTER: Final = 3.0
 _LEAST_SHARE: Final = 0.1
 """Least brightness of a catchlight, as a fraction of the head's mean brightness."""
@@ -27,7 +27,7 @@ _MIRRORED: Final = 0.5
 EYES: Final = ("right", "left")
 """The sitter's eyes: the right one is in the left half of the picture."""
 _NEAR_DEG: Final = 5.0
-"""Largest angle between a lamp and the direction mirrored by a spot: the cornea blurs."""
+"""Largest angle between a lamp and the direction that a spot mirrors, as the cornea blurs."""
 _ABOVE_DEG: Final = 60.0
 
 
@@ -37,10 +37,10 @@ class Catchlight:
 
     Attributes:
         eye: "left" or "right", the sitter's own.
-        clock: Position in the picture, hours from 0 to 12.
-        share: Its area over that of the iris.
+        clock: Position in the picture as on a clock, in hours from 0 to 12.
+        share: Area of the reflection divided by that of the iris.
         what: Source, as in the list of the place's lamps.
-        letter: Letter of that lamp; empty if it mirrors none of them.
+        letter: Letter of the lamp in that list, or "" if the reflection is of none of them.
     """
 
     eye: str
@@ -110,7 +110,7 @@ def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
 
 
 def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bools]:
-    """Return the bright areas of an eye, the brightest first."""
+    """Return the bright areas of an eye, brightest first."""
     least = max(_BRIGHTER * float(np.median(grey[iris])), least)
     bright = iris & mirror & (grey >= least)
     joint = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
@@ -127,7 +127,7 @@ def _source(
 
     Args:
         ways: (n, 3). Directions in the sitter's frame that the spot's pixels mirror.
-        weight: (n,). Light of each.
+        weight: (n,). Light of each pixel.
     """
     elevations = np.degrees(np.arcsin(np.clip(ways[:, 1], -1, 1)))
     azimuths = np.degrees(np.arctan2(-ways[:, 0], ways[:, 2])) + turn_deg

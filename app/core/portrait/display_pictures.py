@@ -14,7 +14,7 @@ from app.core.base.sphere import bounded
 from app.core.environment.environment import Environment
 
 WELL: Final = (0x2B, 0x2B, 0x2B)
-"""Neutral grey behind every picture, sRGB bytes."""
+"""Neutral grey behind every picture, in sRGB bytes."""
 
 _GREY_LEVEL: Final = 0.52
 _WIDEST: Final = 4096
@@ -22,7 +22,7 @@ _BAND_ROWS: Final = 256
 
 
 def greyed(display: FloatImage) -> FloatImage:
-    """Grey out a picture that is out of reach.
+    """Grey out the picture of a style that is out of reach.
 
     Args:
         display: (H, W, 3) float32. sRGB in 0..1 on the background grey.
@@ -41,8 +41,8 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
     """Render a panorama with an azimuth in the centre column.
 
     Args:
-        environment: The place. Repaired texels are filled from their neighbours here, and only
-            here: a black ring around every lamp would be distracting.
+        environment: Light of the place. Only for this picture, repaired texels are filled from
+            their neighbours, since a black ring around every lamp would be distracting.
         turn_deg: Azimuth in the centre, in degrees.
         size: Rows and columns of the result.
 
@@ -54,13 +54,13 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
         radiance = _filled(radiance)
     rolled = np.roll(radiance, -round(turn_deg / 360.0 * radiance.shape[1]), axis=1)
     gain = colour.panorama_exposure(colour.luminance(rolled))
-    # In bands: the steps take ten times the memory of their input.
+    # Work in bands, since the steps take ten times the memory of their input.
     bands = np.array_split(rolled, max(len(rolled) // _BAND_ROWS, 1))
     return scaled(np.concatenate([colour.tone_map(band, gain) for band in bands]), size)
 
 
 def _filled(radiance: FloatImage) -> FloatImage:
-    """Replace texels with a zero with the mean of the lit ones around them."""
+    """Replace texels that contain a zero with the mean of the lit texels around them."""
     dark = radiance.min(axis=2) <= 0.0
     weight = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
     around = (7, 7)
@@ -84,7 +84,8 @@ def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
 def mitchell(away: Float64) -> Float64:
     """Return the weights of the Mitchell-Netravali filter up to two pixels away; four sum to 1.
 
-    It is smooth, with hardly any fringe: OpenCV's cubic draws a dark line around every bright head.
+    The filter is smooth, with hardly any fringe, while OpenCV's cubic filter draws a dark line
+    around every bright head.
     """
     near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
     far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0

@@ -47,7 +47,7 @@ _NARROWING: Final = 0.75  # power of the view's cosine; a lobe narrows by 1 acro
 def portrait_picture(
     head: PortraitHead, skin: PortraitSkin, light: PortraitLight, turn_deg: float
 ) -> Float32:
-    """Render a head in the light of a place; see `portrait_pictures`."""
+    """Render a head in the light of a place (see `portrait_pictures`)."""
     return next(portrait_pictures(head, skin, light, [turn_deg]))
 
 
@@ -60,7 +60,8 @@ def portrait_pictures(
         turns_deg: Azimuths in the panorama that the sitter's nose points to.
 
     Returns:
-        (rows, columns, 3) float32 each. Linear Rec. 709 on black, in the panorama's unit.
+        One picture per turn, (rows, columns, 3) float32. Linear Rec. 709 on black, in the
+        panorama's unit.
     """
     skin = skin.only(head)
     both = np.concatenate([_both_halves(head, light, turn) for turn in turns_deg], axis=1)
@@ -79,7 +80,7 @@ def _draw(
     soft: Float32,
     both: Float32,
 ) -> Float32:
-    """Render one turn from soft light entering the nodes, (N, 6), and that of the cells."""
+    """Render one turn from the soft light that enters the nodes, (N, 6), and that of the cells."""
     sheen, lights = _mirrored(head, light, turn_deg), [both]
     places, ways = _places(head, light, turn_deg)
     if places:
@@ -89,7 +90,7 @@ def _draw(
         lights.append(_cells_around(places, ways) @ fluxes)
         mirrored, count = openness[glints], 3 * len(head.halves)
         if head.yaw_deg:
-            # A node of the other half sees a lamp as its mirror image sees the mirrored one.
+            # A node of the other half sees a lamp as its mirror image sees the mirrored lamp.
             glints = slice(0, _SIDES * GLINTS, _SIDES)
             mirrored = np.concatenate([mirrored[::2], mirrored[1::2]], axis=1)
         sheen += _glints(head.visible, ways[glints], mirrored) @ fluxes[glints, :count]
@@ -113,7 +114,7 @@ def eye_shine(head: PortraitHead, light: PortraitLight, turn_deg: float) -> list
 def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
     """Combine light leaving the skin and its reflections, both at nodes, into samples, (S, n).
 
-    Block by block, so that the working data stay in the cache.
+    The samples are computed block by block, so that the working data stay in the cache.
     """
     samples = np.empty(wide.albedo.shape, np.float32)
     parts = np.empty((2, _BLOCK, wide.albedo.shape[1]), np.float32)
@@ -157,8 +158,8 @@ def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float3
     """Blend hair and cloth, in lights of (G, 6), over the picture."""
     sides = len(head.halves)
     # The lamps' part is clipped at zero separately: the few functions do not contain all of it, and
-    # the missing part must not remove the sky's colour. Channel by channel: matrix products, twelve
-    # times as fast as a sum over three indices.
+    # the missing part must not remove the sky's colour. Matrix products, channel by channel, are
+    # twelve times as fast as a sum over three indices.
     cells = np.ascontiguousarray(hair.cells.transpose(2, 0, 1))
     parts = (cells @ one.reshape(-1, _SIDES, 3)[:, :sides].transpose(2, 0, 1) for one in lights)
     counts = (part.transpose(1, 2, 0).reshape(-1, 3 * sides) for part in parts)
@@ -231,10 +232,10 @@ def scattered(nodes: SkinNodes, skin: PortraitSkin, values: Float32) -> Float32:
 
 
 def _toward(head: PortraitHead, light: Float32) -> Float32:
-    """Return the skin's light toward the camera at each visible node, (M, n), from the `lit` ones.
+    """Return the skin's light toward the camera at each visible node, (M, n), from the lit nodes.
 
     Args:
-        light: (L, 6) float32.
+        light: (L, 6) float32. Light that leaves the lit nodes.
     """
     if not head.yaw_deg:
         return light
@@ -255,7 +256,7 @@ def _mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Floa
 
 
 def _glints(nodes: SeenNodes, ways: Float32, openness: Float32) -> Float32:
-    """Return the skin's reflections, (M, n), of lamps of flux 1, given visible shares, (n, N).
+    """Return the skin's reflections, (M, n), of lamps of flux 1, given visible fractions, (n, N).
 
     Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation 20,
     with Beckmann's facets (25) and their shadowing (27).
@@ -291,7 +292,7 @@ def fresnel(cosine: Float32) -> Float32:
 
 
 def shadowing(cosine: Float32, roughness: float = ROUGHNESS) -> Float32:
-    """Return the fraction of Beckmann's facets not hidden by others; Walter's rational fit.
+    """Return the fraction of Beckmann's facets not hidden by others, by Walter's rational fit.
 
     Args:
         cosine: float32, any shape. Cosine of the angle to the surface's normal.

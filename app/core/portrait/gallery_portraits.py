@@ -56,14 +56,15 @@ class Taps:
 
     Attributes:
         index: (k, n) intp. Pixels of the picture.
-        weight: (k, n) float32. Their weights; a sum below 1 is partly outside the picture.
+        weight: (k, n) float32. Weights of these pixels. Their sum is below 1 for a result pixel
+            that is partly outside the picture.
     """
 
     index: Indices = field(repr=False)
     weight: Float32 = field(repr=False)
 
     def along_rows(self, planes: Float32) -> Float32:
-        """Scale (c, N, m) to (c, n, m) in a few passes; a full matrix would need BLAS."""
+        """Scale (c, N, m) to (c, n, m) in a few passes, since a full matrix would need BLAS."""
         result: Float32 = planes[:, self.index[0]] * self.weight[0][:, np.newaxis]
         for index, weight in zip(self.index[1:], self.weight[1:], strict=True):
             result += planes[:, index] * weight[:, np.newaxis]
@@ -77,7 +78,7 @@ class Framing:
     Attributes:
         rows, columns: Source pixels of the visible rows and columns.
         picture, room: As in `framing`.
-        top, left: Upper left corner, pixels of the picture.
+        top, left: Upper left corner, in pixels of the picture.
         step: Pixels of the picture per pixel of the result.
     """
 
@@ -95,12 +96,12 @@ class Framing:
         return self.rows.index.shape[1], self.columns.index.shape[1]
 
     def of(self, planes: Float32) -> Float32:
-        """Frame (c, N, N) as (c, w, h): rows and columns are exchanged."""
+        """Frame (c, N, N) as (c, w, h), with rows and columns exchanged."""
         rows_first = np.ascontiguousarray(self.rows.along_rows(planes).transpose(0, 2, 1))
         return self.columns.along_rows(rows_first)
 
     def cut(self, picture: Float32) -> Float32:
-        """Frame (N, N) or (N, N, 3) as (h, w) or (h, w, 3), to half a pixel; black around it."""
+        """Frame (N, N) or (N, N, 3) as (h, w) or (h, w, 3), to half a pixel, with black around."""
         high, wide = (round(each * self.step) for each in self.size)
         top, left = round(self.top), round(self.left)
         part = picture[max(top, 0) : top + high, max(left, 0) : left + wide]
@@ -126,7 +127,7 @@ def framing(
         size: Rows and columns of the result, both at least 1.
         close: Whether the head alone fills the picture, without neck and shoulders.
         room: Height of the picture over that of a transport's, which ends at the crown.
-        above: Visible room for hair, in the unit of `room`, its default.
+        above: Visible room for hair, in the unit of `room`, or None for the value of `room`.
     """
     height, width = size
     above = room if above is None else above
@@ -150,21 +151,21 @@ def framing(
 
 
 LightSource: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
-"""Light as seen by a head, (H, W, 3) or (H, W), any exposure, or a function that computes it.
+"""Light as seen by a head, (H, W, 3) or (H, W), at any exposure, or a function that computes it.
 
-A style stands for its own lamps, None for even light.
+A style stands for its own lamps, and None for even light.
 """
 
 
 def skin_gains(transport: Transport, lights: Sequence[LightSource]) -> list[float]:
     """Return the exposure factor of a skin tone in each light, relative to medium skin.
 
-    Pictures are exposed by the light, as with a grey card: like a face of medium skin in the same
-    light. So skins side by side differ as they do in life.
+    Pictures are exposed for the light, as with a grey card, and so like a face of medium skin in
+    the same light. Skin tones side by side therefore differ as they do in life.
 
     Returns:
-        One for each light, for `portraits`: below 1 for dark skin, above 1 for light skin, 1 for
-        medium.
+        One factor for each light, for use in `portraits`: below 1 for dark skin, above 1 for light
+        skin, and 1 for medium skin.
     """
     if transport.header.skin not in _OTHER_SKINS or not lights:
         return [1.0] * len(lights)
@@ -211,10 +212,10 @@ def _studio(style: Style | None) -> Float64:
 def exposures(
     values: Floats, coverage: FloatImage, gains: Sequence[float] = ()
 ) -> tuple[float, ...]:
-    """Return the display gains of pictures, comparable between pictures and sizes.
+    """Return display gains that make pictures comparable with one another and across sizes.
 
-    They follow the rule of `app.core.base.colour.face_exposure`, for the transport's pictures as in
-    `portraits`: bald, so that hair does not count as face.
+    The gains follow the rule of `app.core.base.colour.face_exposure` for the transport's pictures,
+    as in `portraits`. The heads in these are bald, so that hair does not count as part of the face.
 
     Args:
         gains: See `skin_gains`.
@@ -233,9 +234,10 @@ def portraits(
 
     Args:
         values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge contain only
-            its share.
+            the head's own part of the light.
         coverage: (N, N) float32. Fraction of each pixel covered by the head.
-        gain_list: Gains of the pictures, see `exposures`; by default from their own light.
+        gain_list: Gains of the pictures, by default those for the pictures' own light (see
+            `exposures`).
 
     Returns:
         (n, h, w, 3) uint8. sRGB.
@@ -248,7 +250,7 @@ def portraits(
     gains = gain_list or exposures(linear, coverage)
     for picture, target, gain in zip(linear, result, gains, strict=True):
         light = _compressed(np.clip(picture * np.float32(gain), 0.0, _MOST_LIGHT))
-        # Outside the picture there is only background, so it is subtracted before and added back.
+        # Outside the picture there is only background: subtract it before framing, and add it back.
         framed = frame.of((_encoded(light + behind) - well).transpose(2, 0, 1))
         framed += well
         np.clip(framed, 0.0, 1.0, out=framed)
@@ -263,10 +265,11 @@ def large_portrait(
 
     Args:
         away: (h, w, 3). Fraction of each value not covered by the head.
-        behind: (h, w, 3) float32. Light behind the head, exposed with it, or None for neutral grey.
+        behind: (h, w, 3) float32. Light behind the head, exposed like the head, or None for neutral
+            grey.
     """
     display = np.empty(picture.shape, np.uint8)
-    # In bands that fit in the cache.
+    # Work in bands that fit in the cache.
     step = max(_BAND_PIXELS // picture.shape[1], 1)
     for first in range(0, len(picture), step):
         band = slice(first, first + step)
@@ -302,14 +305,14 @@ def light_exposures(transport: Transport, lights: Sequence[LightSource]) -> tupl
 
 
 def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
-    """Return the exposure of a face in even light as strong as the mean of (32, 64, 3)."""
+    """Return the exposure of a face in even light as strong as the mean of a light, (32, 64, 3)."""
     solid = solid_angles(SHAPE)[:, np.newaxis]
     mean = float((colour.luminance(light) * solid).sum()) / (SHAPE[1] * float(solid.sum()))
     return light_exposures(transport, [None])[0] / max(mean, 1e-30)
 
 
 def greyed(picture: Bytes) -> Bytes:
-    """Grey out a portrait that is out of reach.
+    """Grey out the portrait of a style that is out of reach.
 
     Args:
         picture: (h, w, 3) uint8. sRGB on the background grey.
@@ -359,7 +362,7 @@ def _taps(count: int, pixels: int, start: float, step: float) -> Taps:
 
 
 def _averaged(pixels: int, start: float, step: float) -> tuple[Indices, Float64]:
-    """Return the share of each pixel in the area of each result pixel, averaging like a sensor."""
+    """Return each pixel's fraction of the area of each result pixel, averaging like a sensor."""
     low = start + step * np.arange(pixels)
     first = np.floor(low).astype(np.intp)
     place = first + np.arange(math.ceil(step) + 1)[:, np.newaxis]

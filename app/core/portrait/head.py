@@ -75,16 +75,16 @@ class Head:
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
     hair: str = PLAIN
-    # whether the place is shown behind it, out of focus
+    # whether the place is shown behind the head, out of focus
     in_place: bool = False
     # lamps of the pack's targets, as in `Place.studios`
     studios: Mapping[str, Studio] = field(default_factory=dict)
-    # the same head under the styles' own lamps, if that is another one
+    # the same head under the styles' own lamps, if that is a different object
     published: Head | None = field(default=None, repr=False)
-    # turn of the face toward its own left from the line to the lens: lights count from the nose's
-    # direction
+    # turn of the face toward its own left from the line to the lens: lights are counted from the
+    # nose's direction
     yaw_deg: float = 0.0
-    # the same head with its nose to the lens, if that is another one
+    # the same head with its nose to the lens, if that is a different object
     front: Head | None = field(default=None, repr=False)
 
     @cached_property
@@ -99,11 +99,11 @@ class Head:
         return pack_for
 
     def pack_in(self, studios: Mapping[str, Studio]) -> StylePack:
-        """Return the pack with targets under other lamps; recent ones are cached."""
+        """Return the pack with targets under other lamps, caching the recent packs."""
         return (self.published or self)._packs(frozenset(studios.items()))
 
     def lit_by(self, studios: Mapping[str, Studio]) -> Head:
-        """Return the head with targets under other lamps; the first call takes half a second."""
+        """Return the head with targets under other lamps, which takes half a second at first."""
         if studios == self.studios:
             return self
         return (self.published or self)._in_studios(frozenset(studios.items()))
@@ -113,7 +113,7 @@ class Head:
         @lru_cache(maxsize=_MOST_STUDIOS)
         def in_studios(choices: frozenset[tuple[str, Studio]]) -> Head:
             pack = self._packs(choices)
-            # The next search needs them, and this is not the window's thread.
+            # The next search needs these tables, and this is not the window's thread.
             _ = pack.tables
             return replace(self, pack=pack, studios=dict(choices), published=self)
 
@@ -123,7 +123,7 @@ class Head:
     def views(self) -> list[ViewTables]:
         """Search tables of the views from the side, or none for a head baked without them."""
         try:
-            # Only other lamps ask again: the views themselves take 20 MB.
+            # With other lamps, reuse the views of the published head, which take 20 MB.
             if self.published is None:
                 return views_of(self.pack, self.name)
             return tables_of(self.pack, self.published.aside)
@@ -136,7 +136,7 @@ class Head:
 
     @cached_property
     def aside(self) -> HeadViews:
-        """All views from the side, 20 MB, read once."""
+        """All views from the side, which take 20 MB and are read once."""
         return load_views_of(self.pack, self.name)
 
     @cached_property
@@ -149,7 +149,7 @@ class Head:
                 return self
             view = views.at(yaw, pack.styles)
             view_transport, targets = view.transport, targets_in(pack, view)
-            # In the skin's colour: in deep shadow, a view's own colour is lost in its noise.
+            # Use the skin's colour, since in deep shadow a view's own colour is lost in its noise.
             tint = render(view_transport, np.ones((*view_transport.environment_shape, 3))).mean(
                 axis=0
             )
@@ -175,14 +175,14 @@ class Head:
         return self.front.painted().target(style, self.yaw_deg)
 
     def studio_wanted(self, style: str) -> Studio:
-        """Return the lamps chosen for a style; `StylePack.studio` has those in use."""
+        """Return the lamps chosen for a style, as opposed to those in use (`StylePack.studio`)."""
         return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
     def portrait(self, linear: FloatImage, size: Size, light: LightSource = None) -> Bytes:
         """Develop a linear picture of the head, (N, N, 3), to sRGB of a size.
 
-        It is exposed for its light, by default even light. A large picture in the light of a place
-        or of a style is drawn at full size.
+        The picture is exposed for its light, by default even light. A large picture in the light of
+        a place or of a style is drawn at full size.
         """
         return self.portraits([linear], size, [light])[0]
 
@@ -203,13 +203,13 @@ class Head:
             linear: (n, N, N, 3). Linear Rec. 709.
             size: Rows and columns of the results.
             lights: The light of each picture.
-            close: Show the head alone, without neck and shoulders.
-            quick: Draw from the transport, whatever the size.
-            draft: Draw with half as many pixels across, for moving pictures.
+            close: Whether to show the head alone, without neck and shoulders.
+            quick: Whether to draw from the transport, whatever the size.
+            draft: Whether to draw with half as many pixels across, for moving pictures.
             gains: Exposures; by default those of `exposures`.
 
         Returns:
-            (rows, columns, 3) uint8 sRGB each.
+            One picture per light, (rows, columns, 3) uint8 sRGB.
         """
         gains = gains or self.exposures(linear, lights)
         if not quick and self.full_at(size):
@@ -247,11 +247,11 @@ class Head:
 
     @property
     def may_be_full(self) -> bool:
-        """Whether the head is built in, and so may have a full-size portrait; reads no file."""
+        """Whether the head is built in and may have a full-size portrait, without reading files."""
         return not self.name.endswith(".npz")
 
     def may_be_full_at(self, size: Size) -> bool:
-        """Return whether pictures of a size may be drawn at full size; reads no file."""
+        """Return whether pictures of a size may be drawn at full size, without reading a file."""
         return max(size) >= FULL_SIZE and self.may_be_full
 
     def full_at(self, size: Size) -> bool:
@@ -264,12 +264,12 @@ class Head:
         header, key = self.transport.header, (self.hair, self.yaw_deg)
         portrait = load_portrait(header.head, header.skin, *key) if self.may_be_full else None
         if portrait is not None:
-            # Half a second, once; never in the window's thread.
+            # This takes half a second once, so it is never done in the window's thread.
             _ = portrait[0].nodes.soft
         return portrait
 
     def catchlights(self, light: Facing, findings: Findings) -> tuple[Catchlight, ...] | None:
-        """Find the reflections in the eyes, or None for a head without a full-size portrait."""
+        """Return the reflections in the eyes, or None for a head without a full-size portrait."""
         if self.full is None:
             return None
         fine_light, picture = _of_place(light.light), _draw(*self.full, light)
@@ -321,7 +321,7 @@ class Head:
         """Render the head in a place and under a lamp.
 
         The transport's pictures, the first two parts, account for near light and occlusion.
-        Shadows, eyes and hair come from the lamp's light as if far away, (H, W, 3), the third part.
+        Shadows, eyes and hair come from the third part, the lamp's light as if far away, (H, W, 3).
         """
         place, lamp, far = parts
         gains = self.exposures([place + lamp], [here])
@@ -395,13 +395,13 @@ def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
     """Load a built-in head by name, or another by the path of its transport.
 
     Raises:
-        TransportError: If it is unreadable or incomplete.
+        TransportError: If the head is unreadable or incomplete.
     """
     pack = load_named_pack(name)
     transport = load_transport_of(pack, name)
     if name.endswith(".npz"):
         _check_own(pack, transport, name)
-    # The search tables are needed first; better computed here than with the screen.
+    # The search tables are needed first, and are better computed here than with the screen.
     _ = pack.tables
     return Head(name, pack, transport, hair, in_place)
 
@@ -411,7 +411,7 @@ def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
     if pack.header.environment != SHAPE:
         raise TransportError(
             tr("The head {name} was not baked for 64 × 32 texels.", name=Path(name).name),
-            tr("Bake it again without '--env'."),
+            tr("Bake the head again without '--env'."),
         )
     load_shape_of(transport, name)
 
@@ -419,7 +419,7 @@ def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
 def with_lamps(
     studios: Mapping[str, Studio], studio: Studio | None, style: str
 ) -> dict[str, Studio]:
-    """Change the lamps for a style and its mirror image, or with "" for all others."""
+    """Change the lamps for a style and its mirror image, or, if `style` is "", for all others."""
     names = sorted({style, mirror_name(style)})
     new_studios = {name: one for name, one in studios.items() if name not in names}
     if studio is not None and (style or studio != AS_PUBLISHED):

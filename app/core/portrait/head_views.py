@@ -56,9 +56,10 @@ class HeadView:
     """A view of a turned head.
 
     Attributes:
-        transport: In light at the turn of the nose.
+        transport: Transport of the view, for light at the turn of the nose.
         shape: Positions behind its pixels.
-        targets: (S, P) float32. Luminance of the styles under their own lamps, largest value 1.
+        targets: (S, P) float32. Luminance of the styles under their own lamps, with a largest value
+            of 1.
     """
 
     yaw_deg: float
@@ -67,7 +68,7 @@ class HeadView:
     targets: Float32 = field(repr=False)
 
     def mirrored(self, styles: Sequence[Style]) -> HeadView:
-        """Return the mirrored view, of a symmetric head."""
+        """Return the mirrored view of a symmetric head."""
         here, size = self.transport, self.transport.size
         flipped = here.pixels // size * size + size - 1 - here.pixels % size
         order = np.argsort(flipped)
@@ -87,12 +88,12 @@ class HeadView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadViews:
-    """All views of a head, packed; each is unpacked on demand.
+    """All views of a head, packed and unpacked on demand.
 
     Attributes:
         shape: Shape of the head seen from the front.
         texel_basis: (R, H * W) float32. As in a transport.
-        parts: By yaw, in degrees: arrays as returned by `pack_view`.
+        parts: Arrays as returned by `pack_view`, by yaw in degrees.
     """
 
     header: TransportHeader
@@ -157,16 +158,17 @@ def pack_view(
 ) -> dict[str, NDArray[Any]]:
     """Quantise a view for storage.
 
-    Coefficients are smooth over the picture except for noise: squares of it are rounded as cosines,
-    which takes half the space of pixels for the same error.
+    Coefficients are smooth over the picture except for noise. Squares of the picture are therefore
+    rounded as cosines, which takes half the space of pixels for the same error.
 
     Args:
         grey: (P, R) float32. Luminance of each pixel by the functions of texels.
-        tints: (2, P, K) float32. Red and blue minus that, by the first of them.
+        tints: (2, P, K) float32. Red and blue minus that luminance, by the first of these
+            functions.
         pixels: (P,) int32. Flat pixel numbers.
         coverage: Fraction of each pixel covered by the head.
         positions: (P, 3) float32. As in `HeadShape`.
-        targets: (S, P) float32. Luminance, any scale.
+        targets: (S, P) float32. Luminance, at any scale.
         size: Side of the picture, in pixels.
     """
     step = np.float32(_STEP * np.sqrt(np.square(grey).sum(axis=1).mean()))
@@ -242,12 +244,12 @@ def save_views(
     texel_basis: Float32,
     parts: Mapping[float, Mapping[str, NDArray[Any]]],
 ) -> str:
-    """Save the views of a head atomically; return the file's SHA-256.
+    """Save the views of a head atomically, and return the file's SHA-256.
 
     Args:
         front: The head's own transport.
-        texel_basis: (R, H * W) float32. Each function even or odd.
-        parts: By yaw, in degrees, as returned by `pack_view`.
+        texel_basis: (R, H * W) float32. Functions of texels, each even or odd.
+        parts: Views as returned by `pack_view`, by yaw in degrees.
     """
     largest = np.abs(texel_basis).max(axis=1)
     rows = np.round(texel_basis * (_TEXEL_STEPS / largest)[:, None]).astype(np.int16)
@@ -274,17 +276,17 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
     """Load the views of a head.
 
     Args:
-        digest, shape: Those of the same head's transport.
+        digest, shape: Digest and shape of the same head's transport.
 
     Raises:
-        TransportError: If the file is missing, damaged, made by a newer version, or belongs to
-            another head.
+        TransportError: If the file is missing, damaged, made by a newer version, or made for a
+            different head.
     """
     facts, arrays = read_sealed(
-        path, tr("file of views"), _AGAIN, VIEWS_VERSION, most=_MOST_BYTES, restore=_restore
+        path, tr("head-view file"), _AGAIN, VIEWS_VERSION, most=_MOST_BYTES, restore=_restore
     )
     if facts.get("transport_sha256") != digest:
-        raise TransportError(tr("{name} belongs to another head.", name=path.name), _AGAIN)
+        raise TransportError(tr("{name} was made for a different head.", name=path.name), _AGAIN)
     try:
         parts = {float(yaw): _part(arrays, number) for number, yaw in enumerate(facts["yaws"])}
         header = parse_transport_header(facts)
@@ -302,7 +304,7 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
 
 
 def has_views(name: str) -> bool:
-    """Return whether a shipped head, or a transport, has a file of views."""
+    """Return whether a shipped head, or a transport, has a file with views."""
     return views_path(_beside(name)).is_file()
 
 
@@ -311,7 +313,7 @@ def _beside(name: str) -> Path:
 
 
 def load_views_of(pack: StylePack, name: str) -> HeadViews:
-    """Load the views of a shipped head by name, or those beside a transport; see `load_views`."""
+    """Load the views of a shipped head by name, or those beside a transport (see `load_views`)."""
     shape = _beside(name if name.endswith(".npz") else pack.header.head)
     digest = pack.header.transport_sha256
     return load_views(views_path(_beside(name)), digest, load_shape(shape_path(shape)))

@@ -53,7 +53,7 @@ class Lamp:
     """A small bright light in the panorama.
 
     Attributes:
-        azimuth, elevation, radius: Radians, at turn 0.
+        azimuth, elevation, radius: Direction and size, in radians, at turn 0.
         flux: (3,) float32. Radiance times solid angle.
     """
 
@@ -70,11 +70,11 @@ class PortraitLight:
     Attributes:
         rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the first `SHARP` lamps,
             cumulative along the azimuth, per steradian.
-        lamps: The brightest first.
+        lamps: The lamps, brightest first.
         sheen: (h, w + 2, 6) float32. The light without the first `GLINTS` lamps, blurred by skin,
-            at grazing angles and from straight above; padded with a column of the opposite end on
+            at grazing angles and from straight above, padded with a column of the opposite end on
             each side.
-        panorama: (h, w + 2, 3) float32. The light for reflections in the eyes, including lamps;
+        panorama: (h, w + 2, 3) float32. The light for reflections in the eyes, including lamps, and
             padded in the same way.
     """
 
@@ -111,7 +111,7 @@ def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
 
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
-    """Prepare distant studio lamps for portraits; large ones become soft light."""
+    """Prepare distant studio lamps for portraits, turning large lamps into soft light."""
     kept_lamps, rest = [], np.zeros((*_FINE, 3), np.float32)
     for lamp in lamps:
         radius = max(math.radians(lamp.diameter_deg / 2), _LEAST_RADIUS)
@@ -129,7 +129,7 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
 
 
 def _lay(panorama: Float32, lamp: Lamp) -> None:
-    """Draw a lamp's disc into a panorama, for reflections in the eyes; one texel at least."""
+    """Draw a lamp's disc, at least one texel, into a panorama for reflections in the eyes."""
     rows, columns = panorama.shape[:2]
     up = (np.pi / 2 - (np.arange(rows) + 0.5) / rows * np.pi)[:, None]
     round_ = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * np.pi - lamp.azimuth
@@ -196,7 +196,7 @@ def _solid_angles(rows: int, columns: int) -> Float64:
 
 
 def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
-    """Find the lamps of a panorama and their positions, the brightest first.
+    """Find the lamps of a panorama and their positions, brightest first.
 
     The search goes from the brightest down, so that the sun is found inside its own glow.
     """
@@ -215,7 +215,7 @@ def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
         for number in np.flatnonzero(shares[1:] >= _SHARE / 2) + 1:
             spot = label == number
             around = int(wider[spot].max())
-            # With its soft edge, unless that is a bright wall.
+            # Include the soft edge, unless that is a bright wall.
             where = wider == around if sizes[around] <= _LARGEST else spot
             share = float((grey[where] * solid[where]).sum()) / total
             if share >= _SHARE and solid[where].sum() <= _LARGEST:
@@ -226,7 +226,7 @@ def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
 
 
 def _lamp(whole: Float32, where: Bools) -> Lamp:
-    # In the panorama itself: half a degree matters in grazing light.
+    # Use the panorama itself, since half a degree matters in grazing light.
     fine = whole if whole.shape[0] > where.shape[0] else _resized(whole, _FINE)
     rows, columns = fine.shape[:2]
     grown = cv2.resize(where.view(np.uint8), (columns, rows), interpolation=cv2.INTER_NEAREST)
@@ -242,7 +242,7 @@ def _lamp(whole: Float32, where: Bools) -> Lamp:
         float(v.sum())
         for v in (level * np.sin(round_), np.sin(up) * weight, level * np.cos(round_))
     )
-    # As wide as its light: a sun that fills a part of a texel is smaller than that.
+    # The lamp is as wide as its light: a sun that fills part of a texel is smaller than the texel.
     size = float(weight.sum() ** 2 / (weight**2 / solid[where]).sum())
     radius = math.sqrt(size / np.pi)
     if len(row) <= 2:

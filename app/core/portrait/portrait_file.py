@@ -54,18 +54,18 @@ def _file(*parts: str) -> Path:
 def load_portrait(
     head: str, skin: str, hair: str = PLAIN, yaw_deg: float = 0.0
 ) -> tuple[PortraitHead, PortraitSkin] | None:
-    """Load the portrait of a shipped head; the last two are cached.
+    """Load the portrait of a shipped head, and cache the last two portraits.
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.
-        yaw_deg: Turn of the face toward the sitter's left; one of the yaws of the baked views, with
-            either sign.
+        yaw_deg: Turn of the face toward the sitter's left, in degrees: a yaw of the baked views,
+            with either sign.
 
     Returns:
-        None if no portrait of this head and skin ships.
+        The head and its skin, or None if no portrait of this head and skin ships.
 
     Raises:
-        TransportError: If a file is damaged, made by a newer version, or something else.
+        TransportError: If a file is damaged, made by a newer version, or not a portrait file.
     """
     return _seen_aside(head, skin, hair, yaw_deg) if yaw_deg else _straight(head, skin, hair)
 
@@ -204,7 +204,11 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
 
 
 def _hair(arrays: dict[str, NDArray[Any]], head: PortraitHead) -> Hair:
-    """Return the stored hair for a head's picture; raise `ValueError` if it does not fit."""
+    """Return the stored hair for a head's picture.
+
+    Raises:
+        ValueError: If the hair does not fit the picture.
+    """
     names = [name for name in HAIR_ARRAYS if name in arrays]
     values: dict[str, Any] = {name: arrays[name].astype(np.float32) for name in names}
     values["shade"] = arrays["shade"]

@@ -4,7 +4,7 @@ Heads are symmetric, so all data are for the left half of the picture. *Nodes* a
 and eyes where light is computed; *samples* are points in the picture that are shaded from the three
 nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
 
-From aside the head is the same and the picture is whole: its nodes are those of both halves.
+From the side, the head is the same but the picture is whole, so its nodes are those of both halves.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from app.core.portrait.light import ROWS, Lamp, grid
 
 SKY: Final = (32, 64)
 ROOM: Final = 1.06
-"""Height of the portrait over that of the transport's picture: hair rises above the crown."""
+"""Height of the portrait over that of the transport's picture, as hair rises above the crown."""
 CLOSE_ROWS, CLOSE_COLUMNS = 0.85, 0.72
 """Part of a picture, from the top and around its middle, that contains the head alone."""
 SPREAD: Final = 12.0
@@ -34,14 +34,14 @@ class Hair:
 
     Attributes:
         pixel: (Q,) intp. Flat positions in the left half.
-        cover: (Q,) float32. Fraction of each pixel that they cover.
+        cover: (Q,) float32. Fraction of each pixel that the hair covers.
         colour: (Q, 3) float32. Linear Rec. 709 of luminance 1.
         basis: (Q, R) float32. Light of each pixel by basis function, in units of its colour.
-        cells: (R, G, 3) float32. Weight of each cell of `grid`, with radiance 1, in each function:
-            hair is yellow in transmission and white on top.
+        cells: (R, G, 3) float32. Weight of each cell of `grid`, with radiance 1, in each function,
+            as hair is yellow in transmission and white on top.
         shade: (32, 64, N) int8. Reduction of the nodes' sky, as in `SkinNodes.horizon`.
-        gain, glass_gain: (M,), (G,) float32. As in the head, but with the hair in the way; not
-            needed from the side.
+        gain, glass_gain: (M,), (G,) float32. As in the head, but with the hair in the way. They are
+            not needed from the side.
     """
 
     pixel: Indices = field(repr=False)
@@ -68,7 +68,7 @@ class Hair:
         return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
 
     def within(self, mask: Bools) -> Hair:
-        """Return the part in some pixels of the left half."""
+        """Return the part of the hair in some pixels of the left half."""
         some = mask.flat[self.pixel]
         parts = {name: getattr(self, name)[some] for name in ("pixel", "cover", "colour", "basis")}
         return replace(self, **parts)
@@ -81,7 +81,8 @@ class SkinNodes:
     Attributes:
         normals: (N, 3) float32.
         horizon: (32, 64, N) int8. Distance of a direction (texel of a panorama at turn 0) inside
-            the sky that a node sees; negative if hidden by the head. `SPREAD` for a texel's width.
+            the sky that a node sees, negative if the direction is hidden by the head. A texel's
+            width is `SPREAD`.
         eye: (N,) bool. Nodes on the eyes.
         profile: (3,) float32. Light enters skin by profile . (mu, mu^2, mu^3), per steradian.
         patches: (N, 2) intp. Small and large patch of each node.
@@ -108,7 +109,7 @@ class SkinNodes:
         return out
 
     def visibility(self, azimuth: float, elevation: float) -> Float32:
-        """Interpolate `horizon` in any direction, in radians; (N,) float32."""
+        """Interpolate `horizon` at any direction, given in radians, as (N,) float32."""
         column = (azimuth / (2 * np.pi) + 0.5) % 1.0 * SKY[1] - 0.5
         row = min(max((0.5 - elevation / np.pi) * SKY[0] - 0.5, 0.0), SKY[0] - 1.0)
         left, top = int(np.floor(column)), min(int(row), SKY[0] - 2)
@@ -141,7 +142,7 @@ class SkinNodes:
 
     @cached_property
     def patch_shares(self) -> tuple[tuple[Indices, Indices, Float32], ...]:
-        """For small and large patches: nodes by patch, start of each, and one over its size."""
+        """For small and large patches: nodes by patch, first of each, and one over their number."""
         out = []
         for label in self.patches.T:
             order = np.argsort(label, kind="stable")
@@ -162,7 +163,8 @@ class SeenNodes:
         gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects into the
             camera, and its direction.
         eye: (M,) bool. Nodes on the eyes.
-        passes: (M, 3) float32. Skin's light toward this camera over that toward the bake's camera.
+        passes: (M, 3) float32. The skin's light toward this camera, divided by that toward the
+            bake's camera.
     """
 
     index: Indices = field(repr=False)
@@ -179,7 +181,7 @@ class SeenNodes:
         return np.asarray((self.normals * self.view).sum(axis=1))
 
     def only(self, some: Indices) -> SeenNodes:
-        """Return some of them."""
+        """Return some of the nodes."""
         return SeenNodes(*(getattr(self, one.name)[some] for one in fields(self)))
 
 
@@ -187,11 +189,11 @@ class SeenNodes:
 class Wide:
     """A head's samples in the layout for shading: six floats each, for both halves.
 
-    From aside it is three floats, and a single position.
+    From the side, there are three floats and a single position.
 
     Attributes:
         corners, weights: (3, S), (3, S, 6). Nodes around each sample, and their weights.
-        albedo, detail: (S, 6) float32. Those of the head.
+        albedo, detail: (S, 6) float32. As in `PortraitHead`.
         single, four: (2, n) intp. Flat positions in the picture of pixels with one and four
             samples.
     """
@@ -214,8 +216,8 @@ class PortraitHead:
         albedo: (S, 3) float32. Colour of each sample relative to that of the skin.
         detail: (S,) float32. Reflection of a sample relative to its nodes': pores and lips.
         glass: (G,) intp. Samples on the eyes.
-        glass_gain, glass_way: (G,), (G, 3) float32. Their reflection, as in `SeenNodes.gain`.
-        hair: None for a bald head without details.
+        glass_gain, glass_way: (G,), (G, 3) float32. Reflection of these samples, as in `SeenNodes`.
+        hair: The hair, or None for a bald head without details.
         yaw_deg: Turn of the face toward the sitter's left. If it is not 0, "half" is the whole
             picture, and below 0 everything is mirrored, light and picture.
     """
@@ -236,7 +238,7 @@ class PortraitHead:
 
     @property
     def halves(self) -> tuple[int, ...]:
-        """Halves of the picture that the samples represent: 1 as the light is, -1 mirrored."""
+        """Halves that the samples represent: 1 for the light as it is, -1 for mirrored light."""
         return (1, -1) if not self.yaw_deg else (1,) if self.yaw_deg > 0 else (-1,)
 
     @cached_property
@@ -250,7 +252,8 @@ class PortraitHead:
         """Return the head with hair."""
         nodes = replace(self.nodes, horizon=self.nodes.horizon + hair.shade)
         visible = replace(self.visible, gain=np.where(self.visible.eye, np.float32(0), hair.gain))
-        # The shade is already in the nodes and not kept twice; a view would keep the whole array.
+        # The shade is already in the nodes, so do not keep it twice: a view would keep the whole
+        # array.
         dressed_hair = replace(hair, shade=hair.shade[:0].copy())
         return replace(
             self, hair=dressed_hair, nodes=nodes, visible=visible, glass_gain=hair.glass_gain
@@ -354,7 +357,7 @@ class PortraitHead:
 
     @cached_property
     def _bald(self) -> Float32:
-        """Share of each pixel that shows the head, or would without hair, (rows, half) float32."""
+        """Part of each pixel that shows the head, or would without hair, (rows, half) float32."""
         coverage: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
         left = np.zeros(self.inside.shape, np.float32)
         single = int(self.inside.sum())
@@ -422,6 +425,6 @@ class PortraitSkin:
 
 @lru_cache(maxsize=4)
 def _part(skin: PortraitSkin, head: PortraitHead) -> PortraitSkin:
-    # With `take`: an index would leave them in a slow memory order.
+    # Use `take`, since an index would leave the arrays in a slow memory order.
     source = np.take(skin.source, head.lit_nodes[0], axis=1)
     return PortraitSkin(source, np.take(skin.share, head.lit_nodes[0], axis=1))

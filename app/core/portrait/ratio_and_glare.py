@@ -1,15 +1,15 @@
 """Light on a face at a turn: lighting ratio, direction, and glare in the eyes.
 
-**Lighting ratio**: the brightness of the lit side over the shadow side. Photographers state it as
-key plus fill over fill: the lit cheek receives both lights, the shadow cheek only the fill, and the
-ratio of the two readings is 2 to the power of their difference in stops (Hunter, Biver and Fuqua,
-*Light: Science and Magic*, chapter on portraits; Langford, *Basic Photography*). It is read on both
-cheeks, as with a spot meter, but on the linear picture.
+**Lighting ratio**: the brightness of the lit side divided by that of the shadow side. Photographers
+state it as key plus fill to fill: the lit cheek receives both lights, the shadow cheek only the
+fill, and the ratio of the two readings is 2 to the power of their difference in stops (Hunter,
+Biver and Fuqua, *Light: Science and Magic*, chapter on portraits; Langford, *Basic Photography*).
+The ratio is read on both cheeks, as with a spot meter, but on the linear picture.
 
 The two areas are mirror images of each other, so that skin tone and the shape of the cheeks cancel
 on a symmetric head. They are on the fronts of the cheeks, away from eyes, nose, ears and the face's
 edge with its rim light. As in a spot meter, the light of an area is averaged, so a shadow that
-covers half of it counts half; only highlights, much brighter than four fifths of the area, are
+covers half of an area counts half; only highlights, much brighter than four fifths of the area, are
 limited.
 
 **Glare**: the measure is veiling luminance. Light of a lamp scattered in the eye adds a veil to the
@@ -17,8 +17,8 @@ view, L_v = 10 E / theta^2 with E the lamp's illuminance at the eye (lux, on a s
 the gaze) and theta the angle between lamp and gaze in degrees (Stiles 1929, Holladay 1926; CIE
 31-1976 and, up to 30 degrees, CIE 146:2002). It is compared with the eye's adaptation, the
 background luminance of CIE 117-1995 (unified glare rating), L_b = E_i / pi, where E_i is the
-illuminance at the eye without lamps. L_v / L_b does not depend on the exposure, which an
-environment does not always state.
+illuminance at the eye without lamps. L_v / L_b does not depend on the exposure, which is not known
+for every environment.
 
 Lamps are sources fifty times as bright as the background: bare sources, not windows or sky (studies
 of offices count from five times on, Wienold and Christoffersen 2006, but sitters tolerate a
@@ -26,10 +26,10 @@ window). Beyond about fifty degrees from the gaze the brow hides a lamp (Guth's 
 at 53 degrees up).
 
 **The flow of light**: the light vector of a place points to where most of its light comes from; its
-length over the mean spherical (scalar) illuminance is the directionality of the light, from 0 for
-even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and Cuttle, "The flow of light
-into buildings", Transactions of the IES 31, 1966, 65-91; terms after Cuttle, *Lighting by Design*,
-2003, table 2.4).
+length divided by the mean spherical (scalar) illuminance is the directionality of the light, from 0
+for even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and Cuttle, "The flow of
+light into buildings", Transactions of the IES 31, 1966, 65-91; terms after Cuttle, *Lighting by
+Design*, 2003, table 2.4).
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ DEEPEST_STOPS: Final = 5.0
 _ASIDE: Final = 1.11
 _UNDER: Final = 1.145
 _RADIUS: Final = 0.49
-# Range of the search for the eyes, mm from the middle and from the crown; and their position if
-# none are found.
+# Range of the search for the eyes, in mm from the middle and from the crown, and the position of
+# the eyes if none are found.
 _ACROSS_MM: Final = (15.0, 50.0)
 _DOWN_MM: Final = (65.0, 140.0)
 _EYES_MM: Final = (31.0, 103.0)
@@ -84,7 +84,7 @@ class LightingRatio:
     """Lighting ratio of the two sides of a face.
 
     Attributes:
-        stops: Lit cheek over shadow cheek, in stops; never negative.
+        stops: Ratio of the lit cheek to the shadow cheek, in stops, never negative.
         key_side: Brighter side.
         lit: Whether light reaches the "cheeks", only other parts of the "face", such as rims, or
             "none".
@@ -106,8 +106,9 @@ def lighting_ratio(
 
     Args:
         picture: (P, 3) or (P,) float. Linear Rec. 709 picture on the head's pixels
-            (`app.core.solver.transport.render`), or its luminance; any exposure.
-        areas: Two (M,) int, from `cheeks`, to reuse for many pictures of one head.
+            (`app.core.solver.transport.render`), or its luminance, at any exposure.
+        areas: Pixels of the two cheeks, (M,) int each, from `cheeks`, to reuse for many pictures of
+            one head.
 
     Raises:
         ValueError: If the picture does not have the transport's pixels, or is not finite.
@@ -138,12 +139,12 @@ def cheeks(transport: Transport) -> tuple[Indices, Indices]:
     """Return the pixels of the two cheeks that are compared.
 
     Args:
-        transport: Of a head seen from the front, centred in the picture, with its crown at the
-            upper edge of the covered area.
+        transport: Transport of a head seen from the front, centred in the picture, with its crown
+            at the upper edge of the covered area.
 
     Returns:
-        Indices of the head's pixels, (M,) int each: the sitter's left cheek (image right), and the
-        other.
+        Indices of the head's pixels, (M,) int each: the sitter's left cheek (right in the picture),
+        then the right cheek.
 
     Raises:
         ValueError: If there is no head where the cheeks should be.
@@ -204,7 +205,7 @@ class Flow:
         azimuth_deg: Main direction of the light relative to the face, positive toward the sitter's
             left, in degrees. 0 for even light.
         elevation_deg: Positive up, in degrees. 0 for even light.
-        strength: Length of the light vector over the scalar illuminance, 0 to 4.
+        strength: Length of the light vector divided by the scalar illuminance, 0 to 4.
     """
 
     azimuth_deg: float
@@ -213,7 +214,7 @@ class Flow:
 
     @property
     def hardness(self) -> Hardness:
-        """Directionality of the light; even light comes from no particular direction."""
+        """Directionality of the light, where even light comes from no particular direction."""
         return next(one for one in Hardness if self.strength >= one.value)
 
 
@@ -277,21 +278,21 @@ class Glare:
 
 
 def eye_light(radiance: Floats) -> FloatImage:
-    """Reduce an environment for `glare`; the result can be reused for several turns.
+    """Reduce an environment for `glare`, so that it can be reused for several turns.
 
     Args:
-        radiance: (H, 2 H, 3) or (H, 2 H) float. Linear Rec. 709 radiance, or luminance, any
-            exposure; panorama frame.
+        radiance: (H, 2 H, 3) or (H, 2 H) float. Linear Rec. 709 radiance, or luminance, at any
+            exposure, in the panorama's frame.
 
     Returns:
-        (h, 2 h) float32: luminance, at most 256 x 512.
+        (h, 2 h) float32. Luminance, at most 256 x 512.
 
     Raises:
-        ValueError: If it is not a panorama.
+        ValueError: If the environment is not a panorama.
     """
     light = np.asarray(radiance, np.float32)
     if light.ndim == 3 and light.shape[2] == 3:
-        # A matrix of one row: one pass without a copy.
+        # A matrix of one row needs only one pass, without a copy.
         light = np.asarray(cv2.transform(light, np.array([LUMINANCE_WEIGHTS])), np.float32)
     if light.ndim != 2 or light.shape[1] != 2 * light.shape[0]:
         raise ValueError(f"a panorama has the shape (H, 2 H), not {light.shape}")
@@ -308,10 +309,11 @@ def glare(
 
     Args:
         radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for `eye_light`, or its result.
-        facing_deg: Panorama azimuth that the sitter faces, the turn plus the azimuth of the front,
-            deg.
-        sun: Panorama azimuth and elevation of the sun, in degrees, if known, to name it.
-        findings: Lamps of the place, to name them.
+        facing_deg: Panorama azimuth that the sitter faces, in degrees: the turn plus the azimuth of
+            the front.
+        sun: Panorama azimuth and elevation of the sun, in degrees, to recognise the sun, or None if
+            unknown.
+        findings: Lamps of the place, to name the worst one.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])

@@ -1,4 +1,4 @@
-"""Render a head in an environment at a turn: the same picture for the command line and the API."""
+"""Render a head in an environment at a turn, for the command line and the API alike."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class HeadPicture:
         linear: (H, W, 3) float32. Linear Rec. 709, in the unit of the environment.
         gain: Factor that exposes the face as a photographer would.
         yaw_deg: Yaw of the rendered view, positive toward the sitter's own left.
-        catchlights: Reflections in the eyes; empty for the thumbnail.
+        catchlights: Reflections in the eyes, or an empty tuple for the thumbnail.
     """
 
     linear: FloatImage = field(repr=False)
@@ -66,11 +66,12 @@ def render_head(
     Args:
         turn_deg: Azimuth of the panorama that the sitter faces, in degrees, positive clockwise seen
             from above.
-        head: A head that ships, or the path of a baked ``T.npz``.
-        yaw_deg: Turn of the face toward the sitter's own left; the nearest baked view is used.
+        head: A built-in head, or the path of a baked ``T.npz``.
+        yaw_deg: Turn of the face toward the sitter's own left, in degrees. The nearest baked view
+            is used.
         height: Height of a portrait in pixels, 64 to 2048, or None for the thumbnail of the
             transport, on black.
-        plain: Draw a portrait bald, in one colour, on black.
+        plain: Whether to draw a portrait bald, in one colour, on black.
 
     Raises:
         TransportError: If the head cannot be read.

@@ -1,7 +1,7 @@
 """Portraits of turned heads.
 
-The light on the skin does not depend on the camera: nodes are those of the head, and some more that
-only views from the side show. Their positions in a picture, their reflections and the skin's light
+The light on the skin does not depend on the camera: nodes are those of the head, and more that only
+views from the side show. Their positions in a picture, their reflections and the skin's light
 toward the camera are computed here; a file stores the nodes around each sample, and its colour.
 """
 
@@ -31,7 +31,7 @@ Arrays: TypeAlias = "Mapping[str, NDArray[Any]]"
 SIDE: Final = 320
 """Rows and columns of a picture from the side."""
 PLACE_STEP: Final = 1e-4
-"""Step of stored positions, scene units; their height is relative to the camera."""
+"""Step of stored positions, in scene units; their heights are relative to the camera."""
 COLOUR_STEPS: Final = 128
 SOME: Final = ((0.125, 0.375), (0.375, 0.875), (0.625, 0.125), (0.875, 0.625))
 """Rows and columns of the four samples inside a pixel at an edge."""
@@ -52,15 +52,15 @@ _MIRROR: Final = np.array([-1, 1, 1], np.float32)
 def with_aside(
     front: PortraitHead, tone: PortraitSkin, arrays: Arrays, more: PortraitSkin
 ) -> tuple[SkinNodes, PortraitSkin, Float32]:
-    """Return all nodes of a head: those of the front, those that only views show, hidden ones.
+    """Return a head's nodes: those of the front, those that only views show, and hidden ones.
 
     Args:
-        arrays: Arrays of the files; "shade": sky hidden from nodes, relative to the front's own
-            hair.
+        arrays: Arrays of the files. "shade" is the sky hidden from nodes, relative to the front's
+            own hair.
         more: Skin of the front's nodes that are traced again, and of new ones.
 
     Returns:
-        Nodes, the skin between them, and the cosines at which it was traced, (M,) float32.
+        Nodes, the skin between them, and the cosines at which the skin was traced, (M,) float32.
     """
     old, again, visible_count = front.nodes, arrays["again"], len(front.visible.index)
     count, other_count = len(old.normals), len(arrays["straight"]) - len(again)
@@ -113,9 +113,9 @@ def seen_from(
 
     Args:
         straight: (M,). Cosines from `with_aside`.
-        frame: "origin", scene units, and "top" and "step", slopes: position of the camera and its
-            pixels.
-        yaw_deg: Yaw of the view; negative for its mirror image.
+        frame: Position of the camera and its pixels: "origin" in scene units, "top" and "step" as
+            slopes.
+        yaw_deg: Yaw of the view, in degrees, negative for its mirror image.
         skin: Name of the skin tone.
     """
     inside, edge = np.unpackbits(arrays["pixels"], axis=-1, count=SIDE).astype(bool)
@@ -143,7 +143,7 @@ def seen_from(
     round_ /= np.linalg.norm(round_, axis=1, keepdims=True)
     shine, back = mirrored(nodes, index[three[glass, 0]], round_, view[three[glass, 0]], _SMOOTH)
     passes = np.where(eye[:, None], 1, _leaving(cosine, skin) / _leaving(straight[node], skin))
-    # Edge-on, a surface would reflect a lamp without limit: such skin and eyes do not reflect.
+    # Edge-on, a surface would reflect a lamp without limit, so such skin and eyes do not reflect.
     dull = eye | (cosine < _LEAST)
     visible_nodes = SeenNodes(index, normal, view, np.where(eye, 0, gain), way, dull, passes)
     samples = inside, edge, three, weights, albedo, pores, glass, shine * np.float32(_TEARS), back
@@ -170,7 +170,7 @@ def _weights(down: NDArray[Any], right: NDArray[Any]) -> Float32:
 def _leaving(cosine: Float32, skin: str) -> Float32:
     """Return the fraction of its light that skin emits at some angles, (n, 3).
 
-    It varies less in dark skin, which scatters little.
+    The fraction varies less in dark skin, which scatters little.
     """
     edge = np.clip(1 - cosine[:, None] / np.float32(_DIMMED), 0, 1)
     return np.asarray(1 - edge**3 * np.array(_LEAVING.get(skin, _LEAVING_USUAL), np.float32))
@@ -179,17 +179,17 @@ def _leaving(cosine: Float32, skin: str) -> Float32:
 def mirrored(
     nodes: SkinNodes, index: Indices, normals: Float32, view: Float32, roughness: float
 ) -> tuple[Float32, Float32]:
-    """Return the share of even light that rough surfaces reflect to the camera, and its direction.
+    """Return the part of even light that rough surfaces reflect to the camera, and its direction.
 
-    Integrated over Beckmann's facets by their slopes (Gauss-Hermite), as far as nodes see the sky
-    there.
+    The reflection is integrated over Beckmann's facets by their slopes (Gauss-Hermite), as far as
+    nodes see the sky there.
 
     Args:
         index: (n,) intp. Indices into all nodes and all mirrored ones.
         normals, view: (n, 3) float32.
 
     Returns:
-        (n,) float32, and (n, 3) float32.
+        The fraction, (n,) float32, and the direction, (n, 3) float32.
     """
     beside = np.cross(normals, np.array([0, 1, 0.01], np.float32))
     beside /= np.linalg.norm(beside, axis=1, keepdims=True)
@@ -216,7 +216,7 @@ def mirrored(
 
 
 def _open(nodes: SkinNodes, index: Indices, ways: Float32) -> Float32:
-    """Return the share of sky around each direction, (n, 3), visible from nodes of both halves."""
+    """Return the part of the sky around each direction, (n, 3), that nodes of both halves see."""
     half, node = np.divmod(index, len(nodes.normals))
     azimuth = np.arctan2((2 * half - 1) * ways[:, 0], ways[:, 2])
     column = ((azimuth / (2 * np.pi) + 0.5) * SKY[1]).astype(np.intp) % SKY[1]

@@ -1,4 +1,4 @@
-"""The shape of a head: the position of each pixel's skin, outlines, distance to the skin.
+"""The shape of a head: the position of each pixel's skin, outlines, and distances to the skin.
 
 A transport knows only directions. Anything near the head, above all a second light, needs the
 positions on the head behind the pixels. Frame: +Y up, +Z out of the face, +X the sitter's left;
@@ -56,7 +56,8 @@ class HeadShape:
         """Return the distance from a point to the skin, in metres.
 
         Args:
-            place: (3,) float. Metres from the middle of the head; may be inside it.
+            place: (3,) float. Position in metres from the middle of the head, which may be inside
+                the head.
         """
         away = self.skin - np.asarray(place, np.float32)
         return float(np.sqrt(np.square(away).sum(axis=1).min()))
@@ -74,7 +75,7 @@ def shape_path(transport: Path) -> Path:
 
 
 def save_shape(path: Path, shape: HeadShape) -> str:
-    """Save a shape atomically; return its SHA-256."""
+    """Save a shape atomically, and return the file's SHA-256."""
     arrays: dict[str, NDArray[Any]] = {
         name: np.ascontiguousarray(getattr(shape, name), kind) for name, kind in _KINDS
     }
@@ -91,10 +92,10 @@ def load_shape(path: Path) -> HeadShape:
     """
     names = [name for name, _ in _KINDS]
     header, arrays = read_sealed(
-        path, tr("head's shape"), _AGAIN, SHAPE_VERSION, names=names, most=_MOST_BYTES
+        path, tr("head-shape file"), _AGAIN, SHAPE_VERSION, names=names, most=_MOST_BYTES
     )
     if "head" not in header:
-        raise TransportError(tr("{name} is not a head's shape.", name=path.name), _AGAIN)
+        raise TransportError(tr("{name} is not a head-shape file.", name=path.name), _AGAIN)
     if not _fits(arrays):
         raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN)
     return HeadShape(head=str(header["head"]), **arrays)
@@ -104,7 +105,7 @@ def load_shape_of(transport: Transport, name: str) -> HeadShape:
     """Load the shape of a transport's head.
 
     Raises:
-        TransportError: If it is missing, cannot be read, or belongs to another head.
+        TransportError: If the file is missing, cannot be read, or was made for a different head.
     """
     if name.endswith(".npz"):
         path = shape_path(Path(name))
@@ -112,7 +113,7 @@ def load_shape_of(transport: Transport, name: str) -> HeadShape:
         path = resources() / "transport" / f"{transport.header.head}{_ENDING}"
     shape = load_shape(path)
     if not np.array_equal(shape.pixels, transport.pixels):
-        raise TransportError(tr("{name} belongs to another head.", name=path.name), _AGAIN)
+        raise TransportError(tr("{name} was made for a different head.", name=path.name), _AGAIN)
     return shape
 
 
