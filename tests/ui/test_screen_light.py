@@ -75,7 +75,7 @@ def test_a_light_meter_answers_too_and_can_be_corrected(qtbot: QtBot, rig: Light
     field.edit.setFocus()
     QTest.keyClicks(field.edit, "dark")
     QTest.keyClick(field.edit, KEY.Key_Return)
-    assert "not a number of lux" in field.edit.accessibleDescription()
+    assert "not a valid lux value" in field.edit.accessibleDescription()
     field.edit.selectAll()
     QTest.keyClicks(field.edit, "42")
     assert field.edit.accessibleDescription() == ""

@@ -346,7 +346,7 @@ def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: 
     assert "Enter its illuminance" in rig.state.meter
     assert len(rig.hands) == count
     rig.presenter.lamp_actions.answer("lux", "a lot")
-    assert rig.state.meter_error.startswith("This is not a number of lux")
+    assert rig.state.meter_error.startswith("This is not a valid lux value")
     rig.presenter.lamps.take([own_lamp(tmp_path / "other.exr", known=False)])
     assert rig.state.meter.startswith("The brightness of “other”")
     assert not rig.state.meter_error, "that was said of another lamp"

@@ -48,7 +48,7 @@ def test_what_a_meter_reads_counts(rig: LightRig) -> None:
     assert asks(rig)
     assert rig.state.bright.keep == ""
     rig.presenter.scale.type("quite dark")
-    assert rig.state.bright.error.startswith("This is not a number of lux")
+    assert rig.state.bright.error.startswith("This is not a valid lux value")
     assert rig.hands == []
     rig.presenter.scale.type("42 lx")
     assert not asks(rig)

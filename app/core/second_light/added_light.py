@@ -63,7 +63,7 @@ class NearField:
     """A head prepared for nearby lamps."""
 
     transport: Transport = field(repr=False)
-    # (P, 3), position of each pixel's skin, metres from the middle of the head
+    # (P, 3), position of each pixel's skin, in metres from the middle of the head
     positions: Float32 = field(repr=False)
     # (P * H * W, 4), T per steradian, linear Rec. 709 and a 0: pixel by pixel, texels row-major.
     # Rows of eight bytes are fetched in half the time of rows of six
@@ -237,7 +237,7 @@ def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float
 
 
 def _twins(transport: Transport) -> Int64:
-    """Return the index of each pixel's mirror image; its own if that is not on the head."""
+    """Return the index of each pixel's mirror image, or its own if that is not on the head."""
     size, pixels = transport.size, transport.pixels
     mirrored = pixels // size * size + size - 1 - pixels % size
     where = np.minimum(np.searchsorted(pixels, mirrored), len(pixels) - 1)
@@ -275,7 +275,7 @@ def _along(size_m: float, away_m: float) -> int:
 
 
 def _dots(wide: int, tall: int) -> tuple[Float64, Float64]:
-    """Return positions of dots along width and height, -0.5 to 0.5: one in each cell of a grid.
+    """Return positions of dots along width and height, -0.5 to 0.5, one in each cell of a grid.
 
     Each row and column is shifted by a different part of a cell, so that a texel's edge never runs
     along a whole row of them.
@@ -290,7 +290,7 @@ _BATCH: Final = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddedLight:
-    """A lamp at all placements, for one head. Its arrays are read-only."""
+    """A lamp at all placements, for one head. The arrays are read-only."""
 
     name: str
     title: str  # title of a captured lamp, or "" for a preset, which is named by its kind
@@ -403,9 +403,9 @@ def _check(lamp: PlacedLamp) -> None:
     if not right or not np.isfinite(lamp.light).all() or lamp.light.min() < 0:
         raise CoreError(
             tr("The lamp “{title}” is damaged.", title=lamp.title),
-            tr("Capture it again."),
+            tr("Capture the lamp again."),
         )
-    # False for NaN, too.
+    # This is also False for NaN.
     if not ((lamp.alpha >= 0) & (lamp.alpha <= 1)).all():
         raise CoreError(
             tr("The mask of {title} is damaged.", title=lamp.title), tr("Mark the lamp again.")

@@ -19,8 +19,8 @@ A lamp hides only a few texels, and the same ones relative to itself at any azim
 lamp, light depends only on t - k: per altitude, one matrix of 64 views of the place and one product
 with the targets at each azimuth give all 64 x 64 combinations, exactly.
 
-Light and linear functions of it have two parts here, see `app.core.solver.search`, both on the full
-grid: (2, H, W), flat in that order.
+Light and linear functions of it have two parts here (see `app.core.solver.search`), both on the
+full grid, (2, H, W), and flattened in that order.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ _ORDER: Final[Int64] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).rav
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HiddenTexels:
-    """Texels that a lamp hides, per altitude; M of them, both parts of light."""
+    """Texels that a lamp hides: M per altitude, for both parts of light."""
 
     # tuple of (64, M) int64, index in the place's light of the texel behind the lamp, per turn
     # minus azimuth
     views: tuple[Int64, ...] = field(repr=False)
     # tuple of (M, 64) int64, index in the head's frame, per azimuth
     own: tuple[Int64, ...] = field(repr=False)
-    # each (M, 64), hidden fraction of each, 0 to 1, per azimuth
+    # each (M, 64), hidden fraction of each texel, 0 to 1, per azimuth
     shares: tuple[Float64, ...] = field(repr=False)
 
 
@@ -72,7 +72,7 @@ def find_hidden(alpha: Floats) -> HiddenTexels:
             per placement.
 
     Raises:
-        CoreError: If it hides too much for a lamp.
+        CoreError: If the lamp hides too much.
     """
     views, own, shares = [], [], []
     for rows in alpha.reshape(len(ALTITUDES_DEG), TURNS, *SHAPE):
@@ -95,11 +95,11 @@ def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDA
     """Restrict linear functions of light to the hidden texels.
 
     Args:
-        linear: (F, 4096) float. F functions; their products with two-part light sum to their
+        linear: (F, 4096) float. F functions, whose products with two-part light sum to their
             values.
 
     Returns:
-        (F, M, 64) float per altitude, in the type of `linear`, for `correlate`; one at a time,
+        One table per altitude for `correlate`, (F, M, 64) in the type of `linear`, one at a time,
         since all together are large.
     """
     for own, share in zip(hidden.own, hidden.shares, strict=True):
@@ -114,11 +114,11 @@ def correlate(
     """Sum the hidden part at all turns and placements.
 
     Args:
-        tables: (F, M, 64) float each, from `hidden_tables`.
+        tables: One table per altitude, (F, M, 64) float, from `hidden_tables`.
         light: (2, 32, 64) float64. The place at turn 0.
 
     Returns:
-        (F, 64, 576) in the tables' type: per turn and placement.
+        (F, 64, 576) in the tables' type, per turn and placement.
     """
     flat = light.reshape(-1).astype(tables[0].dtype)
     result = np.empty_like(tables[0], shape=(len(tables[0]), len(tables), TURNS, TURNS))
@@ -134,7 +134,7 @@ def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
         values: (F, 9, 64, 64) float. Per altitude, turn minus azimuth, and azimuth.
 
     Returns:
-        (F, 64, 576) of the same type: per turn and placement.
+        (F, 64, 576) of the same type, per turn and placement.
     """
     count = len(values)
     sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS), values.dtype)
@@ -147,7 +147,7 @@ def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
 def correlate_at(
     hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64, turn: int
 ) -> Float64:
-    """Sum the hidden part at one turn; return (F, 576) float64."""
+    """Return the sum of the hidden part at one turn, (F, 576) float64."""
     flat = light.reshape(-1)
     index = (turn - _STEPS) % TURNS
     rows = [
@@ -162,10 +162,10 @@ def two_parts(light: Floats, mixing: Float64) -> Float64:
 
     Args:
         light: (..., H, W, 3) float. Linear Rec. 709 radiance.
-        mixing: (2, 3) float64. Of the head.
+        mixing: (2, 3) float64. Split of light into two parts for the head.
 
     Returns:
-        (..., 2, H, W) float64: in the unit of `light`.
+        (..., 2, H, W) float64. The two parts, in the unit of `light`.
     """
     red, green, blue = (light[..., channel].astype(np.float64) for channel in range(3))
     # Texel by texel, so that mirrored light gives exactly the mirrored parts.
@@ -191,11 +191,11 @@ class FaceBasis:
 
     # (P,), square root of the weight of each pixel of the head
     root: Float64 = field(repr=False)
-    # (P, K), basis pictures times that, the most important first
+    # (P, K), basis pictures times `root`, most important first
     pixels: Float32 = field(repr=False)
     # (K, 4096), products with two-part light sum to the coordinates of the picture
     rows: Float64 = field(repr=False)
-    mixing: Float64  # (2, 3), split of light into two parts, see `app.core.solver.search`
+    mixing: Float64  # (2, 3), split of light into two parts (see `app.core.solver.search`)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -219,10 +219,10 @@ class Contrast:
 
 
 def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
-    """Find the basis of a head's face; takes a second.
+    """Find the basis of a head's face, which takes a second.
 
     Args:
-        region: (P,). Weight of each pixel, see `app.core.solver.face`.
+        region: (P,). Weight of each pixel (see `app.core.solver.face`).
 
     Raises:
         CoreError: If the transport uses other environments.
@@ -353,7 +353,7 @@ def _remainder(
 ) -> Float64:
     """Return the squared norm of the place's pictures without the hidden part, (64 or 1, 576)."""
     flat = parts.reshape(-1).astype(np.float32)
-    # Relative to the lamp, light depends only on turn minus azimuth: that is the first axis here.
+    # Relative to the lamp, light depends only on turn minus azimuth, the first axis here.
     rolled = np.ascontiguousarray(place[:, _SUMS].transpose(1, 0, 2)) if turn is None else place
     results = []
     for views, table in zip(hidden.views, contrast.hidden, strict=True):
@@ -377,10 +377,10 @@ def _remainder(
 
 
 def _further(contrast: Contrast, place: Float64, parts: Float64, turn: int | None) -> Float64:
-    """Return the same in the other coordinates, minus only the brightest texels, (64 or 1, 576).
+    """Return `_remainder` in the other coordinates, minus the brightest texels, (64 or 1, 576).
 
-    With r the place's picture, d_b the contribution of texel b to it and s_b its hidden share,
-    |r - sum of s_b d_b|^2 = |r|^2 - 2 sum of s_b (d_b . r) + sum of s_a s_b (d_a . d_b).
+    With r the place's picture, d_b the contribution of texel b to it and s_b the hidden fraction of
+    b, |r - sum of s_b d_b|^2 = |r|^2 - 2 sum of s_b (d_b . r) + sum of s_a s_b (d_a . d_b).
     """
     texels = len(contrast.shades)
     counts = np.square(contrast.further[:texels]).sum(axis=1).reshape(SHAPE).mean(axis=1)
@@ -440,7 +440,7 @@ def less_mean(pictures: Floats, root: Float64) -> Float64:
 
 
 def _kinds(transport: Transport) -> list[Bools]:
-    """Return masks of T's even and odd rows; one mask of all rows for a head without symmetry."""
+    """Return masks of T's even and odd rows, or one mask of all rows for an asymmetric head."""
     rows = transport.texel_basis.reshape(-1, *transport.environment_shape).astype(np.float64)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
     ratio = flipped / (np.einsum("rhw,rhw->r", rows, rows) + 1e-30)

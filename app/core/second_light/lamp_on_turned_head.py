@@ -1,8 +1,8 @@
 """A lamp combined with a lens position beside the nose.
 
-The best placement of a lamp depends on the face alone: turn and placement of eq. 7 are counted from
-the nose, and so does the grade. Among all lens positions, the one with the best match of the
-combined picture of place and lamp is chosen.
+The best placement of a lamp depends on the face alone, since the turn and placement of eq. 7 are
+counted from the nose, and so does the grade. Of all lens positions, the one with the best match of
+the combined picture of place and lamp is chosen.
 """
 
 from __future__ import annotations
@@ -42,13 +42,14 @@ def seen_aside(
     lamp: NumbersLamp | None,
     wish: LensWish,
 ) -> tuple[LampPlacement, ...]:
-    """Choose the permitted lens position with the best match; half a second for each view.
+    """Choose the permitted lens position with the best match, in half a second for each view.
 
     Args:
-        placements: Results of `place_all`, with the nose to the lens.
+        placements: Results of `place_all` with the nose to the lens.
         radiance: As in `place_all`.
-        lamp: The lamp if it is one from numbers, which is near.
-        wish: Its background counts from where the turns do.
+        lamp: The lamp if it is described by numbers, and therefore near, or None.
+        wish: Permitted positions of the lens. Its background is counted from the same azimuth as
+            turns.
     """
     under = [_under(one, radiance, lamp_light) for one in placements]
     keys = [_key(pack, one, light) for one, light in zip(placements, under, strict=True)]

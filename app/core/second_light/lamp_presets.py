@@ -35,7 +35,7 @@ _FULL_FROM: Final = 0.995
 
 
 def powers_of(kind: str) -> tuple[float, ...]:
-    """Return the possible powers of a kind of lamp, the strongest first.
+    """Return the possible powers of a kind of lamp, strongest first.
 
     Examples:
         >>> powers_of("torch"), powers_of("bulb")
@@ -136,7 +136,7 @@ class NumbersLamp:
                     distance=self.distance_m,
                 ),
                 tr(
-                    "Hold it between {nearest:g} and {farthest:g} m.",
+                    "Hold the lamp between {nearest:g} and {farthest:g} m away.",
                     nearest=NEAREST_M,
                     farthest=FARTHEST_M,
                 ),
@@ -144,7 +144,7 @@ class NumbersLamp:
         if not 0.0 < self.lux_at_1m <= 1e6 or not math.isfinite(self.lux_at_1m):
             raise CoreError(
                 tr("{lux:g} lux at 1 m is not possible for a lamp.", lux=self.lux_at_1m),
-                tr("Look it up in the lamp’s manual, or measure it with a light meter."),
+                tr("Look up the value in the lamp’s manual, or measure it with a light meter."),
             )
         if not all(0.001 <= side <= 3.0 for side in self.size_m):
             raise CoreError(
@@ -191,6 +191,6 @@ def parse(text: str) -> NumbersLamp:
     if not math.isfinite(distance):
         raise CoreError(
             tr("“{metres}” is not a distance.", metres=metres),
-            tr("Type it in metres, such as {name}@0.3.", name=name),
+            tr("Enter the distance in metres, such as {name}@0.3.", name=name),
         )
     return at_distance(KINDS[name], distance)

@@ -29,12 +29,13 @@ class LampSpot:
 def best_spot(objective: Float64, eligible: Bools | None = None) -> LampSpot:
     """Return the spot of the largest value.
 
-    Among values within a millionth of it: the smaller turn, then clockwise; then the smaller
-    azimuth of the lamp, toward the sitter's left first; then the smaller altitude, upward first.
+    Values within a millionth of the largest are equal. Of equal values, the smaller turn is chosen,
+    clockwise first; then the smaller azimuth of the lamp, toward the sitter's left first; then the
+    smaller altitude, upward first.
 
     Args:
         objective: (64, 576) or (1, 576) float64, per turn and placement.
-        eligible: Same shape; False excludes a spot.
+        eligible: Mask of the same shape, where False excludes a spot.
     """
     values = (
         objective.ravel() if eligible is None else np.where(eligible, objective, -np.inf).ravel()
@@ -66,9 +67,9 @@ def refine(
     """Find the maximum between the places of the grid, by a parabola through the neighbours.
 
     Args:
-        objective: (64, 576) or (1, 576) float64, per turn and placement; a single turn stays as
-            it is.
-        gate: Same shape. Interpolated alike, it must stay at 0 or above.
+        objective: (64, 576) or (1, 576) float64, per turn and placement. A single turn is not
+            refined.
+        gate: Values of the same shape that, interpolated alike, must stay at 0 or above.
 
     Returns:
         Distance from the spot: turn, azimuth and altitude, at most half a step of the grid each.

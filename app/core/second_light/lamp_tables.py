@@ -48,9 +48,9 @@ class LampTables:
     # (L, 576), values under the lamp alone
     lamp_products: Float64 = field(repr=False)
 
-    # The light that the lamp hides, see `hidden_tables`. The tables of a large lamp are large, so
-    # each half is made when it is first needed. In double precision, since C may be the small
-    # remainder of a hidden sun.
+    # The light that the lamp hides (see `hidden_tables`). The tables of a large lamp are large, so
+    # each half is computed when it is first needed. The first half has double precision, since C
+    # may be the small remainder of a hidden sun.
     @cached_property
     def hidden_whole(self) -> tuple[Float64, ...]:
         """Tables of the targets over the whole head, each (S, M, 64)."""
@@ -85,7 +85,8 @@ class SearchPlace:
     light: Floats = field(repr=False)
     scale: float
     parts: Float64 = field(repr=False)  # (2, 32, 64), the light in two parts
-    # (L, 64), all values without the lamp, at all turns; only the targets' if made for them
+    # (L, 64), all values without the lamp, at all turns, or only the targets' values if made for
+    # them
     curves: Float64 = field(repr=False)
 
 
@@ -130,7 +131,9 @@ def see_place(
 def left_everywhere(
     tables: LampTables, place: SearchPlace, rows: Sequence[int], turn: int | None = None
 ) -> Floats:
-    """Evaluate the light of the place that the lamp does not hide; plus `lamp_alone` it is eq. 7.
+    """Evaluate the light of the place that the lamp does not hide.
+
+    The sum of this and `lamp_alone` is eq. 7.
 
     Args:
         rows: Rows of `LampTables`.
@@ -145,7 +148,7 @@ def left_everywhere(
     kind = np.float64 if is_whole.any() else np.float32
     result = np.empty((len(indices), TURNS if turn is None else 1, COUNT), kind)
     for part in (np.flatnonzero(is_whole), np.flatnonzero(~is_whole)):
-        # Process a few at a time to save memory.
+        # Process a few rows at a time to save memory.
         for start in range(0, len(part), _BATCH):
             some = part[start : start + _BATCH]
             result[some] = _loss(tables, place, indices[some], turn)

@@ -1,12 +1,12 @@
 """The brightness of a place, for adding a lamp's light.
 
 A lamp that rescues a style at night has no effect in the sun, so the place's brightness must be
-known in cd/m2. An environment merged from exposures states it; for any other, the user has to enter
-the illuminance at the face.
+known in cd/m2. An environment merged from exposures records it; for any other environment, the user
+has to enter the illuminance at the face.
 
 The light of a lamp and of a place can be added if both are known in cd/m2, from the exposures
-stated in their frames. ISO, aperture and shutter of one camera give that to a few percent from
-capture to capture, those of two cameras only to about half a stop.
+recorded in their frames. ISO, aperture and shutter of one camera give it to within a few percent
+from capture to capture, and those of two cameras only to about half a stop.
 """
 
 from __future__ import annotations
@@ -124,11 +124,11 @@ _NUMBER: Final = re.compile(r"\d{1,3}(?:[ ,’']\d{3})+|\d+(?:[.,]\d+)?|[.,]\d+"
 
 
 def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
-    """Return the vertical illuminance at a face; in lux if the light is in cd/m2.
+    """Return the vertical illuminance at a face, in lux if the light is in cd/m2.
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment, linear Rec. 709 radiance or luminance.
-        azimuth_deg: Panorama azimuth that the face looks to, in degrees.
+        azimuth_deg: Panorama azimuth toward which the face looks, in degrees.
     """
     luminance = luminance_of(light)
     height, width = luminance.shape
@@ -156,7 +156,7 @@ def read_lux(text: str) -> float:
     """Parse a typed illuminance, in lux.
 
     Raises:
-        CoreError: If it is not a number, or implausible.
+        CoreError: If the text is not a number, or the number is implausible.
 
     Examples:
         >>> read_lux("450 lx"), read_lux("8,000"), read_lux("2,5"), read_lux("60 000 lux")
@@ -166,7 +166,7 @@ def read_lux(text: str) -> float:
     number = plain.removesuffix("lux").removesuffix("lx").strip()
     if not _NUMBER.fullmatch(number):
         raise CoreError(
-            tr("This is not a number of lux."),
+            tr("This is not a valid lux value."),
             tr("Enter the reading of your light meter, such as 450."),
         )
     parts = re.split(r"[ ,’']", number)
@@ -179,7 +179,7 @@ def stated_white(path: Path | str) -> float | None:
     """Read the luminance of radiance 1 from an OpenEXR file.
 
     Returns:
-        cd/m2, or None if the file states none, or cannot be read.
+        The luminance in cd/m2, or None if the file records none or cannot be read.
     """
     source = open_image(Path(path))
     if source is None:

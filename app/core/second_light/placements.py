@@ -1,6 +1,6 @@
 """Placements of a second light: 64 azimuths by 9 altitudes around the head.
 
-Floor and arm limit the placements.
+The floor and the length of an arm limit the placements.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float64, Int64
 
 EAR_HEIGHT_M: Final = 1.2
-"""Height of the middle of the head above the floor, m, for a sitter on a chair."""
+"""Height of the middle of the head above the floor, in metres, for a sitter on a chair."""
 
 _CLEAR_M: Final = 0.05  # above the floor
 _SHOULDER_M: Final = (0.19, -0.27, -0.03)  # the left shoulder, from the middle of the head
@@ -43,10 +43,10 @@ def within_arm(distance_m: float) -> Bools:
 
 
 AZIMUTHS_DEG: Final[Float64] = np.arange(TURNS, dtype=np.float64) * (360.0 / TURNS)
-"""Azimuths, (64,) deg, from the front toward the sitter's left."""
+"""Azimuths, (64,) in degrees, from the front toward the sitter's left."""
 
 ALTITUDES_DEG: Final[Float64] = np.arange(-4, 5, dtype=np.float64) * 16.875
-"""Altitudes, (9,) deg, from below to above; the paper's band."""
+"""Altitudes, (9,) in degrees, from below to above, as in the paper."""
 
 COUNT: Final = len(ALTITUDES_DEG) * len(AZIMUTHS_DEG)
 """Number of placements; number j = altitude index * 64 + azimuth index."""
@@ -58,14 +58,14 @@ MIRRORED: Final[Int64] = (
 
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Float64:
-    """Return the unit vector of a placement, (3,), head frame."""
+    """Return the unit vector of a placement, (3,), in the head's frame."""
     azimuth, altitude = np.radians([azimuth_deg, altitude_deg])
     level = np.cos(altitude)
     return np.array([np.sin(azimuth) * level, np.sin(altitude), np.cos(azimuth) * level])
 
 
 def directions() -> Float64:
-    """Return the unit vectors of all placements, (576, 3), head frame."""
+    """Return the unit vectors of all placements, (576, 3), in the head's frame."""
     return np.array([direction(*placement(number)) for number in range(COUNT)])
 
 

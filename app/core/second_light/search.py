@@ -88,7 +88,7 @@ class LampPlacement:
 
     @property
     def rescued(self) -> bool:
-        """Whether the lamp brings a style into reach that is out of reach without it."""
+        """Whether the lamp brings within reach a style that is out of reach without the lamp."""
         return self.attainable and not self.before.attainable
 
 
@@ -112,15 +112,16 @@ def place_all(
     Args:
         radiance: (32, 64, 3) float. Environment at turn 0, linear Rec. 709, in the unit of the
             lamp: cd/m2.
-        is_open: (576,) bool. Placements within reach; by default all.
-        powers: Possible powers of the lamp, as fractions of its full power, see `dimming`. The
-            picture objective uses the one with the best match, the first of equals. The paper's
-            objective always gains by more light, so it uses the first.
-        front_deg: Azimuth of the photographer at turn 0, in degrees; turns count from there.
+        is_open: (576,) bool. Placements within reach, by default all.
+        powers: Possible powers of the lamp, as fractions of its full power (see `dimming`). The
+            picture objective uses the power with the best match, or the first of equals. The
+            paper's objective always gains from more light, so it uses the first power.
+        front_deg: Azimuth of the photographer at turn 0, in degrees, from which turns are counted.
 
     Raises:
-        EnvironmentFileError: If the environment is black, not finite or has another size,
-            `StyleError` if a style is unknown, and `CoreError` if no placement is allowed.
+        EnvironmentFileError: If the environment is black, not finite or has another size.
+        StyleError: If a style is unknown.
+        CoreError: If no placement is allowed.
     """
     light, scale = normalised(radiance, pack.header.environment)
     if light.ndim == 2:

@@ -37,7 +37,7 @@ class BestSpot:
     spot: LampSpot
     # from the spot to the maximum between the places of the grid: turn, azimuth, altitude, in steps
     moves: tuple[float, float, float]
-    # (576,), objective at that turn: match of 100, or quality in the unit of the place's light
+    # (576,), objective at that turn: match, 0 to 100, or quality in the unit of the place's light
     values: Float64 = field(repr=False)
     power: float = 1.0
 
@@ -64,7 +64,9 @@ def seek(
         CoreError: If no placement is within reach.
     """
     if is_open is not None and not is_open.any():
-        raise CoreError(tr("The lamp cannot be held anywhere within reach."), tr("Move it closer."))
+        raise CoreError(
+            tr("The lamp cannot be held anywhere within reach."), tr("Move the lamp closer.")
+        )
     turns = TURNS if turn is None else 1
     open_ = np.broadcast_to(True if is_open is None else is_open, (turns, COUNT))
     if objective == "paper":
@@ -109,7 +111,7 @@ class _Parts:
     ) -> _Parts:
         """Evaluate styles over the face, its mean and its areas."""
         lamp_light = tables.lamp_light
-        # Without a signature a style may be chosen by its quality, see `choose`.
+        # Without a signature a style may be chosen by its quality (see `choose`).
         plain = [row for row in rows if not tables.pack.styles[row].signature.relations]
         faces = [tables.face(row) for row in rows]
         columns = [*plain, *faces, tables.count, *tables.areas]
@@ -162,7 +164,7 @@ def _choose(
     """Choose among all combinations by the rule for turns (`app.core.solver.turn_choice`).
 
     Returns:
-        Grade and match, by which powers are compared; and the best combination.
+        Grade and match, by which powers are compared, and the best combination.
     """
     pack = sight.parts.tables.pack
     product = sight.value(sight.parts.tables.face(row))

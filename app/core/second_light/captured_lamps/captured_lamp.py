@@ -63,7 +63,7 @@ class CapturedLamp:
 
     @property
     def solid_angle_sr(self) -> float:
-        """Solid angle of the lamp, seen from the probe."""
+        """Solid angle of the lamp, in steradians, as seen from the probe."""
         return float(energy(self.alpha))
 
     @property
@@ -90,7 +90,7 @@ class PlacedLamp:
     light: FloatImage = field(repr=False)
     # (576, H, W), fraction of each texel that the lamp hides, 0 to 1
     alpha: Float32 = field(repr=False)
-    # from the middle of the head, in metres; the lamp is valid only at this distance
+    # distance from the middle of the head, in metres, the only one at which the lamp is valid
     distance_m: float | None = None
     absolute: bool = True  # whether the light is in cd/m2 or in an unknown unit
 
@@ -122,7 +122,7 @@ def make_lamp(
     if alpha.shape != shape[:2]:
         raise CoreError(
             tr(
-                "The mask of {name} has the shape {mask}, but its light {light}.",
+                "The mask of {name} has the shape {mask}, but its light has {light}.",
                 name=name,
                 mask=alpha.shape,
                 light=shape[:2],
@@ -149,9 +149,10 @@ def make_lamp(
 
 
 def centroid(light: FloatImage) -> tuple[float, float]:
-    """Return the direction of the centre of an environment's energy: azimuth and elevation, deg.
+    """Return the azimuth and elevation of the centre of an environment's energy, in degrees.
 
-    It is the sum of all directions, weighted by luminance and solid angle, in the panorama frame.
+    The centre is the sum of all directions, weighted by luminance and solid angle, in the panorama
+    frame.
 
     Args:
         light: (H, W, 3) float32, linear Rec. 709, not all black.
@@ -169,13 +170,13 @@ def centroid(light: FloatImage) -> tuple[float, float]:
 def centring(light: FloatImage) -> Float64:
     """Return the rotation that moves the centre of the energy to azimuth 0, elevation 0.
 
-    It rotates about the vertical first and then down, which keeps an upright lamp upright.
+    The rotation is about the vertical first and then down, which keeps an upright lamp upright.
 
     Args:
         light: (H, W, 3) float32, the lamp alone.
 
     Returns:
-        (3, 3) float64. It moves the content, see `app.core.base.sphere`.
+        (3, 3) float64. The rotation, which moves the content (see `app.core.base.sphere`).
     """
     azimuth, elevation = centroid(light)
     return rotation(azimuth, elevation).T
@@ -194,7 +195,7 @@ def place_lamp(
     token: Token | None = None,
     report: Report = silent,
 ) -> PlacedLamp:
-    """Rotate a lamp to all placements; its energy stays the same within 0.1%.
+    """Rotate a lamp to all placements, preserving its energy within 0.1%.
 
     Raises:
         ValueError: If `shape` does not have one column per azimuth.
@@ -234,7 +235,7 @@ def _fine(lamp: CapturedLamp) -> tuple[Float32, Float32, Float64]:
     """Enlarge a lamp for rotations, in cd/m2 if known.
 
     Returns:
-        Its light, its mask, and the rotation that moves it straight ahead.
+        The lamp's light, its mask, and the rotation that moves the lamp straight ahead.
     """
     light = lamp.light
     if lamp.white_cd_m2 is not None:

@@ -36,7 +36,7 @@ class LampCapture:
     """A lamp from files.
 
     Attributes:
-        warnings: Doubts of the merge or of the panorama's reader.
+        warnings: Warnings from merging the frames or reading the panorama.
         mask: The mask as detected, or None if the file contains one.
     """
 
@@ -49,8 +49,8 @@ def read_lamp_file(path: Path | str) -> LampCapture:
     """Read a lamp from a panorama of a dark room.
 
     Args:
-        path: OpenEXR or Radiance. Channel A is the mask, with premultiplied light; without it, the
-            lamp is detected. The unit of the light is known if the file states
+        path: OpenEXR or Radiance. Channel A is the mask, with premultiplied light; without channel
+            A, the lamp is detected. The unit of the light is known if the file records
             ``whiteLuminance``.
 
     Raises:
@@ -87,10 +87,10 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
     if values is None or np.asarray(values).size != shape[0] * shape[1]:
         raise EnvironmentFileError(
             tr(
-                "The mask in {name} cannot be read or has a different size than its light.",
+                "The mask in {name} cannot be read or has a different size from its light.",
                 name=path.name,
             ),
-            tr("Export it again as a whole RGBA panorama."),
+            tr("Export the file again as a whole RGBA panorama."),
         )
     return bounded(np.asarray(values, np.float32).reshape(shape), _FINEST)
 
@@ -114,7 +114,7 @@ def capture_lamp(
             the mask if it has one.
         options: How to merge. By default the response is sRGB, since the frames of a dark room are
             mostly noise, from which no response can be recovered.
-        distance_m: From the probe to the lamp, in metres.
+        distance_m: Distance from the probe to the lamp, in metres, or None if unknown.
 
     Raises:
         CoreError: If the files are not panoramas, or no lamp stands out.

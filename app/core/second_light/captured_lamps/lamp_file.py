@@ -44,7 +44,7 @@ _MOST_BYTES: Final = 1 << 16
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
 _SHA: Final = r"[0-9a-f]{64}"
 _PICTURE: Final = 256
-AGAIN: Final = tr("Free some space or allow writing there, then try again.")
+AGAIN: Final = tr("Free some space or make the folder writable, then try again.")
 """Hint for a lamp that could not be written."""
 
 
@@ -70,7 +70,7 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
 
 
 def write_text(folder: Path, lamp: CapturedLamp) -> None:
-    """Write a lamp's text file after its capture; raises as `write_lamp`."""
+    """Write a lamp's text file after its capture, with the same errors as `write_lamp`."""
     facts: Facts = {
         "format": _FORMAT,
         "title": lamp.title,
@@ -112,7 +112,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
 
     Returns:
         The entries title, distance_m, white_cd_m2, lux, camera and sha256, with defaults for
-        damaged ones; and the damage, or None if there is none.
+        damaged ones, and the damage, or None if there is none.
 
     Raises:
         CoreError: If the system refuses to read the file, or its version is newer.
@@ -162,7 +162,7 @@ def capture_path(folder: Path, name: str, facts: Facts) -> Path:
         return max(paths, key=lambda each: each.stat().st_mtime)
     raise CoreError(
         tr("The capture of “{title}” is missing.", title=facts["title"]),
-        tr("Check {folder}, or capture it again.", folder=folder),
+        tr("Check {folder}, or capture the lamp again.", folder=folder),
     )
 
 

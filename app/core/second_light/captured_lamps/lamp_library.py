@@ -1,7 +1,8 @@
 """The user's captured lamps: save, rename, correct, delete and restore.
 
-Deleted lamps and earlier captures are in ``FOLDER/trash``. Every function raises CoreError if there
-is no lamp of a name, or a file cannot be read, moved or written; the lamp then stays as it was.
+Deleted lamps and earlier captures are in ``FOLDER/trash``. Every function raises CoreError if no
+lamp has the given name, or if a file cannot be read, moved or written. The lamp then stays as it
+was.
 """
 
 from __future__ import annotations
@@ -75,12 +76,12 @@ _LIBRARY: Final = Library(
 
 
 def lamps_folder() -> Path:
-    """Return the folder of the user's lamps; it need not exist."""
+    """Return the folder of the user's lamps, which need not exist."""
     return user_data() / "lamps"
 
 
 def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedItem, ...]]:
-    """List the lamps of a folder without reading their light."""
+    """List the lamps in a folder without reading their light."""
     entries: list[LampEntry] = []
     damaged: list[DamagedItem] = []
     try:
@@ -96,7 +97,11 @@ def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedItem, 
 
 
 def read_lamp(folder: Path, name: str) -> CapturedLamp:
-    """Read a lamp by name or title; raises CoreError if there is none, or it is damaged."""
+    """Read a lamp by name or title.
+
+    Raises:
+        CoreError: If there is no such lamp, or the lamp is damaged.
+    """
     stem = _find(folder, name)
     facts, _ = facts_of(folder, stem)
     lamp = read_lamp_file(capture_path(folder, stem, facts)).lamp
@@ -123,7 +128,7 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     """Save a lamp under a free name and title.
 
     Raises:
-        CoreError: If it cannot be written, or the title is empty or too long.
+        CoreError: If the lamp cannot be written, or the title is empty or too long.
     """
     with os_errors_as(
         CoreError, tr("The lamp was not saved in {folder}: {reason}."), AGAIN, folder=folder
@@ -137,7 +142,7 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
 
 
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Replace a lamp with a corrected one; the old one goes to the trash."""
+    """Replace a lamp with a corrected version, and move the old version to the trash."""
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
     write_lamp(_LIBRARY.trash_folder(folder, name), old)
@@ -165,8 +170,9 @@ def restate_lamp(
     """Correct the distance or illuminance of a lamp.
 
     Args:
-        distance_m: From the probe to the lamp in the capture, in metres, or None to keep it.
-        lux: Illuminance at that distance, or None to keep it.
+        distance_m: Distance from the probe to the lamp in the capture, in metres, or None to keep
+            the old distance.
+        lux: Illuminance at that distance, or None to keep the old illuminance.
 
     Raises:
         CoreError: If a number is out of range, or the lamp cannot be read or written.
@@ -181,7 +187,11 @@ def restate_lamp(
 
 
 def check_distance(distance_m: float) -> float:
-    """Return a distance, in metres; raises CoreError if no lamp can be captured or used there."""
+    """Return a distance, in metres, if a lamp can be captured and used there.
+
+    Raises:
+        CoreError: Otherwise.
+    """
     low, high = _HELD_M
     if not low <= distance_m <= high:
         raise CoreError(
@@ -236,5 +246,5 @@ def _find(folder: Path, name: str) -> str:
         return titles[title_key(name)]
     raise CoreError(
         tr("There is no lamp {name!r} in the library.", name=name),
-        tr("There are: {names}.", names=", ".join(there)) if there else tr("There are: none yet."),
+        tr("Available: {names}.", names=", ".join(there)) if there else tr("The library is empty."),
     )

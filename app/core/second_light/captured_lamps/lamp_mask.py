@@ -1,4 +1,4 @@
-"""Find the lamp in the capture of a dark room, apart from room, glow and reflections.
+"""Find the lamp in the capture of a dark room, without the room, its glow or reflections.
 
 The panorama is rotated so that the brightest light is in the middle, where texels are square and
 no seam or pole is near. Then outlines at many levels of brightness are compared. Between the level
@@ -45,7 +45,7 @@ class LampMask:
     """The area of the lamp in a capture.
 
     Attributes:
-        contrast: Brightness of the lamp over that of the room.
+        contrast: Brightness of the lamp divided by that of the room.
         rejected: Number of other lights as bright as the lamp's edge.
     """
 
@@ -67,10 +67,10 @@ class LampMask:
 
 
 def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
-    """Find the lamp that gives most of the light in a capture of a dark room.
+    """Find the lamp that provides most of the light in a capture of a dark room.
 
     Args:
-        radiance: (H, 2 H, 3) float32, linear Rec. 709, any scale, finite and not negative.
+        radiance: (H, 2 H, 3) float32, linear Rec. 709, at any scale, finite and not negative.
         clipped: (H, 2 H) float32, fraction of each texel that is clipped in every frame.
 
     Raises:
@@ -92,7 +92,11 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
 def edit_mask(
     lamp: CapturedLamp, box: tuple[float, float, float, float], *, is_lamp: bool
 ) -> CapturedLamp:
-    """Set or clear a box in a lamp's mask: azimuth from and to, elevation from and to, in degrees.
+    """Set or clear a box in a lamp's mask.
+
+    Args:
+        box: (azimuth from, azimuth to, elevation from, elevation to), in degrees.
+        is_lamp: Whether to set the box rather than clear it.
 
     Raises:
         CoreError: If the mask would have no light left.
@@ -124,7 +128,8 @@ def _core(light: Float32) -> tuple[Point, Bools]:
     for level in np.geomspace(low, high, max(2 * round(np.log2(high / low)), 1), endpoint=False):
         total, body = _most(grid >= level, excess, weight)
         score = total * _standing_out(grid, body, weight) ** 3 if total > 0.0 else 0.0
-        # Levels rise, so the highest of nearly equal ones wins: its area includes the least else.
+        # Levels rise, so the highest of nearly equal levels wins: its area has the least other
+        # light.
         if score > 0.9 * best:
             best, mask = max(score, best), body
     if best == 0.0:
@@ -198,10 +203,11 @@ def _body(bright: Bools, core: Bools) -> Bools:
 
 
 def _best_level(areas: list[float], powers: list[float]) -> int:
-    """Choose the level at which the outline is stable; see the module docstring.
+    """Choose the level at which the outline is stable (see the module docstring).
 
     Args:
-        areas, powers: Solid angle, sr, and squared light of the lamp at each level of brightness.
+        areas, powers: Solid angle, in sr, and squared light of the lamp at each level of
+            brightness.
     """
     if not areas:
         raise _nothing()
@@ -248,7 +254,7 @@ def _at_half(view: Float32, mask: Bools) -> Float32:
 
 
 def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> Float32:
-    """Return the position of light between the outside and inside levels, 0 to 1; 0 elsewhere."""
+    """Return the position of light from the outside to the inside level, 0 to 1, or 0 elsewhere."""
     zero = np.zeros_like(light)
     share = np.divide(light - outside, inside - outside, out=zero, where=where)
     return np.asarray(np.clip(share, 0.0, 1.0), np.float32)
@@ -267,7 +273,7 @@ def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
 
 
 def _around(view: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bools]:
-    """Return the mean of a picture over `where` around each texel, and where there is one."""
+    """Return the mean of a picture over `where` around each texel, and where that is defined."""
     weight = cv2.blur(where.astype(np.float32), size)
     total = cv2.blur(view * where, size)
     reliable = weight > 1e-4
@@ -304,5 +310,5 @@ def _median(values: Float32, weight: Float64) -> float:
 def _nothing() -> CoreError:
     return CoreError(
         tr("No lamp stands out in this capture."),
-        tr("Make the room darker, move the lamp closer, and capture again."),
+        tr("Make the room darker, move the lamp closer and capture it again."),
     )

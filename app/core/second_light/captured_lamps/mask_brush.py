@@ -20,9 +20,10 @@ def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, is_lamp
     """Set or clear the area that a round brush covers from point to point.
 
     Args:
-        alpha: (H, 2 H) float32, fraction of each texel that the lamp covers, 0 to 1; not changed.
+        alpha: (H, 2 H) float32, fraction of each texel that the lamp covers, 0 to 1. It is not
+            changed.
         points: The path of the brush, which takes the shorter way around the sphere.
-        radius_deg: Radius of the brush, in degrees; at least half a texel.
+        radius_deg: Radius of the brush, in degrees, at least half a texel.
 
     Returns:
         (H, 2 H) float32. Texels at the edge of the brush are blended.
