@@ -74,7 +74,7 @@ AREAS: Final = (
     *(f"{side} {name}" for name in (*_SIDED, *_EDGES) for side in ("left", "right")),
     *(*_MIDDLE, *_CROWN, "background", "surroundings"),
 )
-"""Names of all areas, in the order of packs; left is the sitter's."""
+"""Names of all areas, in the order of packs, where left is the sitter's left."""
 
 AROUND: Final = slice(-2, None)
 """The last areas, which belong to the place around the head and not to the head."""
@@ -88,9 +88,10 @@ class FaceRegion:
 
     Attributes:
         region: (P,) float64. Weight of each pixel, 0 to 1: brows to chin, temple to temple, without
-            the eyes, whose white is brighter than dark skin in any light.
-        areas: (A, P) float64. Weights of `AREAS`, each summing to 1, so that their product with a
-            picture gives its means. Those of areas around the head are 0.
+            the eyes, whose whites are brighter than dark skin in any light.
+        areas: (A, P) float64. Weights of `AREAS`, which sum to 1 in each area, so that their
+            product with a picture gives the means of the areas. The weights of areas around the
+            head are 0.
     """
 
     region: Float64 = field(repr=False)
@@ -132,7 +133,7 @@ def find_face(transport: Transport, shape: HeadShape) -> FaceRegion:
 
 
 def region_in_view(view: Transport, places: HeadShape, front: HeadShape) -> Float64:
-    """Return the weight, (P,), of each pixel of a turned head; see `FaceRegion.region`.
+    """Return the weight, (P,), of each pixel of a turned head (see `FaceRegion.region`).
 
     Args:
         places: Positions behind the view's pixels.
@@ -153,8 +154,8 @@ def maps_around(shape: tuple[int, int]) -> Float64:
     """Return maps of the mean radiance behind the sitter, and around the head, like those of areas.
 
     Returns:
-        (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1. They fall off smoothly
-        from straight behind.
+        (2, H, W) float64. The maps, in panorama coordinates at turn 0, each of which sums to 1.
+        They fall off smoothly from straight behind.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -173,7 +174,8 @@ def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Floa
         across, down, whole: (P,) float64. Positions of pixels, and their weights.
 
     Returns:
-        Name to (P,) float64 weights that sum to 1; without the areas at the outline.
+        Weights by name of the area, (P,) float64, that sum to 1. The areas at the outline are left
+        out.
     """
     ovals = {name: (oval,) for name, oval in _SIDED.items()}
     sided = {
@@ -225,22 +227,22 @@ def _between(values: Float64, low: float, high: float, soft: float) -> Float64:
 
 
 def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float64:
-    """Return the share of each pixel in an oval, (P,); a too small oval gets the nearest pixel."""
+    """Return the part of each pixel in an oval, (P,), or the nearest pixel of a tiny oval."""
     away = _away(across, down, oval)
     inside = whole * np.clip((1.15 - away) / 0.3, 0.0, 1.0)
     return np.asarray(inside if inside.any() else away == away[whole > 0].min(), np.float64)
 
 
 def _away(across: Float64, down: Float64, oval: _Oval) -> Float64:
-    """Return the distance from the middle of an oval, (P,); 1 at its outline."""
+    """Return the distance from the middle of an oval, (P,), which is 1 at its outline."""
     distance = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
     return np.asarray(distance, np.float64)
 
 
 def _facing_deg(transport: Transport, shape: HeadShape) -> tuple[Float64, Float64]:
-    """Return azimuth (toward the sitter's left) and elevation of the skin's normals, (P,), deg.
+    """Return the azimuth and the elevation of the skin's normals, (P,) each, in degrees.
 
-    They are nan at the outline.
+    The azimuth is positive toward the sitter's left. Both angles are nan at the outline.
     """
     size = transport.size
     flat = np.full((size * size, 3), np.nan)

@@ -29,7 +29,7 @@ class LightMap:
     """Directions from which light comes at a place.
 
     Attributes:
-        luminance: (H, W) float64. Environment at turn 0, any exposure, not all black.
+        luminance: (H, W) float64. Environment at turn 0, at any exposure, not all black.
     """
 
     luminance: Float64
@@ -105,7 +105,7 @@ def light_shortfall(
     light: LightMap,
     turn_deg: float,
 ) -> LightShortfall | None:
-    """Return the fault of the light that puts a style out of reach, or None if it is in reach.
+    """Return the fault of the light that puts a style out of reach, or None if within reach.
 
     Args:
         style: The style, or None for painted weights, which have no lamps.

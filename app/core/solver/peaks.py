@@ -46,7 +46,7 @@ class Gate:
     """The turns that may be chosen: those at which a curve (strength) reaches a limit.
 
     Attributes:
-        curve: (64,) float64.
+        curve: (64,) float64. The curve at the grid turns.
     """
 
     curve: Float64
@@ -87,7 +87,7 @@ class _Series:
         rolled = _rolled(curve, index)
         back = rolled[_BACKWARD]
         cosine, sine = _forward()
-        # Even and odd parts separately: a mirrored curve then has the same a and exactly -b.
+        # Even and odd parts are separate, so a mirrored curve has the same a and exactly -b.
         even: Float64 = cosine @ (rolled + back)
         odd: Float64 = sine @ (rolled - back)
         return cls(even, odd)
@@ -173,7 +173,7 @@ def value_at(curve: Float64, turn_deg: float) -> float:
         curve: (64,) float64. Values at turns of 5.625 k degrees.
 
     Returns:
-        The value; at a turn of the grid exactly the curve's own.
+        The value, which at a turn of the grid is exactly the curve's own.
     """
     return float(shift(curve, turn_deg)[0])
 
@@ -181,11 +181,11 @@ def value_at(curve: Float64, turn_deg: float) -> float:
 def best_index(objective: Float64, eligible: Bools) -> int:
     """Return the index of the grid turn with the largest objective.
 
-    Among turns within `TIE` of the best, the smaller turn wins, then clockwise.
+    Among turns within `TIE` of the best, the smaller turn wins, then the clockwise one.
 
     Args:
-        objective: (64,) float64. At the grid turns.
-        eligible: (64,) bool. At least one True.
+        objective: (64,) float64. Values at the grid turns.
+        eligible: (64,) bool. Turns that may be chosen, at least one.
 
     Examples:
         >>> best_index(np.ones(64), np.ones(64, bool))
@@ -208,19 +208,19 @@ def find_peak(
     price: float = 0.0,
     is_open: Bools | None = None,
 ) -> Peak:
-    """Refine a maximum between grid turns; find its tolerance arc and the turn to offer.
+    """Refine a maximum between grid turns, and find its tolerance arc and the turn to offer.
 
-    Without a price the maximum itself is offered, as in the paper. With one, the middle of the arc
-    is offered if it costs less than the price. Otherwise the turn is as far toward the middle as
-    the price allows, and at least `MARGIN` of the arc's width from its nearer end, unless the gate
-    closes there.
+    Without a price, the maximum itself is offered, as in the paper. With a price, the middle of the
+    arc is offered if it costs less than the price. Otherwise the turn is as far toward the middle
+    as the price allows, and at least `MARGIN` of the arc's width from its nearer end, unless the
+    gate closes there.
 
     Args:
-        objective: (64,) float64. At the grid turns.
-        contrast: (64,) float64. Divisor of the objective if it is a match: light on a face changes
-            smoothly with the turn, while a match may rise and fall within a step.
+        objective: (64,) float64. Values at the grid turns.
+        contrast: (64,) float64. Divisor of the objective if the objective is a match. Light on a
+            face changes smoothly with the turn, while a match may rise and fall within a step.
         price: Permitted loss for a turn nearer to the middle of the arc, in the objective's unit.
-        is_open: (64,) bool. Turns that may be offered; by default all.
+        is_open: (64,) bool. Turns that may be offered, by default all.
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):
@@ -272,7 +272,7 @@ def find_peaks(
         is_open: (64,) bool. Turns that may be offered as the best one; rivals may be others.
 
     Returns:
-        The chosen one, then the others, best first; at most six.
+        The chosen peak, then the others, best first, at most six in all.
     """
     eligible = np.ones(TURNS, bool) if gate is None else gate.open
     heights = np.where(eligible, objective, -np.inf)
@@ -324,7 +324,7 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
 
 
 def _open_run(side: Float64) -> int:
-    """Return the number of points before the gate closes; 0 is open, whatever the rounding."""
+    """Return the number of points before the gate closes, with point 0 open despite rounding."""
     closed = (side[1:] < 0).nonzero()[0]
     return int(closed[0]) + 1 if closed.size else len(side)
 
@@ -416,7 +416,7 @@ def _first_crossings(slack: Float64) -> tuple[float, float]:
 
 
 def _first_crossing(slack: Float64) -> float:
-    """Return the offset at which a curve first falls below 0; TURNS if it never does."""
+    """Return the offset at which a curve first falls below 0, or TURNS if it never does."""
     below = (slack[1:] < 0).nonzero()[0]
     if below.size == 0:
         return float(TURNS)

@@ -34,8 +34,8 @@ class PlaceLight:
     """An environment and its reduced forms.
 
     Attributes:
-        environment: As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the
-            file.
+        environment: The light as measured, linear Rec. 709, with column u at azimuth 360 (u - 0.5)
+            degrees of the file.
         fine: (32, 512, 3) float32. Radiance averaged over the rows of the search, with columns fine
             enough for any turn.
         searched: (32, 64, 3) float32. Linear Rec. 709 radiance for the search, at turn 0 with the
@@ -93,7 +93,7 @@ class Facing:
     turn_deg: float
 
     def __call__(self) -> FloatImage:
-        """See `turned`."""
+        """Return the light (see `turned`)."""
         return turned(self.light, self.turn_deg)
 
 
@@ -112,7 +112,7 @@ def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> Floa
 
 
 def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[float]) -> FloatImage:
-    """Return pictures at several turns in one product; see `picture_at`.
+    """Return pictures at several turns in one product (see `picture_at`).
 
     Args:
         turns_deg: Azimuths in the panorama that the sitter faces, in degrees.
@@ -154,7 +154,7 @@ def main_azimuth(radiance: Floats) -> float | None:
     """Return the azimuth of the main light, in degrees, or None if light comes from all around.
 
     Args:
-        radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance; any exposure.
+        radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance or luminance, at any exposure.
     """
     rows, columns = radiance.shape[:2]
     elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)

@@ -28,8 +28,8 @@ class LightTable:
 
     Attributes:
         moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, minus its mean
-            over the face per turn, then the squares of the same. Independent of exposure.
-        brightness: (64,) float64. That mean.
+            over the face at each turn, then the squares of these. Independent of exposure.
+        brightness: (64,) float64. Mean over the face at each turn.
         pictures: (64, N, N, 3) float32. Linear Rec. 709 pictures at the 64 turns, in the unit of
             the environment and black around the head, or None if made without pictures.
     """
@@ -48,9 +48,9 @@ class PaintedCurves:
 
     Attributes:
         quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
-            minus its mean, at turn 5.625 k degrees; over the pixels that count.
+            minus its mean, at turn 5.625 k degrees, over the pixels that count.
         norm: Norm of the weights.
-        studio: Quality over mean under the environment max(F, 0), or 0 if that is black.
+        studio: Quality divided by mean under the environment max(F, 0), or 0 if that is black.
     """
 
     quality: Float64
@@ -77,8 +77,8 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     """Divide an environment by its mean luminance, to remove its exposure.
 
     Args:
-        light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance; any exposure.
-        shape: Rows and columns that the head takes.
+        light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance, at any exposure.
+        shape: Rows and columns that the head requires.
 
     Returns:
         (H, W, 3) or (H, W) float64. The environment with mean luminance 1.
@@ -115,7 +115,7 @@ def light_table(
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
-            709 radiance, or luminance of grey light; any exposure.
+            709 radiance, or luminance of grey light, at any exposure.
         pictures: Whether to include pictures.
         grey: Whether only the pictures have colours, as in the paper.
 
@@ -126,7 +126,7 @@ def light_table(
     shape = transport.environment_shape
     values, scale = normalised(light, shape)
     if pictures and values.ndim == 2:
-        raise EnvironmentFileError(tr("There are no pictures of light without colours."))
+        raise EnvironmentFileError(tr("No pictures can be made from light without colours."))
     texels = transport.texel_basis.reshape(-1, *shape).astype(np.float64)
     # (frequency, rank, row): one product per azimuth frequency.
     basis = np.ascontiguousarray(np.fft.rfft(texels, axis=2).transpose(2, 0, 1)).conj()
@@ -140,7 +140,7 @@ def light_table(
     brightness = faces.mean(axis=0)
     faces -= brightness
     light_map = LightMap(luminance_of(values))
-    # Computed now, so that the first stroke is not delayed.
+    # Compute this now, so that the first stroke is not delayed.
     _ = light_map.is_even
     return LightTable(
         transport=transport,
@@ -164,7 +164,7 @@ def _on_black(transport: Transport, pictures: Float32) -> Float32:
 
 
 def counted_light(table: LightTable, active: Bools) -> CountedLight:
-    """Return the light on the active pixels at all turns; all 0 if no pixel counts.
+    """Return the light on the active pixels at all turns, which is all 0 if no pixel counts.
 
     Args:
         active: (P,) bool. Face pixels that count.

@@ -36,7 +36,7 @@ class SearchColours:
             part.
         bases: (2, P, R) float32. Pixel bases of T_Y and of S.
         texels: (R, H, W) float32. The transport's texel basis.
-        mixed: (R, K, W) float32. The same for the rows of the second part.
+        mixed: (R, K, W) float32. The texel basis for the rows of the second part.
     """
 
     mixing: Float64
@@ -54,11 +54,11 @@ class SearchColours:
         """Pre-integrate weights against both parts (eq. 3).
 
         Args:
-            weights: (..., P) float. On the head's pixels, zero outside the face.
+            weights: (..., P) float. Weights on the head's pixels, zero outside the face.
 
         Returns:
-            (..., Q, W) float32. Panorama coordinates at turn 0; the product with the result of
-            `seen_light` sums to C.
+            (..., Q, W) float32. The target in panorama coordinates at turn 0, whose product with
+            the result of `seen_light` sums to C.
         """
         first, second = (weights.astype(np.float32) @ basis for basis in self.bases)
         rows = np.tensordot(first, self.texels, 1), np.tensordot(second, self.mixed, 1)
@@ -89,7 +89,8 @@ def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> Sear
     """Split the luminance of a view by the mixtures of the head's front picture.
 
     Args:
-        mixing, mixtures: Those of the head, so that its search light also serves for the view.
+        mixing, mixtures: As in the head's `SearchColours`, so that its search light also serves for
+            the view.
     """
     grid = transport.texel_basis.astype(np.float64).reshape(-1, *transport.environment_shape)
     solid = solid_angles(grid.shape[1:])
@@ -142,11 +143,11 @@ def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
 
     Args:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance of grey light.
-        mixing: (2, 3) float64.
-        mixtures: (K, H) float64. Of the head, see `SearchColours`.
+        mixing: (2, 3) float64. As in the head's `SearchColours`.
+        mixtures: (K, H) float64. As in the head's `SearchColours`.
 
     Returns:
-        (Q, W) float64, Q = H + K. In the unit of `light`.
+        (Q, W) float64, Q = H + K. The rows, in the unit of `light`.
     """
     if light.ndim == 2:
         return np.concatenate([light, np.zeros((len(mixtures), light.shape[1]))])
@@ -163,7 +164,7 @@ def luminance_of(light: Floats) -> Float64:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance.
 
     Returns:
-        (H, W) float64. In the unit of `light`.
+        (H, W) float64. The luminance, in the unit of `light`.
     """
     return np.asarray(light if light.ndim == 2 else luminance(light), np.float64)
 
@@ -177,10 +178,10 @@ class SearchTables:
 
     Attributes:
         shape: (H, W) of the light in the search: rows of an environment, and those added by
-            `app.core.solver.search`; all rows turn alike.
+            `app.core.solver.search`, all of which turn alike.
         targets: (M, H, 2 S) float64. Per azimuth frequency and elevation row: cosine parts of the S
             targets, then sine parts.
-        basis: (M, H, 2 + 2 K + E + O) float64. The same of the face-mean target and K other maps
+        basis: (M, H, 2 + 2 K + E + O) float64. The same for the face-mean target and K other maps
             (cosines, then sines), the E even basis rows (cosine) and the O odd ones (sine).
         paired: Whether even row r and odd row r are the two parts of one basis picture, as for a
             head that is not symmetric; otherwise each row is a separate basis picture.
@@ -208,7 +209,7 @@ class SearchTables:
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """Values at all turns; index k belongs to turn 5.625 k degrees.
+    """Values at all turns, where index k belongs to turn 5.625 k degrees.
 
     For several lights, there is one more axis in front.
 
@@ -240,8 +241,8 @@ def build_tables(
         targets: (S, H, W) float. Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
         mean: (H, W) float. Pre-integrated mean over the face.
         even, odd: (E, H, W / 2), (O, H, W / 2) float. Left halves of basis rows that are even and
-            odd under mirroring; the sum of squares of all rows times an environment is the squared
-            norm of its picture minus the mean.
+            odd under mirroring. The sum of the squares of all rows times an environment is the
+            squared norm of the environment's picture minus its mean.
         others: (K, H, W) float. Further maps to evaluate: areas of the face, targets over the face
             region.
     """
@@ -281,10 +282,10 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
     """Return the quality C of every target at every turn (eq. 5).
 
     Args:
-        light: (H, W) float. Search light at turn 0, see `app.core.solver.search`.
+        light: (H, W) float. Search light at turn 0 (see `app.core.solver.search`).
 
     Returns:
-        (S, 64) float64. In the unit of the environment.
+        (S, 64) float64. The quality, in the unit of the environment.
     """
     return np.asarray(_quality(tables, _spectra(tables, light[None]))[0])
 
@@ -293,7 +294,7 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
     """Return the quality of every target, face mean and face contrast at every turn.
 
     Args:
-        light: (H, W) float. Search light at turn 0, see `app.core.solver.search`.
+        light: (H, W) float. Search light at turn 0 (see `app.core.solver.search`).
     """
     result = curves_of(tables, light[None])
     return Curves(result.quality[0], result.mean[0], result.contrast[0], result.others[0])
@@ -306,7 +307,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
         lights: (N, H, W) float. As in `curves`.
 
     Returns:
-        (N, ...) each.
+        The curves, each with an axis for the N lights in front.
     """
     spectra = _spectra(tables, lights)
     first, second = _products_of(spectra, tables.basis)

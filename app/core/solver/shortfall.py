@@ -72,7 +72,7 @@ class Origin(StrEnum):
 class Obstacle(StrEnum):
     """Reason why no position of the lens is possible."""
 
-    BACKGROUND = "background"  # no turn brings it behind the sitter
+    BACKGROUND = "background"  # no turn brings the requested background behind the sitter
     FACE_HIDDEN = "face hidden"
     NO_SHORT_LIGHT = "no short light"
     NO_BROAD_LIGHT = "no broad light"
@@ -83,8 +83,8 @@ class AreaShortfall:
     """The difference between two areas of the face is too small or too large.
 
     Attributes:
-        style: Title of the style whose signature requires it.
-        value_stops: Difference of `bright` over `dark`.
+        style: Title of the style whose signature requires the difference.
+        value_stops: Brightness of `bright` over that of `dark`, in stops.
         limit_stops: Lower limit if the value is below it, otherwise the upper limit.
     """
 
@@ -102,7 +102,7 @@ class LightShortfall:
     """Match or contrast of the picture as a whole is too low.
 
     Attributes:
-        value, limit: Of the measure, 0 to 100.
+        value, limit: Value of the measure, and its limit, 0 to 100.
         origin: Direction of the missing light, with `NO_LIGHT` and `ONE_LAMP`.
     """
 

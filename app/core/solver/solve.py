@@ -1,7 +1,7 @@
-"""Solving a place: for each style the turn, its quality, and the shortfall.
+"""Solving a place: for each style, the turn, its quality, and the shortfall.
 
-The exposure of the environment is divided out first, so it affects no decision. Only the quality
-C, which is linear in it, is returned in the caller's unit.
+The exposure of the environment is divided out first, so it affects no decision. Only the quality C,
+which is linear in the exposure, is returned in the caller's unit.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ def solve_all(
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the pack's size, linear Rec. 709
-            radiance, or luminance of grey light; any exposure.
-        front_deg: Azimuth of the photographer, in degrees; see `StyleResult.seen_from`.
-        is_open: (64,) bool. Permitted turns; all by default.
+            radiance, or luminance of grey light, at any exposure.
+        front_deg: Azimuth of the photographer, in degrees (see `StyleResult.seen_from`).
+        is_open: (64,) bool. Permitted turns, all by default.
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or of another size.
@@ -105,17 +105,17 @@ class PlaceSearch:
 
     @cached_property
     def alone(self) -> StyleMeasures:
-        """See `measure_alone`."""
+        """Measures of each style without its rivals (see `measure_alone`)."""
         return measure_alone(self.pack, self.curves)
 
     @cached_property
     def measured(self) -> StyleMeasures:
-        """See `measure`."""
+        """Measures of each style among its rivals (see `measure`)."""
         return among_rivals(self.pack, self.alone)
 
     @cached_property
     def grades(self) -> Indices:
-        """Grade of each picture by style without rivals, (S, 64); `NO` without a signature."""
+        """Grade of each picture by style without rivals, (S, 64), or `NO` without a signature."""
         return grades(self.alone.yes, self.alone.nearly)
 
     def verdict(self, row: int, at: int) -> Verdict:
@@ -137,7 +137,7 @@ def quality_scale(light: Floats, picture: int) -> float:
     """Return the factor that makes C comparable between places and heads.
 
     C increases with the exposure and the number of pixels, and the paper does not state its unit.
-    Here it is for light whose texels have a mean luminance of 1, on 100 x 100 pixels.
+    Here, C is for light whose texels have a mean luminance of 1, on 100 x 100 pixels.
 
     Args:
         light: (H, W, 3) or (H, W) float. The light of the search.
@@ -198,7 +198,7 @@ def solve_on_table(
 
 
 def measure_painted(curve_set: PaintedCurves) -> StyleMeasures:
-    """Return match and strength of painted weights; see `measure`."""
+    """Return match and strength of painted weights (see `measure`)."""
     ratio = curve_set.quality / np.maximum(curve_set.mean, 1e-30)
     strength = 100.0 * ratio / curve_set.studio if curve_set.studio > 0 else np.zeros(TURNS)
     match, none = (
@@ -209,7 +209,7 @@ def measure_painted(curve_set: PaintedCurves) -> StyleMeasures:
 
 
 def judge_painted(measured: StyleMeasures, at: int, limits: Limits, light: LightMap) -> Verdict:
-    """Judge painted weights at a grid turn; see `judge`."""
+    """Judge painted weights at a grid turn (see `judge`)."""
     numbers = float(measured.match[at]), float(measured.strength[at])
     if limits.are_met(*numbers):
         return Verdict(True)
@@ -225,7 +225,7 @@ def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float6
 
 
 def proposal(results: Sequence[StyleResult]) -> str | None:
-    """Return the style to suggest first: in reach, common, with the best grade and match."""
+    """Return the style to suggest first: within reach, common, with the best grade and match."""
 
     def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
         common = result.name not in RARE
@@ -257,7 +257,7 @@ def answer(
 
     Args:
         best_index: Best grid turn.
-        judge: Grades the picture at a grid turn.
+        judge: Function that grades the picture at a grid turn.
     """
     curve, peaks = choice.measured, choice.peaks(best_index)
     best, index = peaks[0], peaks[0].index

@@ -41,7 +41,7 @@ Lighting: TypeAlias = Literal["front", "short", "broad"]
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Improvement of a style with the turned face; turn and yaw as in `StyleResult`."""
+    """Improvement of a style by turning the face, with turn and yaw as in `StyleResult`."""
 
     lighting: Lighting
     turn_deg: float
@@ -60,17 +60,17 @@ class StyleResult:
             `app.core.solver.peaks.find_peak`.
         direction: Direction of the refined turn: clockwise, counter-clockwise or none.
         quality_curve, match_curve, strength_curve: (64,) float64. At turns of 5.625 k degrees.
-            Quality in the unit of the environment, the others of 100.
-        attainable: Whether the grade is yes or nearly; without a signature, whether match and
-            strength reach their limits.
+            Quality is in the unit of the environment; the others are 100 for the studio picture.
+        attainable: Whether the grade is yes or nearly or, for a style without a signature, whether
+            match and strength reach their limits.
         arc_deg: Tolerance arc (from, to) around the best turn, clockwise, in degrees. It ends where
             the grade does. The refined turn is near its middle.
-        grade: How far the picture shows the style, or None without a signature.
+        grade: How far the picture shows the style, or None if the style has no signature.
         shortfall: Why the style is out of reach, or in which respect it is only nearly there.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles with the same turn.
         neighbour: Name of the style that explains the picture second best, for which it may be
-            mistaken; never the mirrored style.
+            mistaken, but never the mirrored style.
         yaw_deg: Angle of the face toward the sitter's own left from the line to the lens; the turn
             is that of the lens. Match and its curve are for the picture from there.
         yaw_arc_deg: Yaws (from, to) at which the picture is about as good, at the same direction of
@@ -112,7 +112,7 @@ class StyleResult:
         return wrap(self.turn_refined_deg - self.yaw_deg)
 
     def arc_at(self, turn_deg: float) -> tuple[float, float] | None:
-        """Return the tolerance arc of the nearest peak, (from, to) in deg, if it contains a turn.
+        """Return the nearest peak's tolerance arc, (from, to) in degrees, if it contains a turn.
 
         Angles are compared in whole degrees, as shown.
         """
@@ -140,7 +140,8 @@ class StyleResult:
             front_deg: Panorama azimuth of the photographer, in degrees.
 
         Returns:
-            Each turn t becomes wrap(t - front_deg); the curves are for the new turns.
+            The result, in which each turn t becomes wrap(t - front_deg) and the curves are for the
+            new turns.
         """
 
         def shifted(angle: float) -> float:

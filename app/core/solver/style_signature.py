@@ -2,8 +2,9 @@
 
 A relation is the difference between two areas in stops. The mean of an area is linear in the light,
 so relations at all turns cost almost nothing. A picture that satisfies every relation of a style
-shows it, which is graded yes. One that misses some by less than a specified band reads as the style
-but shallower or softer, which is nearly. Any other is graded no.
+shows the style, and is graded yes. A picture that misses some relations by less than a specified
+band reads as the style but shallower or softer, and is graded nearly. Any other picture is graded
+no.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class Relation:
     """Required difference between two areas of the face, in stops.
 
     Attributes:
-        aspect: Aspect of the style that it describes.
+        aspect: Aspect of the style that the relation describes.
         least, most: Limits of the difference.
         nearly: Largest miss of the limits with which a picture still reads as the style.
     """
@@ -74,7 +75,7 @@ class Signature:
     Attributes:
         match: Least match, 0 to 100, for yes and for nearly.
         even: Whether light that is even all around shows the style whatever the match.
-        areas: Whether match is computed over the areas in the relations, see `match_of_areas`.
+        areas: Whether match is computed over the areas in the relations (see `match_of_areas`).
     """
 
     relations: tuple[Relation, ...] = ()
@@ -95,7 +96,7 @@ class Signature:
 
         Args:
             own, other: (R,) float64. Relations in the target with the style's own lamps, and with
-                the other ones, in stops.
+                the other lamps, in stops.
         """
         rows = zip(self.relations, own.tolist(), other.tolist(), strict=True)
         return replace(self, relations=tuple(_scaled(*row) for row in rows))
@@ -119,7 +120,7 @@ def stops_of(areas: Float64) -> Float64:
     """Convert means of `AREAS` to stops, with a floor for darkness.
 
     Args:
-        areas: (..., A, n) float64. Any exposure.
+        areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
     """
     floor = _BLACK * areas[..., _LIT_AREAS, :].max(axis=-2, keepdims=True)
     # If the face gets no light at all, the light around it keeps the ratios finite.
@@ -183,8 +184,8 @@ class Signatures:
         """Replace match and strength of styles judged with areas, in place.
 
         Args:
-            areas: (..., A, n) float64. Means of `AREAS`, any exposure.
-            match, strength: (..., S, n) float64. 0 to 100; changed in place.
+            areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
+            match, strength: (..., S, n) float64. 0 to 100, changed in place.
         """
         for row, signature in enumerate(self.styles):
             if signature.areas:
@@ -194,7 +195,7 @@ class Signatures:
     def slack(
         self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
-        """Return how far pictures are inside the limits for "yes" and "nearly"; negative outside.
+        """Return how far pictures are inside the limits for "yes" and "nearly", negative outside.
 
         Args:
             stops: (..., A, n) float64. From `stops_of`.
@@ -246,10 +247,10 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
     be darker are 0. Areas are compared by their square root, close to perceived brightness.
 
     Args:
-        areas: (..., A, n) float64. Means of `AREAS`, any exposure.
+        areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
 
     Returns:
-        (..., n) float64 each, 0 to 100. Strength is the difference of bright and dark areas.
+        (..., n) float64 each, 0 to 100. Strength is the difference between bright and dark areas.
     """
     order, count = _bright_and_dark(signature)
     bright = np.sqrt(np.maximum(areas[..., order, :], 0.0))
@@ -278,12 +279,12 @@ def worst_relation(
     """Return the relation that a picture misses by most.
 
     Args:
-        areas: (A,) float64. Means of `AREAS`, any exposure.
-        nearly: Whether it must be outside the band of nearly, too; otherwise outside the limits of
-            yes.
+        areas: (A,) float64. Means of `AREAS`, at any exposure.
+        nearly: Whether the relation must be outside the band of nearly, rather than only outside
+            the limits of yes.
 
     Returns:
-        The relation and its value, in stops, or None if none is missed.
+        The relation and its value, in stops, or None if no relation is missed.
     """
     stops = dict(zip(AREAS, stops_of(areas[:, None])[:, 0].tolist(), strict=True))
     misses = []
@@ -297,21 +298,21 @@ def worst_relation(
 
 
 def grades(yes: Float64, nearly: Float64) -> Indices:
-    """Return the grade of each picture by its slacks, any shape: `NO`, `NEARLY` or `YES`."""
+    """Return the grade of each picture by its slacks, of any shape: `NO`, `NEARLY` or `YES`."""
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 
 def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
-    """Return each picture's margin to the nearest rival style; see `better`.
+    """Return each picture's margin to the nearest rival style (see `better`).
 
     Args:
         yes: (..., S, n) float64. Slack of yes, in stops, or nan for styles without a signature.
         match: (..., S, n) float64. 0 to 100.
-        rivals: (S, S) bool. Other styles that may explain each one's picture.
+        rivals: (S, S) bool. Other styles that may explain each style's picture.
 
     Returns:
-        (..., S, n) float64, in stops; negative where a rival explains it better, and infinite if no
-        rival is shown at any turn.
+        (..., S, n) float64. The margin in stops, which is negative where a rival explains the
+        picture better, and infinite if no rival is shown at any turn.
     """
     free = np.full(yes.shape, np.inf)
     axes = (*range(yes.ndim - 2), yes.ndim - 1)
@@ -327,12 +328,13 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
 def better(
     row: int, grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]
 ) -> int | None:
-    """Return the style that explains a picture better than the style at `row`; None if none does.
+    """Return the style that explains a picture better than the style at `row`, or None.
 
-    Such a style has a higher grade for it, or the same grade and a match higher by `EXPLAINS`.
+    Such a style has a higher grade for the picture, or the same grade and a match higher by
+    `EXPLAINS`.
 
     Args:
-        grade, match: (S,). Of that picture for each style.
+        grade, match: (S,). Grade and match of that picture for each style.
         rivals: Indices of the other styles to consider.
     """
     rivals_ahead = [

@@ -31,9 +31,9 @@ class PictureMeasure:
     """Measures of a picture.
 
     Attributes:
-        areas: (A,) float64. Means of `AREAS`, any exposure.
-        match, strength: (S,) float64. By style, of 100.
-        grade: (S,) int. By style; `NO` without a signature.
+        areas: (A,) float64. Means of `AREAS`, at any exposure.
+        match, strength: (S,) float64. Values by style, which are 100 for the target picture.
+        grade: (S,) int. Grade by style, `NO` if the style has no signature.
     """
 
     areas: Float64
@@ -45,7 +45,7 @@ class PictureMeasure:
 def picture_of(
     pack: StylePack, areas: Float64, match: Float64, strength: Float64
 ) -> PictureMeasure:
-    """Grade a picture for all styles; changes `match` and `strength` in place."""
+    """Grade a picture for all styles, changing `match` and `strength` in place."""
     pack.signatures.take_areas(areas[:, None], match[:, None], strength[:, None])
     yes, nearly = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
     return PictureMeasure(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
@@ -55,7 +55,7 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
     """Measure a single picture; see `app.core.solver.solve.measure` for all turns.
 
     Args:
-        luminance: (P,) float. Linear, on the head's pixels, any exposure.
+        luminance: (P,) float. Linear, on the head's pixels, at any exposure.
     """
     grey, region = np.asarray(luminance, np.float64), pack.region_on(transport)
     weights = pack.weights_on(transport)
@@ -72,7 +72,7 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Grade of a picture for a style; fields as in `StyleResult`."""
+    """Grade of a picture for a style, with fields as in `StyleResult`."""
 
     attainable: bool
     grade: Grade | None = None

@@ -1,7 +1,7 @@
 """The light transport T of a head, in low-rank form.
 
 T maps an environment to a picture of the head (eq. 1 of the paper, B = T L). Its 2,048 columns are
-so similar that a few hundred basis pictures represent them all. In this form it is small enough to
+so similar that a few hundred basis pictures represent them all. In this form, T is small enough to
 ship, loads in milliseconds and multiplies faster than the full matrix.
 """
 
@@ -174,7 +174,7 @@ def transport_path(name: str) -> Path:
             tr("There is no head “{name}”.", name=name),
             tr("Available heads: {names}.", names=names)
             if names
-            else tr("None is installed; reinstall Turnlight."),
+            else tr("No heads are installed. Reinstall Turnlight."),
         )
     return resources() / "transport" / f"{name}.npz"
 
@@ -188,12 +188,12 @@ def transport_names() -> tuple[str, ...]:
 
 
 def load_named(name: str) -> Transport:
-    """Load a shipped transport by name, or another by its path; errors as `load_transport`."""
+    """Load a shipped transport by name, or another by path, with the errors of `load_transport`."""
     return load_transport(Path(name) if name.endswith(".npz") else transport_path(name))
 
 
 def save_transport(path: Path, transport: Transport) -> str:
-    """Save a transport atomically; return its SHA-256.
+    """Save a transport atomically, and return the file's SHA-256.
 
     The bases are stored as half floats; column norms are moved to the pixel side first, to stay far
     from the half's smallest numbers.
@@ -228,11 +228,11 @@ def load_transport(path: Path) -> Transport:
         )
         _check_shapes(transport, path)
     except CONTRADICTIONS as error:
-        raise TransportError(tr("{name} holds no transport.", name=path.name), _AGAIN) from error
+        raise TransportError(tr("{name} contains no transport.", name=path.name), _AGAIN) from error
     return transport
 
 
-_AGAIN = tr("Reinstall Turnlight, or bake it again with `turnlight bake`.")
+_AGAIN = tr("Reinstall Turnlight, or bake the head again with `turnlight bake`.")
 _PLAIN: Final = {
     **dict.fromkeys(("head", "skin"), str),
     **dict.fromkeys(("picture", "rank", "paths_per_pixel", "seed", "format_version"), int),
@@ -256,9 +256,9 @@ def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str,
     """Pack both bases without loss, into less than half the size of a plain zip file.
 
     Each basis picture is even or odd about the head's middle except for the last bit, so only one
-    half is stored, with the differences of the other. Colours are similar, so their differences are
-    stored; and bytes of equal significance are side by side, as signs and exponents repeat more
-    than fractions.
+    half is stored, with the differences of the other half. Colours are similar, so their
+    differences are stored. Bytes of equal significance are side by side, as signs and exponents
+    repeat more than fractions.
     """
     pixel, texel = _partners(arrays["pixels"], header)
     bits = arrays["pixel_basis"].view(np.uint16)
@@ -278,7 +278,7 @@ def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str,
 
 
 def _restore(facts: dict[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Unpack the contents of a file; the first format is unpacked already."""
+    """Unpack the contents of a file, unless they have the first format, which is not packed."""
     return (
         _unpacked(contents, parse_transport_header(facts))
         if facts["format_version"] > 1
@@ -311,7 +311,7 @@ def _unpacked(
 def _partners(pixels: NDArray[Any], header: TransportHeader) -> tuple[Indices, Indices]:
     """Return each pixel's and each texel's mirror image: indices (P,) and (H * W,).
 
-    A pixel whose mirror image is not in the picture is its own.
+    A pixel whose mirror image is not in the picture is its own mirror image.
     """
     side, (height, width) = header.picture, header.environment
     if not (0 < side <= _MAX_PICTURE and 0 < height * width <= _MAX_TEXELS):
@@ -331,7 +331,7 @@ def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
 
 
 def parse_transport_header(facts: Mapping[str, Any]) -> TransportHeader:
-    """Parse the header of a file; raises one of `CONTRADICTIONS` if it is invalid."""
+    """Parse the header of a file, raising one of `CONTRADICTIONS` if the header is invalid."""
     field_names = {f.name for f in fields(TransportHeader)}
     values = {name: value for name, value in facts.items() if name in field_names}
     values["environment"] = (int(values["environment"][0]), int(values["environment"][1]))

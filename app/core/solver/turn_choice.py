@@ -1,17 +1,17 @@
-"""The rule for choosing the turn of a style, and for deciding whether it is in reach.
+"""The rule for choosing the turn of a style, and for deciding whether it is within reach.
 
 The picture objective ranks grade above match. It takes the best match among the turns whose
 pictures have the style's signature; if there are none, among those that nearly have it
-(`app.core.solver.style_signature`); and otherwise among all. A style is in reach if its grade at
-the offered turn is yes or nearly.
+(`app.core.solver.style_signature`); and otherwise among all turns. A style is within reach if its
+grade at the offered turn is yes or nearly.
 
 The offered turn is not the maximum itself but nearer to the middle of its tolerance arc, so that
-small errors of the sitter do not lose the style; see `app.core.solver.peaks.find_peak`.
+small errors of the sitter do not lose the style (see `app.core.solver.peaks.find_peak`).
 
 The paper's objective offers exactly the turn of the largest C (eq. 5).
 
 Painted styles have no signature. For them, the rule takes the best match among the turns whose
-strength reaches its limit, or the largest C if there are none; they are in reach if match and
+strength reaches its limit, or the largest C if there are none; they are within reach if match and
 strength at the offered turn reach their limits.
 
 Results, the clip audit, painting and the second light all use this rule.
@@ -38,14 +38,14 @@ OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Least match and strength of a style within reach, of 100, and the paper's least C.
+    """Least match and strength of a style within reach, 0 to 100, and the paper's least C.
 
     Attributes:
-        match, strength: For styles without a signature, such as painted ones. The match is the
-            paper's value on the scale of match. With a strength of 0, the rule takes the best
+        match, strength: Limits for styles without a signature, such as painted styles. The match is
+            the paper's value on the scale of match. With a strength of 0, the rule takes the best
             match of all turns.
-        quality: For the paper's rule, by which a style is within reach if the largest C is not
-            below this, on the scale of `app.core.solver.solve.quality_scale`.
+        quality: Limit for the paper's rule, by which a style is within reach if the largest C is
+            not below this limit, on the scale of `app.core.solver.solve.quality_scale`.
     """
 
     match: float = 45.0
@@ -80,15 +80,16 @@ LIMITS: Final = Limits()
 
 @dataclass(frozen=True, slots=True)
 class StyleMeasures:
-    """Curves of styles at all turns, free of exposure; any axes in front.
+    """Curves of styles at all turns, independent of exposure, with any axes in front.
 
     Attributes:
         quality: (..., n) float64. C of eq. 5, over the whole head.
         match: (..., n) float64. 100 x correlation of picture and target over the face.
-        strength: (..., n) float64. Depth of the pattern over that of the target, of 100.
+        strength: (..., n) float64. Depth of the pattern as a percentage of that of the target.
         yes, nearly: (..., n) float64. Distance of a picture inside the limits of the grade, in
-            stops; NaN for a style without a signature. Yes considers rival styles.
-        contrast: (..., n) float64. The contrast in match; 1 if match is not taken over the face.
+            stops; NaN for a style without a signature. `yes` considers rival styles.
+        contrast: (..., n) float64. The contrast in match, or 1 if match is not computed over the
+            face.
     """
 
     quality: Float64
@@ -99,7 +100,7 @@ class StyleMeasures:
     contrast: Float64
 
     def __getitem__(self, lights: int | slice) -> StyleMeasures:
-        """Select one or several along the first axis."""
+        """Select one or several lights along the first axis."""
         return StyleMeasures(*(getattr(self, each.name)[lights] for each in fields(self)))
 
 
@@ -109,12 +110,13 @@ class Choice:
 
     Attributes:
         curve: (..., n) float64. The objective, which is match or quality C.
-        gate: (..., n) float64. Must be at least 0 at the chosen turn; infinite without a condition.
+        gate: (..., n) float64. Condition that must be at least 0 at the chosen turn, or infinity if
+            there is no condition.
         eligible: (..., n) bool. Turns of the best grade.
         grade: (...) int64. Grade of these turns by the picture objective: `NO`, `NEARLY`, `YES`.
-        contrast: (..., n) float64. Divisor of the curve, see `find_peak`.
-        price: (...) float64. Allowed cost of a turn nearer to the middle of its arc, see
-            `find_peak`; 0 to offer the maximum itself.
+        contrast: (..., n) float64. Divisor of the curve (see `find_peak`).
+        price: (...) float64. Permitted cost of a turn nearer to the middle of its arc (see
+            `find_peak`), or 0 if only the maximum itself may be offered.
         is_open: (..., n) bool. Permitted turns, whatever their grade.
     """
 
@@ -129,7 +131,7 @@ class Choice:
     is_open: Bools
 
     def __getitem__(self, lights: int | slice) -> Choice:
-        """Select one or several along the first axis."""
+        """Select one or several lights along the first axis."""
         return Choice(
             self.measured[lights],
             self.limits,
@@ -193,7 +195,7 @@ class Choice:
 
     @property
     def guard(self) -> Gate | None:
-        """The gate of one style, or None without a condition."""
+        """The gate of one style, or None if there is no condition."""
         return None if np.isinf(self.gate).any() else Gate(self.gate, 0.0)
 
 
@@ -222,7 +224,7 @@ def choose(
     """Apply the rule to each style's curves.
 
     Args:
-        is_open: (n,) bool. Permitted turns; all by default.
+        is_open: (n,) bool. Permitted turns, all by default.
     """
     shape = measured.match.shape
     free = np.broadcast_to(True if is_open is None else is_open, shape)

@@ -32,7 +32,8 @@ def target_weights(luminance: Floats, face: Bools) -> Float64:
         face: (P,) bool. Face pixels.
 
     Returns:
-        (P,) float64. f, exactly 0 outside the face; sums to 0 within rounding.
+        (P,) float64. The weights f, which are exactly 0 outside the face and sum to 0 within
+        rounding.
 
     Raises:
         StyleError: If the picture is not finite, or uniform over the face, which defines no target.
@@ -58,33 +59,34 @@ def region_weights(luminance: Floats, region: Floats) -> Float64:
     """Return the weights of a target picture over the face region: eq. 6 with weighted pixels.
 
     Args:
-        luminance: (P,) float. Linear luminance of the target picture, any scale.
+        luminance: (P,) float. Linear luminance of the target picture, at any scale.
         region: (P,) float. Weight of each pixel, 0 to 1.
 
     Returns:
-        (P,) float64. Sums to 0 within rounding; its product with a picture sums to their covariance
-        over the region, up to a factor.
+        (P,) float64. The weights, which sum to 0 within rounding. Their product with a picture sums
+        to the covariance of target and picture over the region, up to a factor.
 
     Raises:
-        StyleError: If the picture is uniform there.
+        StyleError: If the picture is uniform over the region.
     """
     weights = target_weights(luminance, np.asarray(region) > 0) * region
-    # Twice, as above: for the rounding error of the first mean.
+    # Centre twice, as above, to remove the rounding error of the first mean.
     for _ in range(2):
         weights -= region * (weights.sum() / np.sum(region))
     return np.asarray(weights)
 
 
 def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -> Float64:
-    """Return weights from painted values: zero-mean over the face pixels in use.
+    """Return weights from painted values, with zero mean over the face pixels in use.
 
     Args:
-        values: (P,) float. Painted value per pixel of the head: larger means brighter. Any offset.
+        values: (P,) float. Painted value per pixel of the head, at any offset: larger means
+            brighter.
         face: (P,) bool. Face pixels.
         ignored: (P,) bool. Face pixels to exclude.
 
     Returns:
-        (P,) float64. f, exactly 0 outside the face and where ignored.
+        (P,) float64. The weights f, which are exactly 0 outside the face and where ignored.
     """
     active = face if ignored is None else face & ~ignored
     weights = np.zeros(len(values))
@@ -134,7 +136,7 @@ class PaintedWeights:
     def preintegrated(self, transport: Transport) -> Float32:
         """Return the pre-integrated target F' = f'T (eq. 3), (H, W) float32.
 
-        Panorama coordinates, turn 0.
+        The target is in panorama coordinates at turn 0.
         """
         flat: Float32 = self.coefficients.astype(np.float32) @ transport.texel_basis
         return flat.reshape(transport.environment_shape)
@@ -144,7 +146,7 @@ def painted(transport: Transport, values: Floats, ignored: Bools | None = None) 
     """Pre-integrate all pixels, to start painting.
 
     Args:
-        values: (P,) float. Painted value per pixel of the head; ignored outside the face.
+        values: (P,) float. Painted value per pixel of the head, not used outside the face.
         ignored: (P,) bool. Face pixels to exclude.
 
     Raises:
@@ -177,11 +179,11 @@ def paint(
     Args:
         pixels: (n,) int. Indices among the head's P pixels, each at most once. Those outside the
             face are ignored.
-        values: (n,) float. Their new painted values.
+        values: (n,) float. New painted values of these pixels.
         ignored: (n,) bool. Pixels to exclude from now on; by default none.
 
     Returns:
-        State after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand
+        The weights after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand
         strokes; `painted` starts afresh.
     """
     on_face = transport.face[pixels]
@@ -196,7 +198,7 @@ def paint(
     both, sums = np.stack([change, switch]), np.zeros((2, transport.header.rank))
     for start in range(0, len(pixels), _ROWS):
         part = slice(start, start + _ROWS)
-        # In double precision: the mean is subtracted later, and the remainder can be small.
+        # Use double precision: the mean is subtracted later, and the remainder can be small.
         rows = transport.luminance_basis.take(pixels[part], axis=0).astype(np.float64)
         sums += both[:, part] @ rows
     all_values, all_active = before.values.copy(), before.active.copy()

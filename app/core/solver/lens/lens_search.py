@@ -70,10 +70,11 @@ class LensSearch:
     """A place evaluated for every position of the lens.
 
     Attributes:
-        styles: None for painted ones.
+        styles: The styles, or None for painted styles.
         front: Measures with the lens straight in front.
-        grades: (S, 64), by azimuth of the nose.
-        verdict: Grades the picture of the style at a row, at a grid turn of the nose.
+        grades: (S, 64). Grades by azimuth of the nose.
+        verdict: Function that grades the picture for the style at a row, at a grid turn of the
+            nose.
         curves: Match and contrast by yaw, from `match_curves`.
         counts: (S,) bool by yaw, as in `ViewTables`.
         by_areas: (S,) bool. Styles whose match does not depend on the yaw.
@@ -92,7 +93,7 @@ class LensSearch:
     main_deg: float | None
 
     def at(self, yaw_deg: float) -> StyleMeasures:
-        """Return the measures at a yaw; only match and contrast depend on it."""
+        """Return the measures at a yaw, of which only match and contrast depend on the yaw."""
         front = self.front
         if yaw_deg == 0.0:
             return front
@@ -119,7 +120,7 @@ class LensSearch:
         keys = np.tile(nose - main, (len(self.styles), 1))
         for row, style in enumerate(self.styles):
             if style is not None and style.side != "none":
-                # The key is the light that gives the style, even beside brighter ones.
+                # The key is the light that gives the style, even beside brighter lights.
                 key = max(style.lamps, key=lambda lamp: lamp.power).azimuth_deg
                 keys[row, self.grades[row] > NO] = key
         return keys
@@ -179,7 +180,8 @@ def solve_lens(
 
     Args:
         light: As in `solve_all`.
-        wish: Its background counts from `front_deg`, as turns do.
+        wish: Permitted positions of the lens. Its background is counted from `front_deg`, as turns
+            are.
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or of another size.
@@ -210,7 +212,7 @@ def solve_lens(
 
 
 def best_answers(place: LensSearch, wish: LensWish, scale: float) -> list[StyleResult]:
-    """Return the best answer of all yaws for each style: by grade, then by match."""
+    """Return the best answer of all yaws for each style, by grade and then by match."""
     yaws = sorted(place.curves, key=lambda yaw: (abs(yaw), yaw))
     trial_yaws = [wish.yaw] if isinstance(wish.yaw, float) else yaws
     choices = [place.choice(yaw, wish) for yaw in trial_yaws]
@@ -259,7 +261,7 @@ def _gains(
 def _gain(
     place: LensSearch, choice: Choice, row: int, aside: tuple[Lighting, float], now: StyleResult
 ) -> tuple[Gain, ...]:
-    """Return the gain of a turned face, if its grade is better, or its match at equal grade.
+    """Return the gain of a turned face, if its grade is better, or its match at the same grade.
 
     A style that stays out of reach has no gain.
     """
@@ -274,7 +276,7 @@ def _gain(
 
 
 def _rank(verdict: Verdict | StyleResult) -> int:
-    """Return the index of a grade in `GRADES`; that of a painted style is yes or no."""
+    """Return the index of a grade in `GRADES`, which is yes or no for a painted style."""
     return GRADES.index(verdict.grade) if verdict.grade else YES * verdict.attainable
 
 

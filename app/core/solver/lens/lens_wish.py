@@ -1,4 +1,4 @@
-"""Requested position of the lens, and background."""
+"""The requested position of the lens, and the requested background."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ class LensWish:
     """Permitted positions of the lens.
 
     Attributes:
-        yaw: Degrees, or the criterion to choose it by: the best light, short light or broad light.
+        yaw: Yaw in degrees, or the criterion for choosing it: the best light, short light or broad
+            light.
         background: Azimuths (from, to), clockwise, in degrees, that must include the middle of the
             background, or None for any.
     """

@@ -59,7 +59,7 @@ def view_tables(pack: StylePack, view: HeadView, shape: HeadShape) -> ViewTables
     """
     whole = region_in_view(view.transport, view.shape, shape)
     face = whole > 0
-    # The face alone, since skull and neck would double the memory.
+    # Use the face alone, since skull and neck would double the memory.
     transport = replace(
         view.transport,
         pixels=view.transport.pixels[face],
@@ -79,7 +79,7 @@ def view_tables(pack: StylePack, view: HeadView, shape: HeadShape) -> ViewTables
         0.5 * (left - right),
         paired=True,
     )
-    # Half the memory, for a millionth of a point.
+    # This halves the memory, and costs a millionth of a point.
     tables = replace(tables, basis=tables.basis.astype(np.float32))
     norm = np.sqrt((weights**2 / region).sum(axis=1))
     return ViewTables(view.yaw_deg, tables, norm, counts_in(pack, view, shape))
@@ -97,7 +97,7 @@ def targets_in(pack: StylePack, view: HeadView) -> Float32:
 
 
 def _contrast_rows(bases: Float32, region: Float64, texels: Float32, mixed: Float32) -> Float32:
-    """Return rows, (r, Q, W); their squared products with light sum to the squared contrast."""
+    """Return rows, (r, Q, W), whose squared products with light sum to the squared contrast."""
     centred = bases.astype(np.float64)
     centred -= np.einsum("p,kpr->kr", region, centred)[:, None] / region.sum()
     centred *= np.sqrt(region)[:, None]
@@ -135,7 +135,7 @@ def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
 
 
 def seen_from(view: HeadView, places: Float32) -> Bools:
-    """Return whether the camera of a view sees points on the skin, (n, 3); (n,)."""
+    """Return a mask, (n,), of the points on the skin, (n, 3), that a view's camera sees."""
     side, pixels = view.transport.size, view.transport.pixels
     yaw = np.radians(view.yaw_deg)
     far = view.transport.header.distance_m + float(view.shape.eye_point[2])
@@ -167,11 +167,11 @@ def match_curves(
     """Return the match of all styles at all turns of the nose, by yaw.
 
     Args:
-        light: (Q, W) float. As from `StylePack.project`.
+        light: (Q, W) float. As returned by `StylePack.project`.
         front: Measures of the place at yaw 0.
 
     Returns:
-        (S, 64) float64 each: match of 100, and the contrast in it.
+        (S, 64) float64 each: the match, 0 to 100, and the contrast in the match.
     """
     both = np.stack([light, light[:, ::-1]])
     rows = mirror_rows(pack.styles)
