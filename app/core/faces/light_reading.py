@@ -79,7 +79,7 @@ class FaceLight:
         fill_ratio: Ratio of key plus frontal fill to the fill alone, or None if no fill was
             detected.
         ratio_stops: Ratio of the brighter cheek to the darker one, in stops, or None if unknown.
-        styles: Names of the possible styles with their likeness, 0 to 1, the likeliest first.
+        styles: Names of the possible styles with their likeness, 0 to 1, likeliest first.
         reason: Why there is no direction, or None if there is one.
     """
 
@@ -157,7 +157,7 @@ def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> Fac
 
 
 def light_on_head(grey: Float32, visible: Bools, pose: HeadPose) -> FaceLight:
-    """Read the light of a face that is mapped onto the head; see `on_head`."""
+    """Read the light of a face that is mapped onto the head (see `on_head`)."""
     reading = FaceLight(pose)
     if abs(pose.yaw_deg) > _PROFILE_DEG:
         return replace(reading, reason=Unread.PROFILE)

@@ -309,7 +309,7 @@ def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
 
 
 def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
-    """Return heads of 14 to 46 pixels, the most certain first, in pixels of the given picture.
+    """Return heads of 14 to 46 pixels, most certain first, in pixels of the given picture.
 
     Args:
         grey: (H, W) uint8.

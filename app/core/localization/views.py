@@ -65,7 +65,7 @@ def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) 
         pixels: (N, 2) float64. Columns and rows; the centre of the first pixel is (0.5, 0.5).
 
     Returns:
-        (N, 3) float64. Unit vectors in the panorama's axes, see `app.core.base.sphere`.
+        (N, 3) float64. Unit vectors in the panorama's axes (see `app.core.base.sphere`).
     """
     x = (pixels[:, 0] - lens.size[0] / 2.0) / lens.focal_px
     y = (lens.size[1] / 2.0 - pixels[:, 1]) / lens.focal_px

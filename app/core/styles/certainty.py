@@ -42,7 +42,7 @@ class Certainty:
 
 
 def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
-    """Return a style's mean difference in turn on other heads, deg; None if it is small."""
+    """Return a style's mean difference in turn, in degrees, on other heads, or None if small."""
     table = shipped_certainty() if certainty is None else certainty
     if table is None or not table.less_certain(style):
         return None
@@ -59,14 +59,18 @@ def shipped_certainty() -> Certainty | None:
 
 
 def load_certainty(path: Path) -> Certainty:
-    """Read a certainty file; raises `CoreError` if it is missing, damaged or of another version."""
+    """Read a certainty file.
+
+    Raises:
+        CoreError: If the file is missing, damaged or of another version.
+    """
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise CoreError(tr("{name} is too large.", name=path.name), tr("Reinstall Turnlight."))
         facts = json.loads(path.read_text(encoding="utf-8"))
         if int(facts["format_version"]) != CERTAINTY_VERSION:
             raise CoreError(
-                tr("{name} was made by another Turnlight.", name=path.name),
+                tr("{name} was made by another version of Turnlight.", name=path.name),
                 tr("Reinstall Turnlight."),
             )
         return Certainty(

@@ -28,7 +28,7 @@ SOFTNESS_DEG: Final = {"hard": 10.0, "medium": 30.0, "large": 45.0}
 """Named lamp sizes, in degrees."""
 
 MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 1.2, "window": 2.0}
-"""Width of light modifiers, m."""
+"""Widths of light modifiers, in metres."""
 
 RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
 """Available lighting ratios, (key + fill) to fill."""
@@ -43,9 +43,10 @@ class Studio:
     """Lamps of a photographer's studio. The default is each style's own, as in the paper.
 
     Attributes:
-        softness_deg: Diameter of every lamp as the sitter sees it, or None for each style's own.
-        ratio: Incident light of key and fill over that of the fill alone, or None for no fill other
-            than the style's own.
+        softness_deg: Diameter of every lamp as the sitter sees it, or None for the style's own
+            diameters.
+        ratio: Incident light of key plus fill divided by that of the fill alone, or None for no
+            fill other than the style's own.
     """
 
     softness_deg: float | None = None
@@ -66,7 +67,7 @@ class Studio:
             )
 
     def fit_for(self, style: Style) -> Studio:
-        """Return the studio for a style, with the style's own lamps if others would change it."""
+        """Return the studio, or the style's own lamps if the studio's would change the style."""
         if style.signature.areas:
             return AS_PUBLISHED
         size = style.key_diameter_deg
@@ -83,7 +84,7 @@ def parse_softness(text: str) -> float | None:
     """Parse a lamp size: degrees, a name, or a modifier and its distance.
 
     Returns:
-        Degrees, or None for "paper", each style's own.
+        The size in degrees, or None for "paper", which keeps each style's own lamps.
 
     Raises:
         StyleError: If the text is not a lamp size.
@@ -133,7 +134,8 @@ def parse_ratio(text: str) -> float | None:
         ratio = math.nan
     if not math.isfinite(ratio):
         raise StyleError(
-            tr("{text!r} is not a lighting ratio.", text=text), tr("Write it as 4:1, or none.")
+            tr("{text!r} is not a lighting ratio.", text=text),
+            tr("Enter a ratio such as 4:1, or none."),
         )
     return ratio
 
@@ -149,14 +151,14 @@ RATIO_KEYS: Final = ("none", *(f"{ratio:g}:1" for ratio in RATIOS))
 
 
 def choice_keys(studio: Studio) -> tuple[str, str]:
-    """Format size and ratio for `parse_softness` and `parse_ratio`."""
+    """Format the lamp size and the lighting ratio for `parse_softness` and `parse_ratio`."""
     size, ratio = studio.softness_deg, "none" if studio.ratio is None else f"{studio.ratio:g}:1"
     same = [key for key in SIZE_KEYS if parse_softness(key) == size]
     return same[0] if same else f"{size:g}", ratio
 
 
 def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
-    """Return the lamps of a style in a studio, the fill last."""
+    """Return the lamps of a style in a studio, with the fill last."""
     lamps = style.lamps
     if studio.softness_deg is not None:
         lamps = tuple(replace(lamp, diameter_deg=studio.softness_deg) for lamp in lamps)
@@ -184,7 +186,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     """Return the environment of one distant lamp of a style, at turn 0.
 
     Args:
-        lamp: Its azimuth counts toward the sitter's left, opposite to the panorama's.
+        lamp: The lamp, whose azimuth is positive toward the sitter's left, unlike the panorama's.
         shape: (H, W) of the environment.
 
     Returns:
@@ -196,7 +198,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     elevation = np.pi * (0.5 - (np.arange(height * _FINE) + 0.5) / (height * _FINE))
     at, up = np.radians(-lamp.azimuth_deg), np.radians(lamp.elevation_deg)
     radius = np.radians(max(lamp.diameter_deg, _LEAST_DIAMETER_DEG)) / 2
-    # Only the rows of texels that the lamp covers.
+    # Use only the rows of texels that the lamp covers.
     near = (np.abs(elevation - up) <= radius).reshape(height, _FINE).any(axis=1)
     elevation = elevation.reshape(height, _FINE)[near].ravel()
     cosine = np.sin(up) * np.sin(elevation)[:, None] + np.cos(up) * np.outer(
@@ -222,7 +224,7 @@ def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
 
 
 def mirror_rows(styles: Sequence[Style]) -> list[int]:
-    """Return the index of each style's mirror image; its own if there is none."""
+    """Return the index of each style's mirror image, or its own index if there is none."""
     twins = (mirror_index(styles, style) for style in styles)
     return [row if twin is None else twin for row, twin in enumerate(twins)]
 

@@ -53,7 +53,8 @@ def read_painted(path: Path) -> PaintedValues:
     """Read and validate the file of a painted style.
 
     Returns:
-        `size` is the side of its canvas in pixels, `sha256` belongs to its weights.
+        The values, of which `size` is the side of the canvas in pixels, and `sha256` the checksum
+        of the weights.
 
     Raises:
         StyleError: If the file cannot be read, is not of this format, or has an entry that is
@@ -85,7 +86,7 @@ def read_painted(path: Path) -> PaintedValues:
 
 def _check_format(version: object, where: str) -> None:
     if isinstance(version, bool) or not isinstance(version, int):
-        raise StyleError(tr("{where} does not state its format.", where=where))
+        raise StyleError(tr("{where} does not record its format.", where=where))
     if version > PAINTED_FORMAT:
         raise StyleError(
             tr(

@@ -17,8 +17,8 @@ class StyleLamp:
     """One studio lamp, relative to the face.
 
     Attributes:
-        distance_m: From the point midway between the eyes, at least 2 m, since nearer lamps do not
-            light the whole face from one direction.
+        distance_m: Distance from the point midway between the eyes, at least 2 m, since nearer
+            lamps do not light the whole face from one direction.
     """
 
     azimuth_deg: float

@@ -37,7 +37,7 @@ def read_style(path: Path) -> Style:
     """Read and validate a style file.
 
     Returns:
-        Angles in degrees, azimuth in (-180, 180], distance in metres.
+        The style, with angles in degrees, azimuths in (-180, 180] and distances in metres.
 
     Raises:
         StyleError: If the file cannot be read, is not TOML, or has an entry that is unknown,
@@ -57,7 +57,7 @@ def read_style(path: Path) -> Style:
 
 
 def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, float] | None:
-    """Read a range of angles, or None if it is not there, as in a style of several lamps."""
+    """Return a range of angles, or None if it is missing, as in a style with several lamps."""
     ends = table.get(key)
     if ends is None:
         return None
@@ -91,7 +91,7 @@ def _lamp(table: object, where: str) -> StyleLamp:
 
 
 def _signature(table: object, where: str) -> Signature:
-    """Read the signature; a style need not have one."""
+    """Read the signature, which a style need not have."""
     if table is None:
         return UNSIGNED
     if not isinstance(table, dict):

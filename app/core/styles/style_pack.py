@@ -34,7 +34,7 @@ class PackHeader:
     """Origin of a pack.
 
     Attributes:
-        environment: (H, W) of the environments it takes.
+        environment: (H, W) of the environments that the pack takes.
         picture: Side of the target pictures, in pixels.
     """
 
@@ -54,13 +54,13 @@ class StylePack:
 
     Attributes:
         targets: (S, N, N, 3) float16. Linear Rec. 709 target pictures under the styles' own lamps,
-            largest value 1.
+            with a largest value of 1.
         coverage: (N, N) float16. Fraction of each pixel that the head covers.
-        region: (N, N) float16. How much each pixel counts for match and strength: the face.
-        areas: (A, N, N) float16. The areas of signatures, see `app.core.solver.face.AREAS`.
-        mixing, mixtures: (2, 3), (K, H) float64. How the search takes colours, see
-            `app.core.solver.search.SearchColours`.
-        target_rows: (S, Q, W) float32. F of eq. 3 over the whole head, as in the paper; panorama
+        region: (N, N) float16. Weight of each pixel of the face for match and strength.
+        areas: (A, N, N) float16. The areas of signatures (see `app.core.solver.face.AREAS`).
+        mixing, mixtures: (2, 3), (K, H) float64. Split of coloured light in the search (see
+            `app.core.solver.search.SearchColours`).
+        target_rows: (S, Q, W) float32. F of eq. 3 over the whole head, as in the paper, in panorama
             coordinates at turn 0, for light as the search sees it.
         face_rows: (S, Q, W) float32. The same over the face region.
         area_rows: (A, Q, W) float32. Pre-integrated means of the areas.
@@ -70,8 +70,8 @@ class StylePack:
             contrast.
         studio_ratio: (S,) float64. C / mean over the face region in the target picture itself: the
             denominator of strength.
-        studios: Lamps that light the targets, one entry per style; empty if all are lit as in the
-            paper.
+        studios: Lamps that light the targets, one entry per style, or an empty tuple if all targets
+            are lit as in the paper.
     """
 
     header: PackHeader
@@ -111,7 +111,7 @@ class StylePack:
 
     @cached_property
     def rivals(self) -> tuple[tuple[list[int], list[int]], ...]:
-        """Rivals that may explain each style's picture, and the same without its mirror image.
+        """Rivals that may explain each style's picture, with and without its mirror image.
 
         Styles that hardly light the face are compatible with any light on it.
         """
@@ -144,7 +144,7 @@ class StylePack:
                 of grey light.
 
         Returns:
-            (Q, W) float64. For `app.core.solver.search.curves`, in the unit of `light`.
+            (Q, W) float64. Rows for `app.core.solver.search.curves`, in the unit of `light`.
         """
         return seen_light(light, self.mixing, self.mixtures)
 
@@ -182,7 +182,7 @@ class StylePack:
         return self.studios[self.index(name)] if self.studios else AS_PUBLISHED
 
     def target(self, name: str) -> Float32:
-        """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
+        """Return a style's target picture, (N, N, 3) float32 linear Rec. 709, with maximum 1."""
         return np.asarray(self.targets[self.index(name)].astype(np.float32))
 
 

@@ -53,8 +53,8 @@ def build_basis(
 ) -> SearchBasis:
     """Build the search basis of a head.
 
-    The weights of the targets are in its span, so that match never exceeds 100. The basis is chosen
-    for grey light; coloured light uses the same basis pictures.
+    The weights of the targets are in the span of the basis, so that match never exceeds 100. The
+    basis is chosen for grey light; coloured light uses the same basis pictures.
 
     Args:
         weights: (S, P) float64. Target weights over the region, 0 elsewhere.
@@ -67,8 +67,8 @@ def build_basis(
     texels = transport.texel_basis.astype(np.float64)
     mixed = colours.mixed.reshape(len(texels), -1).astype(np.float64)
     parity = parity_of(transport) if transport.header.symmetric else None
-    # Even and odd pictures of a symmetric head are orthogonal: treated separately, rounding and
-    # nearly equal eigenvalues cannot mix them.
+    # Even and odd pictures of a symmetric head are orthogonal. Treat them separately, so that
+    # rounding and nearly equal eigenvalues cannot mix them.
     parts = [np.ones(len(texels), bool)] if parity is None else [parity > 0, parity < 0]
     pictures, tinted, wishes = [], [], []
     for part in parts:
@@ -154,13 +154,13 @@ def build_pack(
 ) -> StylePack:
     """Pre-integrate styles against a transport (eqs. 6 and 3).
 
-    The quality C is computed over the whole head, as in the paper; match, strength and signatures
-    over the face. On a symmetric head, a style and its mirror image are made exact mirrors of each
-    other, and a style that is its own mirror image exactly even.
+    The quality C is computed over the whole head, as in the paper, and match, strength and
+    signatures over the face. On a symmetric head, a style and its mirror image are made exact
+    mirrors of each other, and a style that is its own mirror image is made exactly even.
 
     Args:
-        targets: (S, P, 3) float. Their target pictures on the head's pixels, linear Rec. 709, any
-            scale per style.
+        targets: (S, P, 3) float. Target pictures of the styles on the head's pixels, linear Rec.
+            709, at any scale per style.
         shape: Shape of the same head.
 
     Raises:
@@ -255,7 +255,7 @@ def _make_parts(
 
 @dataclass(frozen=True, eq=False)
 class StudioPacks:
-    """Packs of a head for other studio lamps: slow to prepare, then fast."""
+    """Packs of a head for other studio lamps, which are slow to prepare and then fast."""
 
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
@@ -271,7 +271,7 @@ class StudioPacks:
 
     @cached_property
     def _own(self) -> Float64:
-        """Relations of all styles in their own targets, (R,) stops."""
+        """Relations of all styles in their own targets, (R,) in stops."""
         flat = self.pack.targets.reshape(len(self.pack.styles), -1, 3)[:, self.transport.pixels]
         return self._relations(_luminance(self.transport, flat))
 

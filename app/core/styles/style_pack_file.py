@@ -30,7 +30,7 @@ from app.core.text import tr
 
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
-_AGAIN: Final = tr("Reinstall Turnlight, or bake it again with 'turnlight bake'.")
+_AGAIN: Final = tr("Reinstall Turnlight, or bake the head again with 'turnlight bake'.")
 
 
 def pack_names() -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def pack_names() -> tuple[str, ...]:
 
 
 def own_heads(folder: Path) -> tuple[Path, ...]:
-    """Return the complete heads in a folder: transports with pack and shape."""
+    """Return the complete heads in a folder: transports with a pack and a shape."""
     files = sorted(folder.glob("*.npz"))
     return tuple(
         file
@@ -69,7 +69,7 @@ def load_named_pack(head: str) -> StylePack:
             tr("There is no head {head!r}.", head=head),
             tr("Available heads: {names}.", names=names)
             if names
-            else tr("None is installed; reinstall Turnlight."),
+            else tr("No heads are installed. Reinstall Turnlight."),
         )
     return load_pack(resources() / "transport" / f"{head}{_ENDING}")
 
@@ -78,7 +78,7 @@ def load_transport_of(pack: StylePack, head: str) -> Transport:
     """Load the transport of a pack.
 
     Raises:
-        TransportError: If the transport cannot be read, or is another one.
+        TransportError: If the transport cannot be read, or is not that of the pack.
     """
     if head.endswith(".npz"):
         name = Path(head).name.removesuffix(_ENDING).removesuffix(".npz")
@@ -86,7 +86,7 @@ def load_transport_of(pack: StylePack, head: str) -> Transport:
     transport = load_named(head)
     if transport.digest != pack.header.transport_sha256:
         raise TransportError(
-            tr("The style pack of {head!r} belongs to another transport.", head=head), _AGAIN
+            tr("The style pack of {head!r} was made for a different transport.", head=head), _AGAIN
         )
     return transport
 
@@ -104,7 +104,7 @@ def pack_path(transport: Path) -> Path:
 
 
 def save_pack(path: Path, pack: StylePack) -> str:
-    """Save a pack atomically; return its SHA-256."""
+    """Save a pack atomically, and return the file's SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
     twins = _twins(pack)
     header = {**asdict(pack.header), "styles": [asdict(style) for style in pack.styles]}
@@ -128,7 +128,7 @@ def restore(facts: Mapping[str, Any], contents: dict[str, NDArray[Any]]) -> dict
         whole: list[NDArray[Any]] = list(contents[name])
         for row, twin in sorted((int(row), int(twin)) for row, twin in facts["twins"][kind]):
             if not 0 <= twin < row <= len(whole):
-                raise ValueError("something is the mirror image of what is not there")
+                raise ValueError("a row is the mirror image of a missing row")
             whole.insert(row, whole[twin][:, ::-1])
         contents[name] = np.stack(whole)
     return contents
@@ -188,8 +188,8 @@ _MIRRORED: Final = {
 }
 _ROWS: Final = ("target_rows", "face_rows", "area_rows", "basis_even", "basis_odd")
 
-# Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
-# its colours, Q both, A areas, h half of W, * any.
+# Array names with their types and shapes: S styles, N picture, H and W environment, C rows for the
+# environment's colours, Q both, A areas, h half of W, * any.
 _SHAPES: Final[Mapping[str, tuple[str, str]]] = {
     "targets": ("f2", "SNN3"),
     "coverage": ("f2", "NN"),

@@ -37,7 +37,11 @@ _RANGES: Final = {
 
 
 def parse(path: Path) -> Mapping[str, object]:
-    """Parse a style file; raises `StyleError` if it cannot be read or is not small, plain TOML."""
+    """Parse a style file.
+
+    Raises:
+        StyleError: If the file cannot be read, or is not small, plain TOML.
+    """
     try:
         with open_file(path) as stream:
             data = stream.read(_MAX_BYTES + 1)
@@ -48,7 +52,7 @@ def parse(path: Path) -> Mapping[str, object]:
         _check_values(table)
     except FileNotFoundError:
         raise StyleError(
-            tr("The style file {path} is missing.", path=path), tr("Install it again.")
+            tr("The style file {path} is missing.", path=path), tr("Reinstall it.")
         ) from None
     except OSError as error:
         reason = words_of(error)
@@ -72,7 +76,7 @@ def _check_values(table: Mapping[str, object]) -> None:
     """Check that integers fit in 64 bits, as in TOML, and that nesting is shallow.
 
     Raises:
-        TOMLDecodeError: If they are not.
+        TOMLDecodeError: If an integer is too large, or the nesting too deep.
     """
     level: list[object] = [table]
     for _ in range(_DEEPEST):
@@ -88,17 +92,21 @@ def _check_values(table: Mapping[str, object]) -> None:
 
 
 def quoted(value: object) -> str:
-    """Format a value from a file for a sentence; long values are truncated."""
+    """Format a value from a file for a sentence, truncating long values."""
     words = repr(value)
     return words if len(words) <= _LONGEST_SHOWN else f"{words[:_LONGEST_SHOWN]}…"
 
 
 def parse_named(path: Path) -> Mapping[str, object]:
-    """Parse a style file whose stem is the name of the style; raises `StyleError`."""
+    """Parse a style file whose stem is the name of the style.
+
+    Raises:
+        StyleError: If the name is invalid, or for the reasons given in `parse`.
+    """
     if not _NAME.fullmatch(path.stem):
         raise StyleError(
             tr("“{name}” is not a valid style name.", name=path.name),
-            tr("Use lower-case letters, digits and hyphens, at most 40."),
+            tr("Use at most 40 lower-case letters, digits and hyphens."),
         )
     return parse(path)
 
@@ -106,7 +114,11 @@ def parse_named(path: Path) -> Mapping[str, object]:
 def style_words(
     table: Mapping[str, object], where: str, lengths: Mapping[str, int]
 ) -> tuple[str, Side, str, str]:
-    """Return title, side, place and note of a style; raises `StyleError`."""
+    """Return the title, side, place and note of a style.
+
+    Raises:
+        StyleError: If one of them is invalid.
+    """
     side = table.get("side", "none")
     if side not in ("left", "right", "none"):
         raise StyleError(
@@ -123,7 +135,14 @@ def style_words(
 
 
 def refuse_unknown(table: Mapping[str, object], keys: tuple[str, ...], where: str) -> None:
-    """Raise `StyleError` if a table has other keys; `where` names the table in the message."""
+    """Refuse a table with keys other than `keys`.
+
+    Args:
+        where: Name of the table, for the message.
+
+    Raises:
+        StyleError: If there is another key.
+    """
     for key in table:
         if key not in keys:
             raise StyleError(
@@ -133,7 +152,11 @@ def refuse_unknown(table: Mapping[str, object], keys: tuple[str, ...], where: st
 
 
 def text_of(table: Mapping[str, object], key: str, where: str, lengths: Mapping[str, int]) -> str:
-    """Return a text, "" if missing; raises `StyleError` if it is too long or not printable."""
+    """Return a text from a table, or "" if it is missing.
+
+    Raises:
+        StyleError: If the text is too long or not printable.
+    """
     value = table.get(key, "")
     if not isinstance(value, str):
         raise StyleError(tr("{where}: {key} must be text.", where=where, key=key))
@@ -155,7 +178,11 @@ def text_of(table: Mapping[str, object], key: str, where: str, lengths: Mapping[
 
 
 def number_of(table: Mapping[str, object], key: str, where: str) -> float:
-    """Return a number; raises `StyleError` if it is missing or out of range for its key."""
+    """Return a number from a table.
+
+    Raises:
+        StyleError: If the number is missing, or out of range for its key.
+    """
     value = table.get(key)
     # bool is a subclass of int.
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

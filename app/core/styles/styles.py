@@ -27,7 +27,7 @@ def mirror_name(name: str) -> str:
     """Return the name of the mirrored style.
 
     Returns:
-        With ``left-`` and ``right-`` exchanged; other names are their own mirror.
+        The name with ``left-`` and ``right-`` exchanged. Other names are their own mirror images.
 
     Examples:
         >>> mirror_name("left-loop-rim"), mirror_name("badger")
@@ -79,7 +79,7 @@ def mirror(style: Style) -> Style:
     """Return a style mirrored left to right.
 
     Returns:
-        With name, side, every lamp's azimuth, and the words left and right exchanged.
+        The style with its name, side, every lamp's azimuth, and the words left and right exchanged.
     """
     around = style.key_azimuth_deg
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
@@ -133,13 +133,13 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
         if file.stem in NAMES:
             raise StyleError(
                 tr("{file} has the name of a built-in style.", file=file),
-                tr("Rename it."),
+                tr("Rename the file."),
             )
     return built_in + tuple(read_style(file) for file in files)
 
 
 def _built_in() -> tuple[Style, ...]:
-    """Read the built-in styles; a right one is the mirror image of its left one."""
+    """Read the built-in styles, deriving each right style from its left one."""
     styles: dict[str, Style] = {}
     for name in NAMES:
         twin = styles.get(mirror_name(name))
@@ -152,7 +152,7 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
     """Select styles by name.
 
     Args:
-        names: Names to select; None or empty for every style.
+        names: Names to select, or None or an empty sequence for every style.
 
     Raises:
         StyleError: If a name is unknown, with the nearest known name.
