@@ -198,14 +198,14 @@ def test_full_disk_is_a_sentence(folder: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_place_without_light(folder: Path) -> None:
-    with pytest.raises(PlaceError, match=r"at “Court” yet\. Capture here"):
+    with pytest.raises(PlaceError, match=r"at “Court” yet\. Capture the place"):
         read_light(folder, read_place(folder))
 
 
 def test_missing_light_names_the_next_step(folder: Path) -> None:
     place = keep(folder, some_light())
     (folder / place.environment).unlink()
-    with pytest.raises(PlaceError, match=r"is missing.* Capture the place again"):
+    with pytest.raises(PlaceError, match=r"is missing.* Capture the place"):
         read_light(folder, place)
     (folder / "originals").mkdir()
     (folder / "originals" / "R1.JPG").write_bytes(b"x")

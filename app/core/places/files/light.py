@@ -219,7 +219,7 @@ def _next_step(folder: Path) -> str:
             )
     except OSError:
         pass
-    return tr("Capture the place again, or open a panorama or a bracket.")
+    return tr("Capture the place, or open a panorama or a bracket.")
 
 
 def _check(radiance: FloatImage) -> None:
