@@ -1,11 +1,11 @@
 """Find and measure a mirror ball in a picture.
 
-A sphere in perspective is a cone of rays. Its outline is the outermost of many edges, beyond which
-the background is smooth, since a mirror compresses the scene behind it into rings along its rim.
-The cone with the most such edges is found by search, coarse to fine (as Daugman finds an iris,
-"High confidence visual recognition of persons", PAMI 1993). Its picture proves that it is a mirror:
-it contains all directions, so it has high contrast, compressed along the radius by 1 - r^2 at
-radius r.
+A sphere in perspective is a cone of rays. The sphere's outline is the outermost of many edges,
+beyond which the background is smooth, since a mirror compresses the scene behind it into rings
+along its rim. A coarse-to-fine search finds the cone with the most such edges (as Daugman finds an
+iris, "High confidence visual recognition of persons", PAMI 1993). The picture in the outline proves
+that the sphere is a mirror: the picture contains all directions, so it has high contrast, and is
+compressed along the radius by 1 - r^2 at radius r.
 """
 
 from __future__ import annotations
@@ -24,28 +24,29 @@ from app.core.base.errors import ProbeError
 from app.core.measure.read.resampling import log_light
 from app.core.text import tr
 
-_USUAL_MM: Final = 50.0  # first guess of the focal length on 24 x 36, if none is stated
+_USUAL_MM: Final = 50.0  # first guess of the focal length on 24 x 36 mm, if none is stated
 _DIAGONAL_MM: Final = math.hypot(24.0, 36.0)
 _ANGLES: Final = 180  # positions around the outline
 _TURN: Final = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
 _WAYS: Final = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
-_LOOKED_AT: Final = 1000  # pixels of the longer side, for circles of any size
-_HOUGH: Final = (200.0, 0.6)  # strength of edges, and their roundness
-_LEAST_PX: Final = 14  # radius at that size
+_LOOKED_AT: Final = 1000  # pixels on the longer side, for circles of any size
+_HOUGH: Final = (200.0, 0.6)  # strength and roundness of edges
+_LEAST_PX: Final = 14  # minimum radius at that size
 _BLURS: Final = ((1.0, 2.0), (1.5, 3.0))  # for logarithmic light, and for a developed picture
 _MOST_CANDIDATES: Final = 10
-_ALIKE: Final = 0.1  # of the radius: circles this similar are checked once
-_LEVELS: Final = (0.25, 0.06, 0.015, 0.006)  # of the radius: search range of the outline
+_ALIKE: Final = 0.1  # fraction of the radius; circles this similar are checked once
+# Fractions of the radius: search ranges for the outline.
+_LEVELS: Final = (0.25, 0.06, 0.015, 0.006)
 _FINE_LEVELS: Final = (0.02, 0.006, 0.002)
 _STEPS: Final = 10
-_EDGE: Final = 3.0  # factor over the surroundings at which an edge counts half
-_OUTSIDE: Final = 0.12  # of the radius: width of these surroundings
-_OUTSIDE_PX: Final = 7.0  # the same in pixels, for measuring a ball after its detection
-_LEAST_EDGES: Final = 0.42  # before the fine search for the outline
+_EDGE: Final = 3.0  # ratio to the surroundings at which an edge counts half
+_OUTSIDE: Final = 0.12  # width of these surroundings, as a fraction of the radius
+_OUTSIDE_PX: Final = 7.0  # the same in pixels, for measuring a ball after detection
+_LEAST_EDGES: Final = 0.42  # minimum before the fine search for the outline
 _LEAST_RADIUS_PX: Final = 30.0
 _LEAST_STOPS: Final = 0.65
-_LEAST_RISE: Final = 1.4  # stops of compression, rim over middle
-# visible fraction of the outline, with half the compression of the worst sectors
+_LEAST_RISE: Final = 1.4  # minimum compression of the rim relative to the middle, in stops
+# Minimum visible fraction of the outline plus half the compression of the worst sectors.
 _LEAST_BALL: Final = 1.3
 _CLEAR: Final = (0.7, 1.6)  # outline and rise at which some sectors need no compression
 
@@ -55,10 +56,10 @@ class Ball:
     """A ball in a picture, as a cone of rays.
 
     Attributes:
-        axis: (3,) float64. Unit vector to its centre in the camera's axes: right, up, ahead.
+        axis: (3,) float64. Unit vector to the ball's centre in the camera's axes: right, up, ahead.
         angle: Half the angle of the cone, in radians.
-        focal: Focal length, pixels of a picture of `shape`.
-        shape: Rows and columns; the camera's axis is in their middle.
+        focal: Focal length, in pixels of a picture with this `shape`.
+        shape: Rows and columns of the picture, whose centre is on the camera's axis.
         edges: Visible fraction of the outline, 0 to 1.
     """
 
@@ -70,7 +71,7 @@ class Ball:
 
     @classmethod
     def at(cls, x: float, y: float, radius: float, focal: float, shape: tuple[int, int]) -> Self:
-        """Return the ball for a round outline: column, row and radius, in pixels."""
+        """Return the ball with a round outline, given by column, row and radius in pixels."""
         axis = np.array([x - shape[1] / 2.0, shape[0] / 2.0 - y, focal]) / focal
         far = float(np.linalg.norm(axis))
         return cls(axis / far, math.atan(radius / focal / far), focal, shape)
@@ -82,37 +83,37 @@ class Ball:
 
     @property
     def across(self) -> Float64:
-        """Unit vectors to the right of the axis and up from it, as the camera sees them, (2, 3)."""
+        """Unit vectors to the right of the axis and up from it, (2, 3), as the camera sees them."""
         right = np.cross((0.0, 1.0, 0.0), self.axis)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(self.axis, right)])
 
     def seen_by(self, mm: float) -> Self:
-        """Return the same outline for another focal length, mm on 24 x 36."""
+        """Return the same outline for another focal length, in mm on 24 x 36."""
         (x,), (y,) = (each.tolist() for each in self.project(self.axis[None]))
         focal = focal_px(mm, self.shape)
         return self.at(x + 0.5, y + 0.5, self.radius_px, focal, self.shape)
 
     def resized(self, shape: tuple[int, int]) -> Ball:
-        """Return the ball for the picture at another size."""
+        """Return the same ball in the picture at another size."""
         return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
 
     def moved(self, right: float, up: float, larger: float) -> Ball:
-        """Return the ball moved and enlarged by fractions of its radius."""
+        """Return the ball, moved and enlarged by fractions of the radius."""
         spread = math.tan(self.angle)
         axis = self.axis + spread * (np.array([right, up]) @ self.across)
         angle = math.atan(spread * (1.0 + larger))
         return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
 
     def project(self, rays: Float64) -> tuple[Float32, Float32]:
-        """Project rays, (..., 3) in camera axes, to columns and rows; centres are integers."""
+        """Project rays, (..., 3) in camera axes, to columns and rows. Centres are integers."""
         scale = self.focal / np.maximum(rays[..., 2], 1e-6)
         x = rays[..., 0] * scale + (self.shape[1] - 1) / 2.0
         y = (self.shape[0] - 1) / 2.0 - rays[..., 1] * scale
         return x.astype(np.float32), y.astype(np.float32)
 
     def around(self, picture: Float32, shares: Floats) -> Float32:
-        """Sample a picture all around the ball at fractions of its radius, (angles, shares)."""
+        """Sample a picture all around the ball at fractions of the radius, (angles, shares)."""
         out = math.tan(self.angle) * (_WAYS @ self.across)
         x, y = self.project(self.axis + shares[:, None] * out[:, None])
         border = cv2.BORDER_REPLICATE
@@ -120,7 +121,7 @@ class Ball:
 
 
 def focal_px(mm: float, shape: tuple[int, int]) -> float:
-    """Convert a focal length from mm on 24 x 36 to pixels of a picture, by its diagonal."""
+    """Convert a focal length from mm on 24 x 36 to pixels of a picture, by the diagonal."""
     return mm * math.hypot(*shape) / _DIAGONAL_MM
 
 
@@ -139,7 +140,7 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     """Find the only mirror ball in a picture's luminance, (h, w).
 
     Args:
-        focal_mm: Focal length on 24 x 36, or None if unknown.
+        focal_mm: Focal length in mm on 24 x 36, or None if unknown.
 
     Raises:
         ProbeError: If there is no ball, or more than one.
@@ -162,27 +163,27 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
         raise ProbeError(
             tr("No mirror ball was found in these pictures, or too little of it is visible."),
             tr(
-                "Photograph the whole ball, sharp, over at least a tenth of the picture, "
+                "Photograph the whole ball in focus, filling at least a tenth of the picture, "
                 "against a distant background."
             ),
         )
     if len(apart) > 1:
         raise ProbeError(
             tr("There are {count} mirror balls in these pictures.", count=len(apart)),
-            tr("Leave one at the position of the sitter’s head, and photograph it alone."),
+            tr("Leave only one, at the position of the sitter’s head, and photograph it alone."),
         )
     return apart[0]
 
 
 def refined(ball: Ball, radiance: Float32) -> Ball:
-    """Refine a ball found in a thumbnail on the merged light, (H, W, 3)."""
+    """Refine, on the merged light, (H, W, 3), a ball that was found in a thumbnail."""
     ball = ball.resized((radiance.shape[0], radiance.shape[1]))
     outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
     return _refine(ball, luminance(radiance), _FINE_LEVELS, outside)
 
 
 def _circles(light: Float32) -> list[tuple[float, float, float]]:
-    """Return approximate round outlines: column, row and radius, in pixels."""
+    """Return approximate round outlines, each as column, row and radius in pixels."""
     share = min(1.0, _LOOKED_AT / max(light.shape))
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
@@ -212,7 +213,7 @@ def _circles(light: Float32) -> list[tuple[float, float, float]]:
 
 
 def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
-    """Move a ball so that most of its outline is an outermost edge, coarse to fine."""
+    """Move a ball, coarse to fine, until most of its outline is an outermost edge."""
     grid = np.arange(-_STEPS, _STEPS + 1)
     moves = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
     shift = np.rint(2.0 * (moves @ _WAYS.T)).astype(int)
@@ -234,13 +235,13 @@ def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) 
 def _outermost(
     ball: Ball, root: Float32, step: float, middle: int, outside: float
 ) -> tuple[Float32, Float32]:
-    """Return how far each position is an edge with nothing as strong outside it, 0 to 1.
+    """Return to what degree each position is an edge with nothing as strong outside, 0 to 1.
 
-    Positions are half a step apart, in fractions of the radius; the outline is in the middle.
+    The positions are half a step apart, in fractions of the radius, with the outline in the middle.
 
     Returns:
-        (angles, 2 middle + 1) each. The second result is large only on ridges: in front of a flat
-        background, the foot of an edge has nothing outside it either.
+        Two arrays, (angles, 2 middle + 1) float32 each. The second is large only on ridges, since
+        in front of a flat background the foot of an edge has nothing outside it either.
     """
     blur = max(0.6 * step * ball.radius_px, 0.5)
     gap = max(round(4.0 * blur / ball.radius_px / step), 1)
@@ -275,7 +276,7 @@ def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
     around = np.abs(np.roll(band, -1, axis=0) - np.roll(band, 1, axis=0)) / step
 
     def squeezed(part: Bools) -> Float64:
-        """Return by how many stops light changes faster radially than tangentially, by sector."""
+        """Return, by sector, how many stops faster light changes radially than tangentially."""
         one, two = (each[:, part].reshape(12, -1).mean(axis=1) for each in (along, around))
         return np.asarray(np.log2((one + noise) / (two + noise)), np.float64)
 

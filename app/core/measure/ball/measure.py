@@ -1,4 +1,4 @@
-"""Measure with a mirror ball: brackets from one side or two become an HDR panorama."""
+"""Measure with a mirror ball, turning brackets from one side or two into an HDR panorama."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class BallFacts:
     ball: Ball
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts for JSON."""
+        """Return the facts as a dictionary for JSON."""
         return {"ball": {"width_px": round(2.0 * self.ball.radius_px)}}
 
 
@@ -54,8 +54,8 @@ def measure(
 ) -> Measurement:
     """Measure from exposures of a mirror ball, or one folder of them.
 
-    `BallOptions` names the exposures from another side. Raises as `measurement.Entry`, and if there
-    is not exactly one ball.
+    `BallOptions` names the exposures from another side. The errors are those of
+    `measurement.Entry`, with a `ProbeError` if there is not exactly one ball.
     """
     options, token = options or MeasureOptions(), token or Token()
     ball_options = options.of(BallOptions)

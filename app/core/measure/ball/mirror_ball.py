@@ -1,10 +1,11 @@
 """Unwrap a mirror ball to a panorama.
 
-Each direction is looked up where the ball reflects it: the normal there bisects the angle to the
-camera. The camera is at a finite distance, so this is iterated; the light comes from far away. All
-pixels cover the same solid angle, but toward the rim they become very narrow: the last ones, and
-the photographer, count as gaps. The picture shows the scene behind the ball past its edge; where
-the rim shows it as well, the two give the colour of a tinted mirror.
+Each direction is looked up at the point where the ball reflects it, whose normal bisects the angle
+to the camera. The point is found by iteration, because the camera is at a finite distance; the
+light is assumed to come from far away. All pixels cover the same solid angle, but toward the rim
+they become very narrow, so the last ones count as gaps, as does the photographer. Past the ball's
+edge, the picture shows the scene behind the ball. Where the rim reflects the same scene, comparing
+the two gives the colour of a tinted mirror.
 
 Dirt is matt: everywhere on the ball, it shows its own colour times the light of half the sphere.
 Details of the place do not, so the most common colour of specks is that of dirt. The specks also
@@ -43,27 +44,27 @@ REFLECTANCE: Final = 0.66
 """Fraction of light that chromium reflects at normal incidence (Palik)."""
 
 BALL_M: Final = 0.12
-"""Assumed diameter in metres; with it, the distance and width of the photographer are known."""
+"""Assumed diameter of a ball in metres, from which the photographer's distance and width follow."""
 
-_RIM_PX: Final = 1.5  # excluded part of the rim
-_FINEST: Final = 1024  # rows of a panorama
+_RIM_PX: Final = 1.5  # width of the excluded rim
+_FINEST: Final = 1024  # maximum rows of a panorama
 _SUPERSAMPLED: Final = 2
-# Head and body: half the width, and the range of heights relative to the lens, in metres.
+# Half the width and the range of heights relative to the lens, of head and body, in metres.
 _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
-# radii; the most usual first
+# distances of the background in radii, the most usual first
 _BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)
-_LEAST_BOTH: Final = 16  # texels of a coarse panorama, to compare picture and rim
+_LEAST_BOTH: Final = 16  # minimum texels of a coarse panorama in both picture and rim
 _LENSES: Final = (28.0, 35.0, 50.0, 70.0, 85.0, 105.0, 135.0)  # mm on 24 x 36
-_NEARLY: Final = 0.9  # of the best similarity
-_COARSE: Final = 128  # rows, for the search of the background's distance
-_PAST: Final = 0.03  # weight of the scene seen past the ball: as low as the rim's
-# stops between quartiles of the mirror's colour, over the root of their share
+_NEARLY: Final = 0.9  # fraction of the best similarity
+_COARSE: Final = 128  # rows, for the search for the background's distance
+_PAST: Final = 0.03  # weight of the scene past the ball, as low as that of the rim
+# Stops between the quartiles of the mirror's colour, divided by the root of their share.
 _UNSURE: Final = 10.0
-_LEAST_SHARE: Final = 3e-4  # of the panorama, to estimate a colour
-_COLOURED: Final = 0.25  # difference between channels that chrome does not reach even at its rim
+_LEAST_SHARE: Final = 3e-4  # minimum fraction of the panorama for estimating a colour
+_COLOURED: Final = 0.25  # difference between channels that chrome never reaches, even at the rim
 _MATT: Final = (32, 64)  # rows and columns of a matt ball's picture
-# Natural logarithms: evenness of a speck; similarity of dirt to one colour; its difference from the
-# surroundings.
+# In natural logarithms: evenness of a speck, similarity of dirt to one colour, and difference of
+# dirt from its surroundings.
 _FLAT: Final = 0.15
 _SAME: Final = 0.15
 _COOL: Final = 0.1  # dirt is hardly bluer than white
@@ -71,7 +72,7 @@ _WARM: Final = 1.1
 _COLOURS: Final = (math.log(0.05), 0.0)  # the mirror's own share is 0
 _SUNS: Final = tuple(2.0 ** (k / 4) for k in range(40))  # brightness relative to the clipping level
 _LEAST_SPECKS: Final = 6
-_LEAST_SAME: Final = 0.2  # of all specks
+_LEAST_SAME: Final = 0.2  # minimum fraction of all specks
 _LEAST_PERSON_DEG: Final = 5.0
 _MOST_PERSON_DEG: Final = 25.0
 
@@ -81,8 +82,9 @@ class BallOptions(WayOptions):
     """Options for a mirror ball.
 
     Attributes:
-        second: Exposures from another side; empty if there are none.
-        from_deg: Approximate azimuth of the camera for these, or None to find it.
+        second: Exposures from another side, or an empty tuple if there are none.
+        from_deg: Approximate azimuth of the camera for these exposures, or None to find the
+            azimuth.
         reflectance: Reflectance of the mirror at normal incidence.
         pitch_deg: Elevation of the camera's axis.
     """
@@ -100,12 +102,12 @@ class BallOptions(WayOptions):
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """The panorama of a ball from one side; the photographer is at azimuth 0.
+    """The panorama of a ball from one side, with the photographer at azimuth 0.
 
     Attributes:
         texels: (H, W, 5) float32. Radiance, and the clipped and dark shares.
-        weight: (H, W) float32. Resolution, 0 to 1; 0 in gaps.
-        notes: Remarks.
+        weight: (H, W) float32. Relative resolution, 0 to 1, which is 0 in gaps.
+        notes: Remarks about the ball and the lens.
     """
 
     texels: Float32 = field(repr=False)
@@ -114,12 +116,12 @@ class Side:
 
     @property
     def blind(self) -> Float32:
-        """Mask of gaps, (H, W), 1 in a gap."""
+        """Mask of the gaps, (H, W) float32, 1 in a gap."""
         return (self.weight <= 0.0).astype(np.float32)
 
 
 def panorama_rows(radius_px: float) -> int:
-    """Return the rows of a panorama slightly finer than the middle of a ball: a multiple of 8."""
+    """Return the rows, a multiple of 8, of a panorama slightly finer than a ball's middle."""
     return min(max(8 * round(radius_px * 0.625 * math.pi / 8.0), 64), _FINEST)
 
 
@@ -128,8 +130,8 @@ def unwrap(
 ) -> Side:
     """Resample merged light, (H, W, 3), to the panorama that a ball reflects, (rows, 2 rows).
 
-    Shares of area stay shares; clipped light stays clipped. The scene behind the ball comes from
-    the picture around it.
+    Fractions of an area are preserved, and clipped light stays clipped. The scene behind the ball
+    comes from the picture around the ball.
     """
     axes = _upright_axes(ball, options.pitch_deg)
     side = _reflection(merged, ball, rows, options, token or Token())
@@ -142,8 +144,8 @@ def unwrap(
 def find_lens(merged: MergedLight, ball: Ball, options: BallOptions, token: Token) -> Ball:
     """Estimate a missing focal length from the background.
 
-    Among the lengths for which the picture past the ball is nearly as similar as possible to the
-    reflection at the rim, choose the shortest: a longer one leaves too little to compare.
+    Among the focal lengths for which the picture past the ball is nearly as similar as possible to
+    the reflection at the rim, choose the shortest, since a longer one leaves too little to compare.
     """
     trials = []
     for mm in _LENSES:
@@ -181,12 +183,12 @@ def _reflection(
 
 
 def _without_dirt(side: Side, camera: Float32) -> Side:
-    """Fill specks of dirt from their surroundings, and give them almost no weight.
+    """Fill specks of dirt from their surroundings, and reduce their weight to almost zero.
 
     Nothing is filled if there are too few specks to distinguish from small objects in the place.
 
     Args:
-        camera: (3,). Position of the lens.
+        camera: (3,) float32. Position of the lens, as from `_camera`.
     """
     light, rows = side.texels[..., :3], side.weight.shape[0]
     tones, square = np.log(np.maximum(light, np.float32(1e-6) * light.mean())), np.ones((3, 3))
@@ -233,9 +235,9 @@ def _matt(light: Float32, camera: Float32) -> Float32:
 
 
 def _commonest(colours: Float32) -> tuple[Float64, Bools]:
-    """Return the most common colour among some, (N, 3), and a mask of those with it.
+    """Return the most common of some colours, (N, 3), and a mask of those that match it.
 
-    The mask is empty if they are too few.
+    The mask is empty if too few match.
     """
     warmth = -np.diff(colours)
     fit = (warmth > -_COOL).all(axis=-1) & (warmth.sum(axis=-1) < _WARM)
@@ -254,11 +256,12 @@ def _commonest(colours: Float32) -> tuple[Float64, Bools]:
 def _behind(
     side: Side, merged: MergedLight, ball: Ball, axes: Float64, least: int = 0
 ) -> tuple[Float32, Ball, float, float]:
-    """Find the distance of the background behind a ball, radii, from its similarity to the rim.
+    """Find the distance of the background behind a ball from its similarity to the rim.
 
     Returns:
-        The picture, (h, w, 5), as fine as the panorama; the ball in it; the distance; and the
-        similarity, a correlation, minus 1 if fewer than `least` texels are in both.
+        The picture, (h, w, 5), as fine as the panorama; the ball in that picture; the distance, in
+        radii of the ball; and the similarity, a correlation, or -1 if fewer than `least` texels are
+        in both.
     """
     share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
     resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
@@ -278,10 +281,10 @@ def _behind(
 
 
 def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
-    """Remove the colour of a ball that is not chrome: its rim and the picture show the same scene.
+    """Remove the tint of a ball that is not chrome, by comparing its rim with the background.
 
-    Coloured glass has almost one colour from the middle to the rim. Chrome does not, and stays as
-    it is.
+    Coloured glass has almost the same tint from the middle to the rim. Chrome does not, and is left
+    unchanged.
     """
     both = (np.minimum(side.weight, visible) > 0.0) & (background[..., :3].min(axis=-1) > 0.0)
     both &= (side.texels[..., 3] + background[..., 3]) == 0.0
@@ -303,7 +306,7 @@ def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
 def _past(
     picture: Float32, ball: Ball, axes: Float64, shape: tuple[int, int], far: float
 ) -> tuple[Float32, Float32]:
-    """Return the scene `far` radii from the ball as a panorama, and a mask of its visible part."""
+    """Return the scene `far` radii from the ball as a panorama, and a mask of the visible part."""
     rays = np.float32(far) * directions(shape) - _camera(ball, axes)
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)) @ axes.T.astype(np.float32)
     x, y = ball.project(rays)
@@ -315,15 +318,16 @@ def _past(
 
 
 def _camera(ball: Ball, axes: Float64) -> Float32:
-    """Return the lens in the panorama's axes, radii from the centre of the ball."""
+    """Return the position of the lens in the panorama's axes, in radii from the ball's centre."""
     return np.asarray(-(ball.axis @ axes) / math.sin(ball.angle), np.float32)
 
 
 def metal(cosine: Float32, reflectance: float) -> Float32:
     """Return the reflectance of a metal for a cosine of incidence.
 
-    Fresnel's equations for a conductor (Pharr, Jakob and Humphreys, Physically Based Rendering,
-    9.3), unpolarised, with n = k, which nearly holds for chrome, so that one number is enough.
+    The result follows from Fresnel's equations for a conductor (Pharr, Jakob and Humphreys,
+    Physically Based Rendering, 9.3) and unpolarised light, with n = k, which nearly holds for
+    chrome, so that one number is enough.
     """
     rest = 1.0 - reflectance
     n = (2.0 - rest + math.sqrt((2.0 - rest) ** 2 - 2.0 * rest**2)) / (2.0 * rest)
@@ -335,7 +339,7 @@ def metal(cosine: Float32, reflectance: float) -> Float32:
 
 
 def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
-    """Return the camera's axes right, up and ahead as rows, in panorama axes; the ball is at -Z."""
+    """Return the camera's right, up and ahead as rows, in panorama axes, with the ball at -Z."""
     right, ahead = np.array([1.0, 0.0, 0.0]), direction(180.0, pitch_deg)
     level = np.stack([right, np.cross(right, ahead), ahead])
     toward = ball.axis @ level
@@ -345,13 +349,13 @@ def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
 def _reflected(
     ball: Ball, axes: Float64, vectors: Float32
 ) -> tuple[Float32, Float32, Float32, Float32]:
-    """Find the points of a ball that show directions, (..., 3).
+    """Find the points on a ball that reflect the given directions, (..., 3).
 
-    In radii of the ball, from its centre; three rounds leave less than 0.001 degrees except for
-    hidden directions.
+    The unit is the radius of the ball, and the origin its centre. Three rounds leave an error of
+    less than 0.001 degrees, except for hidden directions.
 
     Returns:
-        Columns, rows, cosine of incidence, and fraction of the radius.
+        The columns, rows, cosines of incidence and fractions of the radius, (...) float32 each.
     """
     camera = _camera(ball, axes)
     view = np.broadcast_to(camera / np.linalg.norm(camera), vectors.shape)
@@ -369,7 +373,7 @@ def _reflected(
 
 
 def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
-    """Mask a person who holds the camera, (H, W): head and body."""
+    """Return a mask, (H, W), of the head and body of a person who holds the camera."""
     away = 0.5 * BALL_M / math.sin(ball.angle)
     lens = math.degrees(math.asin(-float(ball.axis @ axes[:, 1])))
     mask = np.zeros(shape, np.float32)
@@ -382,21 +386,21 @@ def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
 
 
 _APART_DEG: Final = 15.0  # possible error of the second photographer's azimuth
-_LEAST_ALIKE: Final = (0.4, 0.8)  # if the user gave the azimuth, and if not
+_LEAST_ALIKE: Final = (0.4, 0.8)  # with the user's azimuth, and without
 
 
 def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side:
-    """Merge two sides of a ball, weighted by resolution, in the first side's panorama.
+    """Merge two sides of a ball into the panorama of the first side, weighted by resolution.
 
     Args:
         from_deg: Approximate azimuth of the second photographer, or None to find it from the
             panoramas.
 
     Raises:
-        ProbeError: If the two have nothing in common, or show the same side.
+        ProbeError: If the two sides have nothing in common, or are the same side.
     """
     angle, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
-    # The scene past the ball has another parallax from there.
+    # The scene past the ball has a different parallax from the other side.
     sides = [replace(side, weight=np.maximum(side.weight - _PAST, 0.0)) for side in (first, second)]
     for rows in (_COARSE, 4 * _COARSE):
         tones, weights = zip(*(_small(side, (rows, 2 * rows)) for side in sides), strict=True)
@@ -408,9 +412,9 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
         raise ProbeError(
             tr("The second set of pictures does not match the first from another side."),
             tr(
-                "Walk about a quarter circle around the ball for them. If the place "
-                "looks alike all around, set the angle with --from, clockwise as seen "
-                "from above."
+                "Walk about a quarter of a circle around the ball before taking them. If the "
+                "place looks much the same all around, set the angle with --from, clockwise as "
+                "seen from above."
             ),
         )
     shift = round(angle / 360.0 * first.weight.shape[1])
@@ -439,7 +443,7 @@ _COARSE_DEG: Final = 1.2
 
 
 def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[Remark, ...]:
-    """Report the resolution of a ball's panorama, and its filled share."""
+    """Report the resolution of a ball's panorama and the fraction that was filled."""
     fine = max(math.degrees(2.0 / ball.radius_px) for ball in balls)
     width = min(round(2.0 * ball.radius_px) for ball in balls)
     small = [BallSmall()] if fine > _COARSE_DEG else []

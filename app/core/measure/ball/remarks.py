@@ -9,14 +9,14 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class BallDirty(Remark):
-    """Fraction of the visible ball, 0 to 1, that looks like dirt and was filled."""
+    """Part of the visible ball, `share` from 0 to 1, looks like dirt and was filled."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True)
 class BallColoured(Remark):
-    """Reflectance of the ball by colour, which was corrected."""
+    """The ball is tinted; its reflectance in each colour was corrected."""
 
     red: float
     green: float
@@ -25,7 +25,7 @@ class BallColoured(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallSize(Remark):
-    """Width of the ball in the picture, and its resolution."""
+    """The width of the ball in the picture, and the resolution of its panorama."""
 
     width_px: int
     resolution_deg: float
@@ -33,12 +33,12 @@ class BallSize(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallSmall(Remark):
-    """The ball's resolution is too coarse."""
+    """The resolution of the ball's panorama is too low."""
 
 
 @dataclass(frozen=True, slots=True)
 class BallBlind(Remark):
-    """Fraction of the sphere, 0 to 1, that the ball does not show from one side or two."""
+    """Part of the sphere, `share` from 0 to 1, is not visible in the ball from one side or two."""
 
     share: float
     sides: int

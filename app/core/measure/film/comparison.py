@@ -1,7 +1,8 @@
 """Compare a video with a measured place, and save its frames as photos.
 
-A panorama shows the light that reaches the head, and a video its effect on the sitter's own face.
-If there are both, the video is the truth, and the error of the panorama's turns is reported.
+A panorama shows the light that reaches the head, and a video shows how that light falls on the
+sitter's own face. If there are both, the video is the ground truth, and the error of the panorama's
+turns is reported.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 GLANCES: Final = 16
-"""Frames by which a video is located in a panorama."""
+"""Number of frames by which a video is located in a panorama."""
 
-_SAME_DEG: Final = 10.0  # largest difference between the frames that are located
+_SAME_DEG: Final = 10.0  # maximum difference between the frames that are located
 _FEWEST: Final = 3
 _AGREED_DEG: Final = 5
 
@@ -39,7 +40,7 @@ class Beside:
 
     Attributes:
         offset_deg: Azimuth of the lens in the panorama at the start of the video.
-        apart_deg: For each style that both offer, the video's turn minus the panorama's.
+        apart_deg: The video's turn minus the panorama's, for each style that both offer.
     """
 
     offset_deg: float
@@ -47,23 +48,23 @@ class Beside:
 
     @property
     def typical_deg(self) -> int | None:
-        """Median difference of the turns, whole degrees, or None if no style is in both."""
+        """Median difference of the turns in whole degrees, or None if both offer no style."""
         apart = np.abs([*self.apart_deg.values()])
         return round(float(np.median(apart))) if self.apart_deg else None
 
     @property
     def agree(self) -> bool:
-        """Whether both give the same turns."""
+        """Whether the video and the panorama give the same turns."""
         return self.typical_deg is not None and self.typical_deg <= _AGREED_DEG
 
 
 def looks_mirrored(
     frames: Iterable[tuple[float, float, Bytes]], index: HeadingIndex
 ) -> bool | None:
-    """Return whether only the mirrored film fits a place, or None if neither does.
+    """Return whether only the mirrored film fits a place, or None if the film does not fit at all.
 
     Args:
-        frames: A dozen frames of it, as `read_film` takes them.
+        frames: A dozen frames of the film, as for `read_film`.
     """
     votes = [0, 0]
     for _, _, picture in frames:
@@ -82,11 +83,11 @@ def beside(
     pack: StylePack,
     index: HeadingIndex | None = None,
 ) -> Beside:
-    """Locate a video in a place's panorama by its background, and compare their turns.
+    """Locate a video in a place's panorama by the background, and compare the turns of the two.
 
     Args:
         results: Results of the video.
-        frames: A dozen frames of it, as `read_film` takes them.
+        frames: A dozen frames of the video, as for `read_film`.
         index: Index of the place's panorama, if it exists already.
 
     Raises:

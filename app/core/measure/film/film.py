@@ -1,4 +1,4 @@
-"""Read a video of a turn: the lens azimuth of each frame, and the light on the face."""
+"""Read a video of a turn, for the lens azimuth of each frame and the light on the face."""
 
 from __future__ import annotations
 
@@ -38,26 +38,27 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 MOST_FRAMES: Final = 96
-"""Largest number of frames of a turn that are used: one every 4 degrees."""
+"""Maximum number of frames used from a turn, one every 4 degrees."""
 WIDTH: Final = 1280
-"""Largest width of a frame, in pixels."""
+"""Maximum width of a frame, in pixels."""
 
 _SURE: Final = 0.5
-_FEWEST: Final = 6  # frames with a face
-_ASIDE_DEG: Final = 50.0  # a face turned further from the lens is not read
-_STILL_DEG: Final = 45.0  # a lens that moved around less counts as still
-_LEAST_DEG: Final = 40.0  # least range of turns, so that there is a choice
+_FEWEST: Final = 6  # minimum frames with a face
+_ASIDE_DEG: Final = 50.0  # a face turned farther from the lens is not read
+_STILL_DEG: Final = 45.0  # a lens that moved around by less counts as still
+_LEAST_DEG: Final = 40.0  # minimum range of turns, so that there is a choice
 _WHOLE: Final = 60  # of 64 turns
 _MOST_ASSUMED: Final = 0.5
 _UNSURE: Final = 0.15
 _FACELESS: Final = 12  # frames without a face after which the video is rejected
-_IDLE: Final = 30  # frames without motion
-_UNMOVED: Final = 0.03  # of a frame's longer side
-_ROOM: Final = 0.8  # margin around a face, in its sides, for the next search and for display
-_THUMB: Final = 256  # longest side of a frame's saved picture, in pixels
+_IDLE: Final = 30  # frames without motion after which the video is rejected
+_UNMOVED: Final = 0.03  # maximum motion that counts as none, of a frame's longer side
+# Margin around a face, relative to its size, for the next search and for display.
+_ROOM: Final = 0.8
+_THUMB: Final = 256  # longer side of a frame's saved picture, in pixels
 _QUEUE: Final = 6  # frames in memory at once
 _MISFIT: Final = 0.75
-_WHOLLY: Final = 0.9  # fraction of a light's texel that is visible and not clipped
+_WHOLLY: Final = 0.9  # minimum visible and unclipped fraction of a texel of the light
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,9 +66,9 @@ class Glimpse:
     """Face and background of one frame.
 
     Attributes:
-        grey, visible: (N * N,) float32 and bool. The face on the head's pixels; empty without a
-            face.
-        picture: (h, w, 3) uint8 sRGB. The face with a small margin, or None without a face.
+        grey, visible: (N * N,) float32 and bool. The face on the head's pixels, or empty arrays if
+            there is no face.
+        picture: (h, w, 3) uint8 sRGB. The face with a small margin, or None if there is no face.
     """
 
     time_s: float
@@ -83,16 +84,16 @@ class Film:
     """Result of a video of a turn.
 
     Attributes:
-        times_s, trust: (n,) float64. Time, in seconds, and weight of each frame.
-        noses_deg: (n,) float64. Direction of the nose, clockwise from above, from the lens's
-            position in the first frame.
-        headings: Azimuths of the lens.
+        times_s, trust: (n,) float64. Time in seconds, and weight, of each frame.
+        noses_deg: (n,) float64. Direction of the nose in each frame, clockwise from above, relative
+            to the lens's position in the first frame.
+        headings: Azimuth of the lens in each frame.
         light: Light estimated from the face.
         radiance: (H, 2 H, 3) float32. The light as a panorama, with the lens of the first frame in
             the middle.
         still: Whether the lens was still and only the face turned.
         visible: (64,) bool. Grid turns with a visible face.
-        pictures: Of each frame, as in `Glimpse`.
+        pictures: Picture of each frame, as in `Glimpse`.
     """
 
     times_s: Float64
@@ -106,7 +107,7 @@ class Film:
     pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
 
     def results(self, pack: StylePack) -> tuple[StyleResult, ...]:
-        """Solve all styles at the turns in the video."""
+        """Solve all styles for the turns in the video."""
         return solve_all(
             pack,
             reduce_radiance(self.radiance),
@@ -119,12 +120,12 @@ class Film:
         return int(np.argmin(away + 10 * (1 - self.trust)))
 
     def clock_at(self, turn_deg: float) -> str:
-        """Return the time of a turn, minutes and seconds."""
+        """Return the time of a turn in the video, in minutes and seconds."""
         seconds = round(float(self.times_s[self.frame_at(turn_deg)]))
         return f"{seconds // 60}:{seconds % 60:02}"
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts for JSON."""
+        """Return the facts as a dictionary for JSON."""
         visible_share = round(float(self.visible.mean()), 3)
         return {"frames": len(self.times_s), "seen": visible_share, "still": self.still}
 
@@ -154,9 +155,9 @@ class _FrameReading(NamedTuple):
 
 
 class FilmReader:
-    """Reads frames in order; results are available at any time.
+    """Reads frames in order, and can return a result at any time.
 
-    One thread searches for the face, another follows the background.
+    One thread searches for the face, and another follows the background.
     """
 
     def __init__(self) -> None:
@@ -175,14 +176,14 @@ class FilmReader:
             executor.shutdown(cancel_futures=True)
 
     def add(self, time_s: float, picture: Bytes) -> None:
-        """Add a frame, (H, W, 3) uint8 sRGB, upright; blocks while the queue is full."""
+        """Add an upright frame, (H, W, 3) uint8 sRGB. This blocks while the queue is full."""
         if len(self._frames) >= _QUEUE:
             self._frames[-_QUEUE].result()
         glimpse = self._looking.submit(self._look, time_s, picture)
         self._frames.append(self._following.submit(self._follow, glimpse, picture))
 
     def check_begin(self) -> None:
-        """Stop early on a hopeless film; raises the errors of `film`."""
+        """Give up early on a hopeless film, by raising the errors of `film`."""
         if len(self._frames) not in (_FACELESS, _IDLE):
             return
         readings = [one.result() for one in self._frames]
@@ -240,8 +241,8 @@ def read_film(
     """Read a video of a turn, and the light on the face.
 
     Args:
-        frames: Time in seconds; fraction of the video played, 0 to 1; and picture, (H, W, 3) uint8
-            sRGB, of each frame.
+        frames: Each frame's time in seconds, the fraction of the video played, 0 to 1, and the
+            frame's picture, (H, W, 3) uint8 sRGB.
 
     Raises:
         ProbeError: If no face is visible or nothing turns.
@@ -263,7 +264,7 @@ def read_film(
 def flipped(
     frames: Iterable[tuple[float, float, Bytes]],
 ) -> Iterator[tuple[float, float, Bytes]]:
-    """Yield frames for `read_film`, mirrored."""
+    """Yield mirrored frames for `read_film`."""
     for time_s, share, picture in frames:
         yield time_s, share, flip(picture)
 
@@ -289,7 +290,7 @@ def read_turn(
         )
     aside = np.array([0.0 if one.pose is None else one.pose.yaw_deg for one in glimpses])
     if not still:
-        # A face that is hardly turned counts as facing the lens.
+        # A face that is barely turned counts as facing the lens.
         aside[np.abs(aside) < FRONTAL_DEG] = 0.0
     noses = headings.turns_deg - aside
     rows = trust > 0
@@ -333,14 +334,14 @@ def _no_turn() -> ProbeError:
 
 
 def _trust(glimpse: Glimpse) -> float:
-    """Return a frame's weight, by the confidence of its face and its angle to the lens."""
+    """Return a frame's weight, from the confidence of the face and its angle to the lens."""
     if glimpse.face is None or glimpse.pose is None or glimpse.face.confidence < _SURE:
         return 0.0
     return glimpse.face.confidence * max(1 - abs(wrap(glimpse.pose.yaw_deg)) / _ASIDE_DEG, 0.0)
 
 
 def _face_in(picture: Bytes, near: Face | None) -> Face | None:
-    """Find the sitter: at the previous position, around it, then everywhere."""
+    """Find the sitter, first at the previous position, then around it, then everywhere."""
     if near is not None:
         part, corner = _around(picture, near)
         faces = find_faces(part, small=False) if part.size else ()
@@ -351,7 +352,7 @@ def _face_in(picture: Bytes, near: Face | None) -> Face | None:
 
 
 def _around(picture: Bytes, face: Face) -> tuple[Bytes, Float32]:
-    """Cut out a face with a margin; return it with the shift of its landmarks, (3,)."""
+    """Cut out a face with a margin, and return the cut-out and the shift of the landmarks, (3,)."""
     left, top, right, bottom = face.box
     room = _ROOM * face.side
     x, y = max(round(left - room), 0), max(round(top - room), 0)

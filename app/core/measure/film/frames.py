@@ -1,4 +1,4 @@
-"""The frames of a video in a file, with their times."""
+"""Read the frames of a video file with their times."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ _LONGEST_FILM_S: Final = 300.0
 
 
 def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
-    """Yield about `most` frames of a video, evenly spaced, shrunk to `width` columns or less.
+    """Yield about `most` evenly spaced frames of a video, shrunk to at most `width` columns.
 
-    Each item is the time since the first frame by the file's timestamps, s; the fraction of the
-    video played; and the picture, (H, W, 3) uint8.
+    Each item is the time since the first frame in seconds, from the file's timestamps, the fraction
+    of the video played, and the picture, (H, W, 3) uint8.
 
     Raises:
-        VideoError: If it is not a video ("bad-file"), does not exist ("no-file"), or is too long.
+        VideoError: If the file is not a video ("bad-file"), does not exist ("no-file"), or is too
+            long.
     """
     check_video(path)
     capture = open_url(native_path(path.resolve()))
@@ -65,7 +66,7 @@ def _evenly(
     indices = set(np.unique(np.linspace(0, count - 1, min(most, count)).astype(int)).tolist())
     clock = FrameClock(rate)
     for number in range(count):
-        # An unused frame need not be converted to colours.
+        # An unused frame does not have to be converted to RGB.
         if not capture.grab():
             return
         time_s = clock.time_of(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0)
@@ -78,10 +79,10 @@ def _evenly(
 
 
 class FrameClock:
-    """Times of a video's frames, seconds since the first, from the timestamps of the file.
+    """The times of a video's frames, in seconds since the first, from the file's timestamps.
 
     A timestamp that is missing, not later than the previous one, or later by more than the longest
-    film counts as one frame at the mean rate. So times always increase.
+    possible film counts as one frame later at the mean rate. So the times always increase.
     """
 
     def __init__(self, rate: float) -> None:

@@ -1,12 +1,12 @@
 """Track how far the camera has moved around the sitter, from the background of a video.
 
-Background points shared by two frames determine the camera's rotation between them; on a wall
-without points, its shading does, shifted against that of the previous frame. Frame by frame, these
-rotations form a chain. Where it returns to an earlier view, both ends have the same direction. That
-determines the focal length, which few videos state, and removes the drift. Distances are ignored:
-if the background is near, a turn appears slightly smaller.
+Background points that two frames share determine the camera's rotation between them. On a wall
+without such points, the shift of the shading from the previous frame determines it instead. Frame
+by frame, these rotations form a chain. Where the chain returns to an earlier view, both ends have
+the same direction. That determines the focal length, which few videos state, and removes the drift.
+Distances are ignored, so if the background is near, a turn appears slightly smaller.
 
-The camera's axes are right, down, front.
+The camera's axes are right, down and front.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from app.core.localization.recapture_registration import fit_rotation
 from app.core.localization.rotation import unit_rays
 
 USUAL_FOCAL: Final = 0.8
-"""Default focal length over the longer side: a phone's main camera."""
+"""Default focal length divided by the picture's longer side, as for a phone's main camera."""
 
-_LONGER: Final = 480  # pixels: side of the picture in which points are described
+_LONGER: Final = 480  # longer side, in pixels, of the picture in which points are described
 _POINTS: Final = 300
-_APART: Final = 0.01  # of the longer side: closer rivals are the same point
+_APART: Final = 0.01  # fraction of the longer side; closer rivals are the same point
 _ALIKE: Final = 0.75
 _MISFIT_PX: Final = 2.0
-_LEAST: Final = 12  # points that agree
+_LEAST: Final = 12  # minimum number of points that agree
 _LEAST_RETURN: Final = 16
-_THUMB: Final = 96  # pixels: longer side of the shading
-_ROOM: Final = 0.25  # of the thumbnail: largest shift
+_THUMB: Final = 96  # longer side of the shading, in pixels
+_ROOM: Final = 0.25  # largest shift, as a fraction of the thumbnail
 _OVERLAP: Final = 0.25
 _SURE: Final = 0.85  # correlation of a reliable shift
-_SMOOTH: Final = 3  # frames on both sides: a hand trembles, the path does not
-_RETURN_DEG: Final = (200.0, 560.0)  # of the chain, while its lens is unknown
-_LOOKS_BACK: Final = 10  # early frames that later ones are compared with
+_SMOOTH: Final = 3  # frames on each side, since a hand trembles but the path does not
+_RETURN_DEG: Final = (200.0, 560.0)  # range of the chain for a return, while the lens is unknown
+_LOOKS_BACK: Final = 10  # number of early frames that later ones are compared with
 _FOCALS: Final = (0.35, 3.0)
-_UPRIGHT_DEG: Final = 60.0  # a turn from which its axis shows the vertical
+_UPRIGHT_DEG: Final = 60.0  # minimum turn whose axis reveals the vertical
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,12 +53,12 @@ class Background:
     """Feature points of a frame's background.
 
     Attributes:
-        places: (N, 2) float32. From the middle to the right and down, relative to the picture's
-            longer side.
+        places: (N, 2) float32. Positions of the points, right and down from the middle, relative to
+            the picture's longer side.
         picture, beside: (h, w, 3) uint8 and (h, w) bool. The frame reduced in size, and a mask of
             the area without the sitter.
-        shading, mask: (h, w) float32 and bool. The same, smaller, in grey.
-        face: Position of the face, in the same unit, or None if there is none.
+        shading, mask: (h, w) float32 and bool. The same two, smaller and in grey.
+        face: Position of the face in the unit of `places`, or None if there is no face.
     """
 
     features: Features = field(repr=False)
@@ -75,7 +75,7 @@ class FramePair:
     """Positions of the same points in two frames, (N, 2) float64, as in `Background`.
 
     Attributes:
-        assumed: Whether nothing could be followed, and the previous turn is assumed to continue.
+        assumed: Whether the previous turn is assumed to continue because nothing could be followed.
     """
 
     before: Float64 = field(repr=False)
@@ -83,7 +83,7 @@ class FramePair:
     assumed: bool = False
 
     def rotation(self, focal: float) -> Float64:
-        """Return the rotation from the camera's axes before to those after, (3, 3)."""
+        """Return the rotation, (3, 3), from the camera's axes before to those after."""
         return fit_rotation(*(unit_rays(each, 1 / focal) for each in (self.after, self.before)))
 
 
@@ -96,10 +96,10 @@ class Headings:
             from above; more than 360 after a full turn.
         rotations: (n, 3, 3) float64. From the camera's axes to level ones that look at the sitter
             from the lens's position in the first frame.
-        focal: Focal length over the picture's longer side.
+        focal: Focal length divided by the picture's longer side.
         closed: Whether the video returned to an earlier view.
-        error_deg: Gap between its ends before the drift was removed.
-        assumed: Fraction of the steps in which nothing of the background could be followed.
+        error_deg: Gap between the ends of the video before the drift was removed.
+        assumed: Fraction of the steps in which no background could be followed.
     """
 
     turns_deg: Float64
@@ -115,7 +115,7 @@ def background(picture: Bytes, face: Face | None) -> Background:
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
-        face: The sitter's face, which is excluded with the body, or None if there is none.
+        face: The sitter's face, which is excluded together with the body, or None if there is none.
     """
     longer = max(picture.shape[:2])
     small, _ = shrunk(picture, _LONGER / longer)
@@ -128,7 +128,7 @@ def background(picture: Bytes, face: Face | None) -> Background:
         across, down = (left + right) / 2, (top + bottom) / 2
         place = (float(across - middle[0]) / scale, float(down - middle[1]) / scale)
         side = max(right - left, bottom - top)
-        # Hair and neck, and shoulders down to the edge.
+        # Exclude hair and neck, and the shoulders down to the edge.
         for half, *ends in ((0.9, top - 0.7 * side, bottom), (1.9, bottom, scale)):
             sides = across - half * side, across + half * side
             rows, columns = (slice(*(max(round(x), 0) for x in pair)) for pair in (ends, sides))
@@ -143,7 +143,7 @@ def background(picture: Bytes, face: Face | None) -> Background:
 
 
 def link(before: Background, after: Background) -> FramePair | None:
-    """Match two frames; return None if too few points agree."""
+    """Match two frames, or return None if too few points agree."""
     pairs = pair(
         before.features.descriptors, after.features.descriptors, after.places, _APART, _ALIKE
     )
@@ -153,7 +153,7 @@ def link(before: Background, after: Background) -> FramePair | None:
     # A homography describes a turn in front of a distant background without knowing the lens.
     pixels = one * _LONGER, other * _LONGER
     matrix, inside = cv2.findHomography(*pixels, cv2.USAC_MAGSAC, _MISFIT_PX, maxIters=1000)
-    # None if nothing fits, despite the type stubs.
+    # The matrix is None if nothing fits, despite the type stubs.
     agree = np.asarray(inside).ravel() > 0 if np.ndim(matrix) == 2 else np.zeros(len(one), bool)
     if agree.sum() < _LEAST:
         return None
@@ -166,8 +166,8 @@ def step(
     """Return the camera's rotation from one frame to the next.
 
     Args:
-        last: The previous step, which continues if nothing can be followed.
-        pace: Time of this step over the time of the last.
+        last: The previous step, which is continued if nothing can be followed.
+        pace: Duration of this step divided by that of the last.
     """
     pair_link = link(before, after)
     slid = None if pair_link is not None else _slid(before, after)
@@ -181,10 +181,11 @@ _GRID: Final = np.stack(np.meshgrid([-0.3, 0.3], [-0.2, 0.2]), axis=-1).reshape(
 
 
 def _slid(before: Background, after: Background) -> Float64 | None:
-    """Return the shift of the shading, (2,) of the longer side, or None if it fits nowhere well.
+    """Return the shift of the shading, (2,), or None if no shift fits well.
 
-    Correlation over the pixels visible in both (D. Padfield, Masked object registration in the
-    Fourier domain, IEEE TIP 2012, eq. 20).
+    The shift is relative to the longer side. It maximises the correlation over the pixels visible
+    in both frames (D. Padfield, Masked object registration in the Fourier domain, IEEE TIP 2012,
+    eq. 20).
     """
     rows, columns = before.shading.shape
     size = 2 * rows, 2 * columns
@@ -216,7 +217,7 @@ def _slid(before: Background, after: Background) -> Float64 | None:
 
 
 def _between(scores: Float64, best: int) -> float:
-    """Return the offset of the peak of a parabola through three scores from the middle one."""
+    """Return how far the peak of a parabola through three scores is from the middle score."""
     if not 0 < best < len(scores) - 1:
         return 0.0
     low, top, high = (float(one) for one in scores[best - 1 : best + 2])
@@ -230,7 +231,7 @@ def find_headings(
 
     Args:
         steps: Results of `step`, from each frame to the next.
-        focal: Focal length over the picture's longer side, if known.
+        focal: Focal length divided by the picture's longer side, or None if unknown.
     """
     lens = focal or USUAL_FOCAL
     chain = _chain(steps, lens)
@@ -240,7 +241,7 @@ def find_headings(
         chain = _chain(steps, lens)
     error = _without_drift(chain, ends, lens) if ends else 0.0
     level = _upright(chain) @ chain
-    # Toward the sitter, in the camera's axes.
+    # Directions toward the sitter, in the camera's axes.
     ahead = np.array([[one.face[0] / lens if one.face else 0.0, 0.0, 1.0] for one in frames])
     toward = np.einsum("nij,nj->ni", level, ahead)
     turns = _smooth(np.degrees(np.unwrap(np.arctan2(toward[:, 0], toward[:, 2]))))
@@ -268,7 +269,7 @@ def _chain(steps: Sequence[FramePair], focal: float) -> Float64:
 
 
 def _axis(chain: Float64) -> Float64:
-    """Return down, in the axes of the first camera, (3,), from the axis of a long turn."""
+    """Return the downward direction, (3,), in the first camera's axes, from a long turn's axis."""
     steps = np.array([_vector(*pair) for pair in itertools.pairwise(chain)]).reshape(-1, 3)
     axis = (np.sign(steps[:, 1:2]) * steps).sum(axis=0)
     if math.degrees(float(np.linalg.norm(axis))) < _UPRIGHT_DEG:
@@ -277,7 +278,7 @@ def _axis(chain: Float64) -> Float64:
 
 
 def _vector(before: Float64, after: Float64) -> Float64:
-    """Return the rotation vector from one camera to another, in the chain's axes, in radians."""
+    """Return the rotation vector from one camera to another, in the chain's axes and in radians."""
     return sphere.to_vector(after @ before.T)
 
 
@@ -289,7 +290,7 @@ def _walk(chain: Float64) -> Float64:
 
 
 def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, int], FramePair]:
-    """Return matches between early frames and late ones with the same view after a turn."""
+    """Return the matches between early frames and late ones with the same view after a turn."""
     walk = _walk(chain)
     links: dict[tuple[int, int], FramePair] = {}
     early = np.unique(np.linspace(0, len(frames) // 3, _LOOKS_BACK).astype(int))
@@ -328,7 +329,7 @@ def _closing_focal(steps: Sequence[FramePair], ends: Mapping[tuple[int, int], Fr
 def _without_drift(
     chain: Float64, ends: Mapping[tuple[int, int], FramePair], focal: float
 ) -> float:
-    """Rotate the chain evenly until its ends meet; return the gap between them, in degrees."""
+    """Rotate the chain evenly until its ends meet, and return the gap between them in degrees."""
     drifts = []
     for (before, after), pair_link in ends.items():
         end_pose = chain[before] @ pair_link.rotation(focal).T

@@ -1,10 +1,11 @@
 """Estimate the light of a place from a face at many turns.
 
-Each turn shows the same head in the same light, rotated around it. All turns together determine the
-light by deconvolution, and with it the exposure of each frame. The face's own albedo is ambiguous:
-what is equal at all turns may also be light from above. Pictures are products of light and
-transport for each azimuth frequency (eq. 1 for all turns at once, as in `app.core.solver.search`).
-The light is not negative (FISTA: A. Beck and M. Teboulle, SIAM J. Imaging Sciences 2009).
+Each turn shows the same head, with the same light rotated around it. All turns together determine
+the light by deconvolution, and with it the exposure of each frame. The face's own albedo is
+ambiguous, since a pattern that is the same at all turns may also be light from above. Pictures are
+products of light and transport for each azimuth frequency (eq. 1 for all turns at once, as in
+`app.core.solver.search`). The light is constrained not to be negative (FISTA: A. Beck and
+M. Teboulle, SIAM J. Imaging Sciences 2009).
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from app.core.base.arrays import Bools, Float32, Float64
 from app.core.environment.environment import energy, solid_angles
 from app.core.faces.face_on_head import head_map
 
-_DAMPING: Final = 1e-4  # of the largest eigenvalue: suppresses light that no skin shows
+_DAMPING: Final = 1e-4  # relative to the largest eigenvalue; suppresses light that no skin shows
 _HELD_NEAR: Final = 1e-3  # the same, toward the expected light
-_FLOOR: Final = 0.5  # of the expected light: lower limit
+_FLOOR: Final = 0.5  # lower limit, relative to the expected light
 MOST: Final = 4.0
 """Upper limit of the light, relative to the visible, unclipped light."""
 
-_ROUNDS: Final = 8  # light and exposures in turn
+_ROUNDS: Final = 8  # fits of light and exposures in turn
 _STEPS: Final = 60
-_NEAR_DEG: Final = 6.0  # of a turn: frames further away do not show it
+_NEAR_DEG: Final = 6.0  # frames farther from a turn do not show it
 _FEWEST: Final = 0.02  # weight below which a pixel counts as hidden
 
 
@@ -40,7 +41,7 @@ class FaceTurns:
     Attributes:
         pictures: (Q, 64) float64. Luminance at the pixels of `head_map().skin`, each turn in its
             own exposure.
-        visible: (Q, 64) bool.
+        visible: (Q, 64) bool. Whether each pixel is visible at each turn.
         levels: (n,) float64. Mean of the skin in each frame, as exposed by the camera.
     """
 
@@ -59,9 +60,9 @@ class FilmedLight:
     """Light estimated from a video.
 
     Attributes:
-        luminance: (H, W) float64. Panorama coordinates, the video's first turn in the middle; mean
-            1 over the sphere.
-        exposures: (64,) float64. Factors that convert the picture of each turn to this unit.
+        luminance: (H, W) float64. Light in panorama coordinates, with the video's first turn in the
+            middle and a mean of 1 over the sphere.
+        exposures: (64,) float64. Factors that convert the picture at each turn to this unit.
         misfit: Deviation of the model from the pictures, relative to the pictures' own contrast.
     """
 
@@ -75,7 +76,7 @@ def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -
 
     Args:
         turns_deg: (n,) float64. Direction of the nose at each frame.
-        greys, visible: (n, N * N) float32 and bool. From `app.core.faces.face_on_head.on_head`.
+        greys, visible: (n, N * N) float32 and bool, from `app.core.faces.face_on_head.on_head`.
         trust: (n,) float64. Weight of each frame.
     """
     skin = head_map().skin
@@ -91,12 +92,12 @@ def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _TurnedTransport:
-    """The transport of the skin, by azimuth frequency.
+    """The transport of the skin by azimuth frequency.
 
     Attributes:
         spectra: (Q, H, M). The transport.
-        products: (M, H, H). Its products with itself.
-        largest: Their largest eigenvalue.
+        products: (M, H, H). Products of the transport with itself.
+        largest: Largest eigenvalue of the products.
     """
 
     spectra: NDArray[np.complex128]
@@ -105,13 +106,13 @@ class _TurnedTransport:
     shape: tuple[int, int]
 
     def pictures(self, light: Float64) -> Float64:
-        """Return the pictures of the skin, (Q, 64), in the light, (H, W), at all turns."""
+        """Return the pictures of the skin, (Q, 64), under a light, (H, W), at all turns."""
         spectrum = np.fft.rfft(light, axis=1)
         images = np.einsum("qhm,hm->mq", self.spectra, spectrum, optimize=True)
         return np.asarray(np.fft.irfft(images.T, n=self.shape[1], axis=1))
 
     def against(self, pictures: Float64) -> NDArray[np.complex128]:
-        """Apply the adjoint of the transport to pictures, (Q, 64); return (H, M)."""
+        """Apply the adjoint of the transport to pictures, (Q, 64), and return (H, M)."""
         spectrum = np.fft.rfft(pictures, axis=1)
         return np.asarray(np.einsum("qhm,qm->hm", self.spectra.conj(), spectrum, optimize=True))
 
@@ -136,8 +137,8 @@ def find_light(
     """Estimate the light that explains a face at its turns.
 
     Args:
-        likely: Expected light where the face carries no information, and the first exposures.
-        most: Upper limit, (H, W), in the unit of `likely`.
+        likely: Light to expect where the face carries no information, and the initial exposures.
+        most: Upper limit of the light, (H, W) or one number, in the unit of `likely`.
     """
     transport = _transport()
     prior = np.zeros(transport.shape) if likely is None else likely.luminance

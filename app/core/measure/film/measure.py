@@ -1,4 +1,4 @@
-"""Measure from a video of a turning sitter: light read from the face and its surroundings."""
+"""Measure from a video of a turning sitter, reading the light from the face and surroundings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class FilmOptions(WayOptions):
     """Options for a video.
 
     Attributes:
-        film: Its result, if it was read while it was recorded.
+        film: The result, if the video was read while it was being recorded, or None.
     """
 
     film: Film | None = None
@@ -36,9 +36,10 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from one film; azimuth 0 is the position of the lens in its first frame.
+    """Measure from one film, with azimuth 0 at the position of the lens in the first frame.
 
-    Raises as `measurement.Entry`, and if no face is visible or nothing turns.
+    The errors are those of `measurement.Entry`, with a `ProbeError` if no face is visible or
+    nothing turns.
     """
     options, token = options or MeasureOptions(), token or Token()
     (video,) = files

@@ -1,7 +1,8 @@
-"""Read mirroring and camera from a video's header, which OpenCV ignores.
+"""Read the mirroring and the camera from a video's header, which OpenCV ignores.
 
-The header is `moov` of ISO/IEC 14496-12. The matrix of a track (8.3.2) rotates its pictures, and
-may mirror them, as for a phone's front camera. OpenCV rotates them but does not mirror them.
+The header is the box `moov` of ISO/IEC 14496-12. The matrix of a track (8.3.2) rotates the track's
+pictures and may mirror them, as for a phone's front camera. OpenCV rotates them but does not mirror
+them.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.atomic_files import open_file
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
-"""Suffixes for file dialogs; a video is recognised by its content."""
+"""Suffixes for file dialogs. The program itself recognises a video by its content."""
 
 _MOST_BYTES: Final = 32 << 20
 _MOST_BOXES: Final = 4096
@@ -28,12 +29,13 @@ _FRONT: Final = b"front camera"  # in the lens model of QuickTime's metadata
 
 @dataclass(frozen=True, slots=True)
 class MovieHeader:
-    """Header of a video.
+    """The header of a video.
 
     Attributes:
-        flip: Axis of a frame from OpenCV, (H, W, 3), that must still be reversed, or None for a
-            video that is not mirrored.
-        front_camera: Whether a phone's front camera recorded it, whose videos may be mirror images.
+        flip: Axis of a frame from OpenCV, (H, W, 3), that must still be reversed, or None if the
+            video is not mirrored.
+        front_camera: Whether a phone's front camera recorded the video, which may then be a mirror
+            image.
     """
 
     flip: int | None = None
@@ -45,7 +47,7 @@ class MovieHeader:
 
 
 def read_movie_header(path: Path) -> MovieHeader:
-    """Read a video's header; an empty one for unknown formats."""
+    """Read a video's header, or return an empty one for unknown formats."""
     try:
         with open_file(path) as stream:
             moov = _moov(stream, path.stat().st_size)
@@ -56,7 +58,7 @@ def read_movie_header(path: Path) -> MovieHeader:
 
 
 def _moov(stream: BinaryIO, length: int) -> bytes:
-    """Return the header's content; empty if there is none of a plausible size."""
+    """Return the content of the header, or nothing if there is none of a plausible size."""
     start = 0
     for _ in range(_MOST_BOXES):
         stream.seek(start)

@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class FilmPart(Remark):
-    """Part of the turn with a visible face."""
+    """Only part of the turn shows a face."""
 
     seen_deg: int
 
@@ -26,14 +26,14 @@ class FilmOpen(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FilmBlank(Remark):
-    """Fraction of the video, 0 to 1, with a featureless background."""
+    """Part of the video, `share` from 0 to 1, has a featureless background."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True)
 class FilmRough(Remark):
-    """The face changed more than light explains."""
+    """The face changed more than the light can explain."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """Build a panorama from the backgrounds of a video.
 
-The face serves as the grey card: the light that explains it gives each frame's exposure. Lamps and
-windows are clipped as in any single exposure, and areas that no frame shows are filled from their
-surroundings.
+The face serves as a grey card: the light that explains the face also determines each frame's
+exposure. Lamps and windows are clipped as in any single exposure, and areas that no frame shows are
+filled from their surroundings.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import wrapped_blur
 
 SHAPE: Final = (512, 1024)
-_MOST: Final = 24  # frames: one every 15 degrees
-_LEAST: Final = 0.12  # of the sphere: with less, there is too little to fill the rest from
+_MOST: Final = 24  # maximum number of frames, one every 15 degrees
+_LEAST: Final = 0.12  # minimum fraction of the sphere, to have enough for filling the rest
 # the camera looks in the direction of the sitter's back
 _BEHIND: Final = np.diag([1.0, -1.0, -1.0])
-_CLIPPED: Final = 0.05  # fraction of a texel from which it counts as clipped
+_CLIPPED: Final = 0.05  # clipped fraction from which a texel counts as clipped
 _DETAIL: Final = (0.2, 5.0)
 
 
 def surroundings(
     frames: Sequence[Background], headings: Headings, gains: Float64
 ) -> tuple[FloatImage, Float32] | None:
-    """Combine the backgrounds and fill the rest, or None if they cover too little.
+    """Combine the backgrounds and fill the rest, or return None if they cover too little.
 
     Args:
-        gains: (n,) float64. Radiance of linear 1 in each frame, or nan if unknown.
+        gains: (n,) float64. Radiance of linear 1 in each frame, or NaN if unknown.
 
     Returns:
-        (512, 1024, 3) float32 radiance, with the lens of the first frame in the middle; and (512,
-        1024) float32, 1 where the light is visible and not clipped.
+        The radiance, (512, 1024, 3) float32, with the lens of the first frame in the middle, and a
+        mask, (512, 1024) float32, which is 1 where the light is visible and not clipped.
     """
     rows = np.flatnonzero(np.isfinite(gains))
     picks = rows[np.unique(np.linspace(0, len(rows) - 1, _MOST).astype(int))].tolist()
@@ -67,7 +67,7 @@ def surroundings(
 
 
 def with_detail(light: Float64, panorama: FloatImage) -> FloatImage:
-    """Add a panorama's detail and colours, (h, w, 3), to light, (H, W), keeping its means."""
+    """Add a panorama's detail and colours, (h, w, 3), to light, (H, W), keeping local means."""
     size = (panorama.shape[1], panorama.shape[0])
     texel = panorama.shape[1] / light.shape[1]
     smooth = wrapped_blur(luminance(panorama).astype(np.float32), texel)[..., None]
@@ -81,7 +81,7 @@ def with_detail(light: Float64, panorama: FloatImage) -> FloatImage:
 
 
 def _resized(picture: FloatImage, size: tuple[int, int]) -> FloatImage:
-    """Enlarge a panorama, wrapping around its edge."""
+    """Enlarge a panorama seamlessly across its edge."""
     share = size[0] // picture.shape[1]
     larger = (size[0] + 2 * share, size[1])
     larger_picture = cv2.resize(wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)

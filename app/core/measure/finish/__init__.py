@@ -1,1 +1,1 @@
-"""Finishing of a panorama: lamps, a restored sun, the tripod's mask, and doubts."""
+"""Finish a panorama: lamps, a restored sun, the tripod's mask, and doubtful answers."""

@@ -1,12 +1,12 @@
-"""The clip audit: missing light, and the results that depend on it.
+"""The clip audit, which finds missing light and the results that depend on it.
 
 Where every frame is clipped, the merged panorama is a lower bound. The audit reports how much light
-is affected, computes the results for brighter light, and separates the styles that would lose from
-it from the others. A style is in doubt if its turn would give up more than 5% of what the place
-could give, if any clipped lamp, any part of a wide one, or all of them together were 1, 3, 6 or 10
-stops brighter. Styles that would come into reach or go out of it are reported as well. On brackets
-of 20 places, clipped 1 to 15 stops deep, every result with an error of more than 10% was among
-those in doubt.
+is affected, computes the results for brighter light, and separates the styles that would lose with
+brighter light from the others. A style is in doubt if its turn would lose more than 5% of what the
+place could give if any clipped lamp, any part of a wide lamp, or all lamps together were 1, 3, 6 or
+10 stops brighter. Styles that would come within reach or go out of reach are reported as well. For
+brackets of 20 places, clipped 1 to 15 stops deep, every result with an error of more than 10% was
+among those in doubt.
 
 `choices` finds the turns for many lights at once, by the rule of `app.core.solver.turn_choice`
 without its refinement.
@@ -47,7 +47,7 @@ from app.core.solver.solve import measure
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, StyleMeasures
 from app.core.styles.style_pack import StylePack
 
-_AT_ONCE: Final = 16  # lights; few enough to keep their spectra in the cache
+_AT_ONCE: Final = 16  # number of lights, few enough to keep their spectra in the cache
 
 
 def choices(
@@ -59,11 +59,11 @@ def choices(
     """Choose the turns of all styles under each of several lights.
 
     Args:
-        lights: (H, W, 3) radiance or (H, W) luminance each, at turn 0 in the pack's size, linear
-            Rec. 709, any exposure.
+        lights: One array per light, (H, W, 3) radiance or (H, W) luminance, at turn 0 in the pack's
+            size, linear Rec. 709, at any exposure.
 
     Raises:
-        EnvironmentFileError: If one is black or not finite.
+        EnvironmentFileError: If a light is black or not finite.
     """
     parts = []
     for start in range(0, len(lights), _AT_ONCE):
@@ -78,13 +78,13 @@ def choices(
 def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
     """Return the fraction of a style's range that another turn loses, (S,) or (N, S), 0 to 1.
 
-    It is the best value of the objective among the permitted turns, minus its value at the given
-    turn, over the range of the objective's curve. A turn of a lower grade that matches better loses
-    as much, since it lacks the grade.
+    The loss is the best value of the objective among the permitted turns, minus the value at the
+    given turn, divided by the range of the objective's curve. A turn of a lower grade that matches
+    better loses by the same rule, since it lacks the grade.
 
     Args:
         truth: Choice under the true light.
-        turns: (S,) in 0..63. Turn of each style.
+        turns: (S,) integers in 0..63. Turn of each style.
     """
     best = np.where(truth.eligible, truth.curve, -np.inf).max(axis=-1)
     at_turns = truth.curve[..., np.arange(len(turns)), turns]
@@ -97,12 +97,12 @@ GAINS: Final = (1.0, 3.0, 6.0)
 """Stops by which clipped lamps are assumed brighter in the report."""
 
 DOUBT: Final = 0.05
-"""Fraction of the range of a style's curve that its turn may give up before it is in doubt."""
+"""Fraction of the range of a style's curve that its turn may lose before the style is in doubt."""
 
 BLIND: Final = "blind"
-"""Stands in for a lamp's letter for light that was filled in because no frame shows it."""
+"""Used in place of a lamp's letter for light that was filled in because no frame shows it."""
 
-_FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind an apparent window
+_FURTHER: Final = 10.0  # stops, as for a bare bulb or the sun behind an apparent window
 _PART_GAINS: Final = (3.0, 6.0)
 _WIDE_DEG: Final = 20.0
 _PART_ROWS, _PART_COLUMNS = 6, 16  # blocks of 30 x 22.5 degrees
@@ -111,7 +111,7 @@ _PART_SHARE: Final = 0.02  # minimum fraction of all clipped light for a part to
 
 @dataclass(frozen=True, slots=True)
 class WhatIf:
-    """A style's best turn in degrees if a lamp were brighter by some stops."""
+    """A style's best turn in degrees if one lamp were brighter by a number of stops."""
 
     light: str
     stops: float
@@ -121,16 +121,17 @@ class WhatIf:
 
 @dataclass(frozen=True, slots=True)
 class StyleChange:
-    """Dependence of a style's result on clipped light; its grid turn is in degrees.
+    """How a style's result depends on clipped light.
 
     Attributes:
-        cases: Every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored light
-            at both ends of its likely range.
+        turn_deg: Turn on the search grid, in degrees.
+        cases: The best turns with each clipped lamp and with all of them 1, 3 and 6 stops brighter,
+            and with a restored light at both ends of its likely range.
         worst: Largest loss in any case, including parts of wide lamps and 10 stops.
         least_stops: Smallest brightening in the trials that puts the turn in doubt, or None if none
             does.
-        reach_stops: Smallest brightening that brings the style into reach or out of it, or None if
-            none does.
+        reach_stops: Smallest brightening that brings the style within reach or out of reach, or
+            None if none does.
     """
 
     name: str
@@ -150,12 +151,12 @@ class StyleChange:
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """Result of the clip audit.
+    """The result of the clip audit.
 
     Attributes:
-        clipped_energy_range: Fraction of the light in clipped texels, 0 to 1: as measured, a lower
-            bound; and with all clipped light 6 stops brighter, or the sun as bright as the
-            clear-sky model allows.
+        clipped_energy_range: Fraction of the light in clipped texels, 0 to 1. The first value is as
+            measured, a lower bound. The second is with all clipped light 6 stops brighter, or the
+            sun as bright as the clear-sky model allows.
     """
 
     clipped_energy_range: tuple[float, float]
@@ -184,14 +185,15 @@ def audit(
     """Audit the light that is clipped in every frame, and the answers that depend on it.
 
     Args:
-        environment: (H, W). Luminance of `merged` reduced to the pack's size, if already computed.
-        restoration: The restored sun or lamp of `merged`; its likely range is tried too, and the
-            sun is not searched for again.
+        environment: (H, W). Luminance of `merged` reduced to the pack's size, or None to compute
+            it.
+        restoration: The restored sun or lamp in `merged`, or None. Its likely range is tried too,
+            and the sun is not searched for again.
         room_stops: How many stops darker than its darkest frame the camera can go, or None if
             unknown.
-        grid: Result of `light_grid`, if already computed.
-        blind: (H, W). 1 where the light was filled because no frame shows it; it may be brighter by
-            a stop there.
+        grid: Result of `light_grid`, or None to compute it.
+        blind: (H, W). 1 where the light was filled because no frame shows it. There it may be a
+            stop brighter.
 
     Raises:
         ProbeError: If `merged` is not a full panorama.
@@ -216,7 +218,7 @@ def audit(
 def _verdict(
     changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
 ) -> tuple[Remark, ...]:
-    """Report the styles in doubt, and the brightening that it takes."""
+    """Report the styles in doubt, and how much brighter the light would have to be."""
     names = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
     if bound <= 0:
         if restoration is None or restoration.light is None or not names:
@@ -256,7 +258,7 @@ def _rest(names: Sequence[str], changes: Sequence[StyleChange]) -> tuple[str, ..
 
 
 def _between(stops: float | None, least: float, most: float) -> bool:
-    """Return whether a limit is above the least stops, and at most the most stops."""
+    """Return whether a limit is above `least` stops and at most `most` stops."""
     return stops is not None and least < stops <= most
 
 
@@ -320,7 +322,7 @@ def _changes(
 
 
 def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
-    """Return the grid turns offered in brighter light, (S,); same best turn, same offer."""
+    """Return the grid turns offered in brighter light, (S,), unchanged if the best turn is."""
     best, turns_offer = then.turns, now.copy()
     for row in np.flatnonzero(best != turns).tolist():
         turns_offer[row] = then[row].peak(int(best[row])).index
@@ -334,7 +336,7 @@ def _or_none(stops: np.floating[Any]) -> float | None:
 def _restoration_trials(
     restoration: Restoration, shape: tuple[int, int]
 ) -> list[tuple[str, float, Float64]]:
-    """Return both ends of a restored light's likely range: name, stops, and light to add."""
+    """Return the name, stops and light to add for both ends of a restored light's likely range."""
     lux, held_lux = restoration.illuminance_lux, restoration.held_lux
     if restoration.light is None or lux <= held_lux:
         return []
@@ -348,10 +350,11 @@ def _restoration_trials(
 def _brightened(
     lights: Sequence[Light], grid: LightGrid, shape: tuple[int, int]
 ) -> tuple[list[str], Float64, Float64]:
-    """Return clipped light that may be brighter, one map (K, H, W) each: lamps, parts, and all.
+    """Return the clipped light that may be brighter: each lamp, parts of wide lamps, and all.
 
-    Names are lamp ids, "" for parts of wide lamps, and "all"; the last result is the whole
-    panorama, (H, W).
+    Returns:
+        The names, which are lamp IDs, "" for a part of a wide lamp, and "all"; one map for each
+        name, (K, H, W); and the whole panorama, (H, W).
     """
     loss = grid.loss.ravel()
     clipped = [light for light in lights if light.clipped]

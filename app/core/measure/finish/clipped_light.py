@@ -1,16 +1,18 @@
-"""The light of a single photo: estimate clipped light, and find the answers that depend on it.
+"""Estimate the clipped light in a single photo, and find the answers that depend on it.
 
 A single panorama in the camera's own exposure loses between a tenth and nine tenths of the light.
-Areas that are white in all channels count as four stops brighter, those clipped in some channels as
-one stop. Of twenty rules tried on 35 places (flat gains of 2 to 32, gains by size, by depth, lamps,
-and mixes of these), none had turns that give up less, and this one is the simplest.
+Areas that are white in all channels count as four stops brighter, and those clipped in some
+channels as one stop brighter. Twenty rules were tried on 35 places: flat gains of 2 to 32, gains by
+size or by depth, lamps, and mixes of these. None had turns that lose less, and this rule is the
+simplest.
 
-Four alternatives show which turns depend on that: clipped light is no brighter than it looks; it is
-two stops brighter still; it is brightest in the middle of each white area, as the glow around the
-sun is; and one of the largest white areas, each in its turn, is no brighter than it looks. A
-style's doubt is the mean fraction of its match range that its turn gives up under the four, plus a
-term for a poor best match. The weight and the limit were chosen so that nine tenths of the turns
-that give up more than a tenth are in doubt (`benchmarks/light/plain_panorama.py`).
+Four alternatives show which turns depend on this estimate. Clipped light is no brighter than it
+looks; it is two stops brighter still; it is brightest in the middle of each white area, like the
+glow around the sun; or just one of the largest white areas, each in turn, is no brighter than it
+looks. A style's doubt is the mean fraction of its match range that its turn loses under the four
+alternatives, plus a term for a poor best match. The weight and the limit were chosen so that nine
+tenths of the turns that lose more than a tenth are in doubt
+(`benchmarks/light/plain_panorama.py`).
 """
 
 from __future__ import annotations
@@ -46,22 +48,22 @@ DOUBT: Final = 0.036
 _COLOURED_STOPS: Final = 1.0
 _BRIGHTER_STOPS: Final = 2.0  # stops by which the brighter alternative exceeds the estimate
 _UNSURE: Final = 0.11  # doubt added for a picture that does not match at all
-_CLIPPED: Final = 0.947  # linear light of code 249: JPEG changes 255 by several
-_WHITE: Final = 0.83  # least channel of white, relative to the largest
-_WHOLE: Final = 3  # alternatives for all clipped light at once
+_CLIPPED: Final = 0.947  # linear light of code 249, since JPEG changes 255 by several codes
+_WHITE: Final = 0.83  # minimum of the smallest channel in white, relative to the largest
+_WHOLE: Final = 3  # number of alternatives for all clipped light at once
 _AREAS: Final = 8
 _LEAST_SR: Final = 5e-5
 _COLUMNS: Final = 512
-_GLOW: Final = (2.0, 2.0)  # factor at its edge, and the power of 1 + depth in degrees
+_GLOW: Final = (2.0, 2.0)  # factor at an area's edge, and power of 1 + depth in degrees
 _MOST_CLIPPED: Final = 0.9  # maximum clipped fraction of the sphere
-_LEAST_LIGHT: Final = 0.004  # fraction of the frame's saturation, code 13
+_LEAST_LIGHT: Final = 0.004  # fraction of the frame's saturation, as in code 13
 
 
 def told_clipped(merged: MergedLight, name: str) -> MergedLight:
     """Mark the clipped texels of a single encoded frame.
 
     Raises:
-        ProbeError: If it is entirely clipped or black.
+        ProbeError: If the frame is entirely clipped or black.
     """
     largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
     if float(largest.max()) < _LEAST_LIGHT:
@@ -94,13 +96,13 @@ def dimmed(merged: MergedLight) -> MergedLight:
 
 
 def _gain(white: Float32, coloured: Float32, stops: float, coloured_stops: float) -> Float32:
-    """Return the factor by which each texel is brighter than it looks, (H, W, 1)."""
+    """Return the factor, (H, W, 1), by which each texel is brighter than it looks."""
     gain = 1.0 + (2.0**stops - 1.0) * white + (2.0**coloured_stops - 1.0) * coloured
     return np.asarray(gain[..., None], np.float32)
 
 
 def _shares(radiance: Float32, clipped: Float32) -> tuple[Float32, Float32]:
-    """Return the white share and the colour-clipped fraction of each texel, (H, W) each."""
+    """Return the white fraction and the colour-clipped fraction of each texel, (H, W) each."""
     is_white = radiance.min(axis=-1) >= _WHITE * radiance.max(axis=-1)
     white = clipped * is_white
     return white, clipped - white
@@ -116,8 +118,8 @@ def rough_audit(
     """Return the answers that depend on clipping in a single photo.
 
     Args:
-        looks: The light before `brightened`.
-        likely: The light after it.
+        looks: The light before `brightened`, as it looks.
+        likely: The light after `brightened`.
         grid: Grid of `likely`.
     """
     shape = pack.header.environment
@@ -149,7 +151,7 @@ def rough_audit(
 
 
 def doubts(choice: Choice) -> Float64:
-    """Return how much each style's turn under the first light depends on the other lights, (S,)."""
+    """Return how much each style's turn, (S,), under the first light depends on the others."""
     turns = choice[0].turns
     loss = given_up(choice[1:], turns)
     areas = loss[_WHOLE:].mean(axis=0) if len(loss) > _WHOLE else np.zeros(len(turns))
@@ -159,7 +161,7 @@ def doubts(choice: Choice) -> Float64:
 
 
 def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
-    """Return lights, (h, w, 3) each: likely, as it looks, brighter, glowing, and by area."""
+    """Return the light, (h, w, 3) each, as likely, as it looks, brighter, glowing and by area."""
     columns = min(looks.radiance.shape[1], _COLUMNS)
     white, coloured = _shares(looks.radiance, looks.clipped)
     planes = looks.radiance, likely.radiance, white, coloured

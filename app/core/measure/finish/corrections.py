@@ -1,4 +1,4 @@
-"""Corrections of merged light: the sun, lamps and masks, followed by the clip audit."""
+"""Correct the sun, the lamps and masked areas in merged light, and run the clip audit."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 _MOST_STOPS = 20.0
-_HALF: Final = 0.5  # fraction of a texel; if more of it was filled, it counts as a gap
+_HALF: Final = 0.5  # filled fraction from which a texel counts as a gap
 
 
 def apply_gains(
@@ -42,8 +42,8 @@ def apply_gains(
 ) -> MergedLight:
     """Brighten or darken lamps by stops.
 
-    In a clipped lamp only the clipped part changes, since the rest is known, and it no longer
-    counts as clipped; in any other, only its excess over the surroundings changes.
+    In a clipped lamp, only the clipped part changes, since the rest is known, and that part no
+    longer counts as clipped. In any other lamp, only the excess over the surroundings changes.
 
     Raises:
         ProbeError: If there is no such lamp, or a gain is not between -20 and 20 stops.
@@ -73,7 +73,7 @@ class FinishedLight:
         measured_clipped: Fraction of the light in clipped texels as measured, a lower bound, 0 to
             1.
         audit: Audit of the finished light, or None for pictures that are not panoramas.
-        unseen: (H, W) bool. Where the light was filled because no frame shows it.
+        unseen: (H, W) bool. Where the light was filled because no frame shows it, or None.
     """
 
     merged: MergedLight
@@ -147,16 +147,16 @@ def finish(
 def _put_right(
     merged: MergedLight, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
 ) -> tuple[MergedLight, Restoration | None, list[Remark]]:
-    """Restore the sun, and the lamps that the user knows better.
+    """Restore the sun, and correct the lamps for which the user has better values.
 
-    There is a restoration if the sun was searched for, found or not.
+    There is a restoration whenever the sun was searched for, whether or not it was found.
     """
     notes: list[Remark] = []
     restoration = None
     if options.sun != "leave" and grid.clipped.any():
         restoration = restore(merged, lights, options.sun, grid)
         wishes = {name.strip().upper() for name in (*options.gains, *options.lux)}
-        # The user's value for a lamp takes precedence over a model's.
+        # The user's value for a lamp takes precedence over the model's.
         if restoration.light in wishes:
             restoration = None
         elif restoration.remark is not None:

@@ -1,7 +1,7 @@
 """Render panoramas for display, with marks for clipping and masks.
 
-The tones are those of `app.core.base.colour.tone_map`, computed band by band so that a panorama
-2,048 pixels wide keeps up with an exposure slider. Pictures here are sRGB bytes.
+The tones are those of `app.core.base.colour.tone_map`, computed band by band so that the display of
+a panorama 2,048 pixels wide keeps up with an exposure slider. Pictures here are sRGB bytes.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from app.core.base.colour import FloatImage
 from app.core.measure.read.resampling import wrapped_blur
 
 WIDTH: Final = 2048
-"""Columns of a display panorama."""
+"""Number of columns of a panorama for display."""
 
 _BAND_ROWS: Final = 32
 _STEPS: Final = 32767  # fine enough that the steepest part of the sRGB curve shifts by 0.1 byte
 _BRIGHTEST: Final = 1e4
-_HATCH: Final = 12  # pixels from line to line at 2,048 columns
+_HATCH: Final = 12  # distance between lines in pixels, at 2,048 columns
 _INK: Final = (0x10, 0x10, 0x10)
 _PAPER: Final = (0xF5, 0xF5, 0xF5)
 MASK_COLOUR: Final = (0x2E, 0x86, 0xC8)
@@ -32,7 +32,7 @@ MASK_COLOUR: Final = (0x2E, 0x86, 0xC8)
 
 def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
     """Return the display gain of a linear panorama, (H, W, 3), including an offset in stops."""
-    # The same few thousand texels that the rule itself would use, before computing luminance.
+    # Pick the few thousand texels that the rule itself would use before computing luminance.
     rows = max(radiance.shape[0] // 64, 1)
     columns = max(radiance.shape[1] // 128, 1)
     few = colour.luminance(radiance[::rows, ::columns])
@@ -47,8 +47,8 @@ def display_panorama(
     The result is within one step of `app.core.base.colour.tone_map` of the same texels.
 
     Args:
-        exposure_stops: Brighter (positive) or darker than the automatic exposure.
-        width: Columns; rows keep the proportions.
+        exposure_stops: Stops to brighten (positive) or darken relative to the automatic exposure.
+        width: Number of columns. The rows follow from the proportions.
     """
     gain = display_gain(radiance, exposure_stops)
     if radiance.shape[1] != width:
@@ -65,12 +65,14 @@ def display_panorama(
 
 
 def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) -> Bytes:
-    """Hatch clipped areas in black and white on a copy.
+    """Return a copy of a picture with the clipped areas hatched in black and white.
+
+    Marks are at least two pixels wide, so that a clipped point is visible too.
 
     Args:
-        display: (h, w, 3). sRGB.
+        display: (h, w, 3) uint8. Picture in sRGB.
         clipped: (H, W), of any size with the same proportions. Clipped fraction of each texel, 0 to
-            1. Marks are widened to two pixels, so that a clipped point is visible too.
+            1.
     """
     picture = display.copy()
     size = (display.shape[1], display.shape[0])
@@ -90,11 +92,12 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
 
 
 def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
-    """Tint a mask, with an outline, on a copy.
+    """Return a copy of a picture with the mask tinted and outlined on it.
 
     Args:
-        display: (h, w, 3). sRGB.
-        mask: (H, W), of any size with the same proportions. 1 where light is to be removed, 0 to 1.
+        display: (h, w, 3) uint8. Picture in sRGB.
+        mask: (H, W), of any size with the same proportions. Fraction of the light to remove, 0 to
+            1.
     """
     size = (display.shape[1], display.shape[0])
     share = cv2.resize(np.asarray(mask, np.float32), size, interpolation=cv2.INTER_AREA)
@@ -102,7 +105,7 @@ def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
         return display.copy()
     unit = max(display.shape[1] / WIDTH, 0.25)
     inside = (share >= 0.5).astype(np.float32)
-    # A line of even width along the edge: where the blurred mask is near one half.
+    # The blurred mask is near one half along a line of even width at the edge.
     soft = wrapped_blur(inside, max(1.5 * unit, 1.0))
     line = np.clip(1.2 - np.abs(soft - 0.5) * 3.0, 0.0, 1.0)[..., np.newaxis]
     tint = (0.45 * np.clip(share, 0.0, 1.0))[..., np.newaxis]
@@ -113,9 +116,10 @@ def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
 
 
 def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> None:
-    """Apply `colour.tone_map` to a few rows into `out`; `work` is scratch of six planes.
+    """Apply `colour.tone_map` to a few rows and write the result to `out`.
 
-    The largest channel decides: out = level white + channel (level (1 - white) / largest).
+    `work` is scratch space for six planes. The largest channel determines the factors in
+    out = level white + channel (level (1 - white) / largest).
     """
     planes = cv2.split(band, list(work[:3]))
     largest, over, level = work[3], work[4], work[5]

@@ -1,15 +1,14 @@
-"""Find answers that depend on missing light: clipped, or in gaps.
+"""Find answers that depend on missing light, either clipped or in gaps.
 
-One rule applies to every source: a photo, a file with a clipped lamp, or a stitched panorama with a
-gap. The light is changed in all plausible ways, and a style whose answer changes with it is in
-doubt.
+The same rule applies to a photo, a file with a clipped lamp and a stitched panorama with a gap. The
+light is changed in all plausible ways, and a style whose answer changes with the light is in doubt.
 
 Clipped light is assumed brighter as in `measure.finish.clipped_light`: all of it by some stops, the
 middle of each white area more than its edge, and one of the largest areas alone.
 
-Gaps are filled from their surroundings. They may be dark, or several times as bright, or hide a
-lamp in any direction, a weak one below the horizon. The strengths were chosen so that of the styles
-whose answer differs from that of the whole panorama, 96% are in doubt (see
+Gaps are filled from their surroundings. In reality they may be dark or several times as bright, or
+hide a lamp in any direction, which below the horizon is a weak one. The strengths were chosen so
+that of the styles whose answer differs from that of the whole panorama, 96% are in doubt (see
 `benchmarks/light/marred_panoramas.py`).
 """
 
@@ -33,22 +32,22 @@ from app.core.styles.style_pack import StylePack
 
 _COLUMNS: Final = 2048
 _FEW_STOPS: Final = 2.0
-_WHOLE: Final = 2  # further alternatives for all clipped light
-_GIVEN_UP: Final = 0.05  # fraction of a curve's range
-_FAR_TURNS: Final = 2  # turns of the grid: 11 degrees
-_FACTORS: Final = (0.0, 4.0)  # factors of the filled light
+_WHOLE: Final = 2  # number of further alternatives for all clipped light
+_GIVEN_UP: Final = 0.05  # maximum loss, as a fraction of a curve's range
+_FAR_TURNS: Final = 2  # steps of the grid, or 11 degrees
+_FACTORS: Final = (0.0, 4.0)  # factors for the filled light
 _BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, each of which may hide a lamp
-_LEAST_GAP: Final = 0.03  # minimum fraction of a block
+_LEAST_GAP: Final = 0.03  # minimum fraction of a block that is a gap
 _LEAST_STRENGTH: Final = 0.3
-_WIDE: Final = 0.2  # fraction of all light that the whole gap may add
-_LAMP: Final = 0.2  # fraction of all light that a lamp in a block may add
+_WIDE: Final = 0.2  # maximum that the whole gap may add, as a fraction of all light
+_LAMP: Final = 0.2  # maximum that a lamp in a block may add, as a fraction of all light
 _GROUND_LAMP: Final = 0.04
-_GROUND_ROW: Final = 3  # 45 degrees below the horizon and lower
+_GROUND_ROW: Final = 3  # first row at least 45 degrees below the horizon
 
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """Styles whose turn or grade depends on clipped light, and on gaps."""
+    """Styles whose turn or grade depends on clipped light, and those that depend on gaps."""
 
     clipped: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
@@ -111,11 +110,11 @@ def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: 
 
 
 def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
-    """Return light that the gaps may hide, (h, w) each: everywhere in them, and by blocks.
+    """Return the light that gaps may hide, (h, w) each, everywhere in the gaps and by block.
 
     Args:
-        cover: (h, w). Fraction of each texel in a gap.
-        light: (h, w, 3). Light of the panorama.
+        cover: (h, w) float32. Fraction of each texel in a gap.
+        light: (h, w, 3) float32. Light of the panorama.
     """
     height, width = cover.shape
     areas = np.repeat(solid_angles((height, width))[:, None], width, axis=1)
@@ -134,7 +133,7 @@ def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
 
 
 def _strength(row: int, gap: float) -> float:
-    """Return the fraction of all light that a lamp adds in a block with that fraction of gap."""
+    """Return the fraction of all light that a lamp adds in a block, given the block's gap."""
     return (_GROUND_LAMP if row >= _GROUND_ROW else _LAMP) * min(
         max(2.0 * gap, _LEAST_STRENGTH), 1.0
     )
@@ -152,7 +151,7 @@ def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
 
 
 def _has_changed(choice: Choice) -> Bools:
-    """Return whether any later light changes a style's grade, or makes its turn a loss."""
+    """Return whether any light after the first changes a style's grade or makes its turn lose."""
     turns, best = choice[0].turns, choice.best
     best[0] = turns
     loss = given_up(choice[1:], turns)

@@ -1,11 +1,11 @@
-"""Lamps, windows and clipping of a place, for lists and advice.
+"""Find a place's lamps, windows and clipping, for lists and advice.
 
-Directions are those of the panorama, as seen by a sitter who faces the photographer (azimuth 0): in
-front is the photographer's side, right is the sitter's right.
+Directions are those of the panorama, as seen by a sitter who faces the photographer (azimuth 0). In
+front is the photographer's side, and right is the sitter's right side.
 
-A reopened place, or a panorama from another source, has no clip mask from a merge. If its
-bracket is known, so is the level at which the darkest frame clipped, which is sufficient: light at
-that level may have been brighter.
+A reopened place, or a panorama from another source, has no clip mask from a merge. If the bracket
+is known, so is the level at which the darkest frame clipped. That level is sufficient, since light
+at that level may have been brighter.
 """
 
 from __future__ import annotations
@@ -33,33 +33,33 @@ from app.core.measure.read.frame import MergedLight
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
 _WORTH_SAYING: Final = 3
-_SHAPES: Final = 0.15  # fraction of a place's light; less does not shape a face
-# Upper limits of such sources, cd/m2: a sunlit cloud through a window; a bare bulb.
+_SHAPES: Final = 0.15  # minimum fraction of a place's light that shapes a face
+# Upper limits in cd/m2, for a sunlit cloud through a window and for a bare bulb.
 _WINDOW_CD_M2: Final = 50_000.0
 _LAMP_CD_M2: Final = 2_000_000.0
 _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
 
-# Classification of lights by position, size, and brightness relative to their surroundings.
-_WINDOW_DEG: Final = (6.0, 60.0)  # size
-_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # elevation range of its centre in degrees
-_BELOW_DEG: Final = -2.0  # its upper edge, for light entirely below the horizon
-_GROUND_DEG: Final = -15.0  # centre of ground, which approaches the horizon only far away
+# Lights are classified by position, size, and brightness relative to their surroundings.
+_WINDOW_DEG: Final = (6.0, 60.0)  # range of a window's size
+_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # elevation range of a window's centre
+_BELOW_DEG: Final = -2.0  # maximum upper edge of light entirely below the horizon
+_GROUND_DEG: Final = -15.0  # maximum centre of ground, which reaches the horizon only far away
 _GROUND_SIZE_DEG: Final = 10.0
 _BARE: Final = 50.0  # times the mean of the sphere; a brighter area is a source, not ground
 _TUBE: Final = 100.0  # times that mean; a strip this bright is a tube, not a gap in a wall
-_HIGH_DEG: Final = 30.0  # centre of a wide area: a higher one is sky or ceiling
+_HIGH_DEG: Final = 30.0  # a wide area centred higher is sky or ceiling
 _SKY_DEG: Final = 10.0
-_GLOW: Final = 5.0  # times its surroundings; a dimmer area is not a window in front of an open sky
+_GLOW: Final = 5.0  # times the surroundings; a dimmer area in front of an open sky is not a window
 _OPEN: Final = 5.0  # times the ground; a brighter upper hemisphere means outdoors
-_SUN_DEG: Final = 2.5  # including the blur of a picture
-_BLUER: Final = 1.5  # blue over red of the sky, relative to that of its sun
+_SUN_DEG: Final = 2.5  # maximum size of the sun, including the picture's blur
+_BLUER: Final = 1.5  # blue over red in the sky, relative to that of the sun
 _HEMISPHERE_DEG: Final = 15.0
 _SMALL: Final = (64, 128)
 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """Medians of the surroundings above and below the horizon, for naming lights."""
+    """Properties of the surroundings above and below the horizon, for naming lights."""
 
     mean: float
     height: int
@@ -86,14 +86,14 @@ def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -
     """Classify a light.
 
     Args:
-        blueness: Blue over red of the light.
-        alone: Whether it gives most of the light of all lights in the place.
+        blueness: Blue over red in the light.
+        alone: Whether the light is most of the light of all lamps in the place.
     """
     width = 2 * place.height
     top = 90.0 - 180.0 * float(light.texels.min() // width) / place.height
     bottom = 90.0 - 180.0 * float(light.texels.max() // width + 1) / place.height
     size, up, outdoors = light.diameter_deg, light.elevation_deg, place.sky_by_ground >= _OPEN
-    # relative to the mean of the sphere
+    # relative to the mean over the sphere
     brightness = light.share * 4.0 * math.pi / light.solid_angle_sr
     if alone and size <= _SUN_DEG and up > 0.0 and place.sky_blueness > _BLUER * blueness:
         return "sun"
@@ -149,8 +149,8 @@ def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
 def darker_frames(light: Light, merged: MergedLight, kind: str) -> int:
     """Return how many more frames, each 2 EV darker, would probably capture a clipped light.
 
-    With absolute luminance this follows from the upper limit of such lights, otherwise from
-    experience.
+    If absolute luminance is known, the number follows from the upper limit for such lights,
+    otherwise from experience.
     """
     lamp = kind == "lamp" or light.diameter_deg <= 12.0
     if merged.cd_m2 is None:
@@ -166,11 +166,11 @@ def advise(
     room_stops: float | None,
     maybe: str = "",
 ) -> tuple[Remark, ...]:
-    """Return the advice of a clip audit; empty if nothing is clipped.
+    """Return the advice of a clip audit, or nothing if nothing is clipped.
 
     Args:
         room_stops: How many stops darker the camera can go, or None if unknown.
-        maybe: Id of the lamp that would be the sun if the exposure of the frames were known; or "".
+        maybe: ID of the lamp that would be the sun if the exposure of the frames were known, or "".
     """
     clipped = [light for light in lights if light.clipped]
     if not clipped:
@@ -216,10 +216,10 @@ class LampFinding:
     """A lamp, a window or the sun, for lists.
 
     Attributes:
-        kind: From `source_of`.
-        azimuth_deg, elevation_deg: Centre of its light, in degrees.
+        kind: Kind of source, from `source_of`.
+        azimuth_deg, elevation_deg: Centre of the light, in degrees.
         diameter_deg: Diameter of the disc with the same solid angle, in degrees.
-        share: Fraction of the place's light, 0 to 1; a lower bound if it is clipped.
+        share: Fraction of the place's light, 0 to 1, which is a lower bound if the lamp is clipped.
     """
 
     letter: str
@@ -238,7 +238,7 @@ class Findings:
     Attributes:
         clipped: (512, 1024) float32. Clipped fraction of each texel, or None if no clipping is
             known.
-        map: (h, w) int8. Index of each texel's lamp, -1 for none.
+        map: (h, w) int8. Index of each texel's lamp, or -1 for none.
     """
 
     lamps: tuple[LampFinding, ...] = ()
@@ -268,7 +268,7 @@ class Findings:
 
     @property
     def clipped_lamps(self) -> tuple[LampFinding, ...]:
-        """Clipped lamps, the largest share first."""
+        """The clipped lamps, largest share first."""
         return tuple(lamp for lamp in self.lamps if lamp.clipped)
 
     @property
@@ -286,13 +286,13 @@ class Findings:
 
 
 def clip_level(stops: Sequence[float]) -> float | None:
-    """Return the radiance at which the darkest frame of a bracket clips, in the unit of its merge.
+    """Return the radiance at which a bracket's darkest frame clips, or None for no frames.
 
     Args:
-        stops: True exposures relative to any common one.
+        stops: True exposures in stops, relative to any common exposure.
 
     Returns:
-        None if there are no stops.
+        The radiance in the unit of the bracket's merge.
 
     >>> clip_level([2.0, 0.0, -2.0])
     4.0
@@ -306,8 +306,8 @@ def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
     """Return a mask, (H, W), of clipped texels of a panorama, (H, W, 3).
 
     Args:
-        level: Result of `clip_level`; texels whose largest channel reaches it are clipped. None if
-            nothing is clipped.
+        level: Result of `clip_level`, or None if nothing is clipped. Texels whose largest channel
+            reaches this level are clipped.
     """
     if level is None:
         return np.zeros(radiance.shape[:2], np.float32)
@@ -320,12 +320,12 @@ def find(
     cd_m2: float | None = None,
     clipped: Float32 | None = None,
 ) -> Findings:
-    """Find the lamps and clipping of a place, (H, 2 H, 3) linear Rec. 709.
+    """Find the lamps and the clipping of a place, (H, 2 H, 3) linear Rec. 709.
 
     Args:
-        level: Radiance at which it clips (`clip_level`), or None if unknown.
+        level: Radiance at which the light clips (`clip_level`), or None if unknown.
         cd_m2: Luminance of radiance 1, or None if unknown.
-        clipped: (H, 2 H). Clipped fraction of each texel, if known.
+        clipped: (H, 2 H) float32. Clipped fraction of each texel, or None if unknown.
     """
     clipping = clipped_share(radiance, level) if clipped is None else clipped
     merged = MergedLight(

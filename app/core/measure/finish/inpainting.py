@@ -1,10 +1,10 @@
-"""Filling of masked areas from the surrounding light.
+"""Fill masked areas from the surrounding light.
 
-Under a mask the radiance becomes a membrane: the harmonic function with the values around the mask
-(Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is solved on a
-stereographic chart of the sphere, where harmonic functions stay harmonic, so the poles and the
-panorama's seam need no special treatment. A harmonic function is nowhere brighter or darker than
-its boundary, channel by channel.
+Under a mask, the radiance becomes a membrane, which is the harmonic function with the values around
+the mask (Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is
+solved on a stereographic chart of the sphere, where harmonic functions stay harmonic, so the poles
+and the panorama's seam need no special treatment. A harmonic function is nowhere brighter or darker
+than its boundary, channel by channel.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
 FEATHER_DEG: Final = 1.5
-"""Width outside the mask over which the picture fades into the filling, in degrees."""
+"""Width outside the mask, in degrees, over which the picture fades into the filling."""
 
 _MOST: Final = 0.9
 _TOUCHED: Final = 0.02
-_WIDEST: Final = 768  # columns of the copy that charts sample: 0.47 degrees
+_WIDEST: Final = 768  # columns, of 0.47 degrees each, of the copy that charts sample
 _COARSE: Final = 256
 _SIDE: Final = 256
 _MARGIN_DEG: Final = 6.0
@@ -41,14 +41,15 @@ _LAMP_RATIO: Final = 2.0
 def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> MergedLight:
     """Replace masked light, (H, W) float32, by interpolation from its surroundings.
 
-    A mask of 1 is removed. Texels masked by more than 2% are replaced with the mask's own share,
-    fading out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into it:
-    surrounding light is limited to `lamp_ratio` times its own upper quartile, keeping its hue.
-    Filled areas are neither clipped nor dark; an empty mask changes nothing.
+    The light is removed completely where the mask is 1. Texels masked by more than 2% are replaced
+    at least in proportion to the mask, which fades out over `FEATHER_DEG` around them. So that a
+    lamp that touches the mask does not spread into it, the surrounding light is limited to
+    `lamp_ratio` times its own upper quartile, keeping the hue. Filled areas count as neither
+    clipped nor dark. An empty mask changes nothing.
 
     Raises:
-        ProbeError: If the light is not a full panorama, the mask has another size, or it leaves
-            less than a tenth of the sphere to fill from.
+        ProbeError: If the light is not a full panorama, the mask has another size, or the mask
+            leaves less than a tenth of the sphere to fill from.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     _check(shape, mask)
@@ -73,7 +74,7 @@ def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO)
 def components(area: Bools) -> list[Bools]:
     """Split an area of a panorama, (H, W), into connected parts, largest first.
 
-    Parts that meet at the seam or at a pole are one.
+    Parts that meet at the seam or at a pole count as one.
     """
     count, labels = cv2.connectedComponents(area.astype(np.uint8), connectivity=8)
     pairs = {(int(a), int(b)) for a, b in zip(labels[:, 0], labels[:, -1], strict=True)}
@@ -110,7 +111,7 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
 
 
 def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatImage]:
-    """Return the light outside the mask at `_WIDEST` columns or less, and its visible share."""
+    """Return the light outside the mask, at most `_WIDEST` columns wide, and how much is visible."""
     coverage = (mask <= _TOUCHED).astype(np.float32)
     height, width = mask.shape
     if width <= _WIDEST:
@@ -120,13 +121,13 @@ def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatIma
     size = (width // step, height // step)
     light = cv2.resize(radiance, size, interpolation=cv2.INTER_AREA)
     share = np.asarray(cv2.resize(coverage, size, interpolation=cv2.INTER_AREA), np.float32)
-    # Texels cut by the mask are not used: they contain an object's edge.
+    # Texels cut by the mask are not used, because they contain an object's edge.
     share = (share > 0.999).astype(np.float32)
     return np.asarray(light, np.float32) * share[..., np.newaxis], share
 
 
 def _coarse(mask: FloatImage) -> Bools:
-    """Reduce a mask to at most `_COARSE` columns; texels that it touches at all count."""
+    """Reduce a mask to at most `_COARSE` columns, including every texel that it touches."""
     near_mask = (mask > _TOUCHED).astype(np.float32)
     step = -(-near_mask.shape[1] // _COARSE)
     if step == 1:
@@ -158,10 +159,10 @@ def _solve(
     weight = chart.sample(coverage)
     samples = chart.sample(light) / np.maximum(weight, 1e-6)[..., np.newaxis]
     outside = cv2.distanceTransform((~masked).astype(np.uint8), cv2.DIST_L2, 5)
-    # The pixel's size in degrees: on a stereographic chart it is largest in the middle.
+    # The size of a pixel in degrees, which on a stereographic chart is largest in the middle.
     radius = np.tan(np.radians(chart.distances()) / 2.0)
     pixel = np.degrees(2.0 * radius[0, radius.shape[1] // 2] / (chart.side / 2.0) / (1 + radius**2))
-    # Interpolated between pixels later, so opaque for two more of them.
+    # Opaque for two more pixels, since the result is interpolated between pixels later.
     beyond = np.maximum(outside - 2.0, 0.0) * pixel
     share = np.clip(1.0 - beyond / FEATHER_DEG, 0.0, 1.0).astype(np.float32)
     free = (share > 0.0) | (weight < 0.999)
@@ -198,7 +199,7 @@ def _membrane(values: FloatImage, fixed: FloatImage) -> FloatImage:
 
 
 def _relaxed(values: FloatImage, fixed: FloatImage, guess: FloatImage) -> FloatImage:
-    """Relax by Jacobi sweeps: replace every free pixel with the mean of its four neighbours."""
+    """Relax by Jacobi sweeps, replacing every free pixel with the mean of its four neighbours."""
     free = fixed[..., np.newaxis] == 0.0
     now = np.where(free, guess, values).astype(np.float32)
     cross = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32) / 4.0

@@ -1,9 +1,9 @@
-"""Detection of the lamps of a place: bright regions of the panorama, named A, B, C ...
+"""Detect a place's lamps, which are bright regions of the panorama, named A, B, C ...
 
 A lamp is a connected region that is more than four times as bright as the mean of the sphere, and
 within a factor of eight of its own peak, so that the sun does not include the glow around it. Light
-that is clipped in every frame belongs to a lamp regardless of the threshold. All of this is done on
-a reduction to 512 x 256 texels (0.7 degrees); the panorama wraps at its seam.
+that is clipped in every frame belongs to a lamp regardless of the threshold. The panorama is first
+reduced to 512 x 256 texels (of 0.7 degrees), and wraps at its seam.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from app.core.text import tr
 Int32: TypeAlias = NDArray[np.int32]
 
 MAX_LIGHTS: Final = 12
-"""Maximum number of named lamps; the others count as the place's general light."""
+"""Maximum number of named lamps. The others count as the place's general light."""
 
 _GRID: Final = (256, 512)
 _ABOVE_MEAN: Final = 4.0
@@ -39,17 +39,17 @@ _HIDDEN: Final = 64.0  # six stops by which a clipped lamp may be brighter than 
 
 
 Source: TypeAlias = Literal["sun", "lamp", "window", "wall", "ground", "sky", "above", "area"]
-"""Kind of a light: "above" is sky or ceiling, "area" is not identified by its direction."""
+"""Kind of light. "above" is sky or ceiling, and "area" is not identified by its direction."""
 
 
 @dataclass(frozen=True, slots=True)
 class LightGrid:
-    """A panorama reduced for finding lamps, (h, w), at most 256 x 512.
+    """A panorama reduced to (h, w), at most 256 x 512, for finding lamps.
 
     Attributes:
-        luminance: float32, in the unit of the panorama.
-        clipped: float32. Fraction that is clipped in every frame.
-        loss: float32. Luminance that this may add.
+        luminance: (h, w) float32. Luminance in the unit of the panorama.
+        clipped: (h, w) float32. Fraction of each texel that is clipped in every frame.
+        loss: (h, w) float32. Luminance that clipping may have lost.
         solid_angle: (h, 1) float64. Solid angle of one texel in each row, in steradians.
     """
 
@@ -75,13 +75,13 @@ class Light:
     """A lamp, a window or the sun.
 
     Attributes:
-        id: "A" for the one with the most light, then "B" ...
-        azimuth_deg, elevation_deg: Centre of its light.
-        diameter_deg: Diameter of the disc with the same solid angle.
-        roundness: 1 for a disc, less for a long or scattered shape: the second moment of a disc of
-            the same solid angle over its own.
+        id: "A" for the lamp with the most light, then "B" ...
+        azimuth_deg, elevation_deg: Centre of the light, in degrees.
+        diameter_deg: Diameter of the disc with the same solid angle, in degrees.
+        roundness: 1 for a disc, less for a long or scattered shape. It is the second moment of a
+            disc with the same solid angle, divided by that of the light.
         share: Fraction of the place's light, 0 to 1.
-        surround: Luminance around it.
+        surround: Luminance around the light.
         texels: (N,) int32. Flat indices into the grid of `light_grid`.
     """
 
@@ -98,7 +98,11 @@ class Light:
 
 
 def light_grid(merged: MergedLight) -> LightGrid:
-    """Reduce a panorama to at most 512 x 256 texels; raises `ProbeError` if it is not full."""
+    """Reduce a panorama to at most 512 x 256 texels.
+
+    Raises:
+        ProbeError: If the light is not a full panorama.
+    """
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
@@ -119,12 +123,12 @@ def light_grid(merged: MergedLight) -> LightGrid:
 
 
 def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Light, ...]:
-    """Return the lamps of a place, at most `MAX_LIGHTS`, by descending share of the light.
+    """Return a place's lamps, at most `MAX_LIGHTS`, by descending share of the light.
 
-    Empty if no direction stands out.
+    There are none if no direction stands out.
 
     Raises:
-        ProbeError: If it is not a full panorama, or is black.
+        ProbeError: If the light is not a full panorama, or is black.
     """
     grid = light_grid(merged) if grid is None else grid
     total = grid.total
@@ -153,7 +157,7 @@ def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Lig
 
 
 def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
-    """Return a mask of a light's texels on the panorama, (H, W), in which it was found."""
+    """Return a mask, (H, W), of a light's texels on the panorama in which it was found."""
     height, width = shape[0], shape[1]
     grid = np.zeros((min(height, _GRID[0]), min(width, _GRID[1])), np.uint8)
     grid.reshape(-1)[light.texels] = 1
@@ -167,12 +171,12 @@ def spread_of(
 
     Args:
         shape: Rows and columns of the panorama.
-        weights: (N,) float64. Not negative, not all zero.
+        weights: (N,) float64. Weights, which are not negative and not all zero.
 
     Returns:
-        Azimuth and elevation, in degrees, of the weighted sum of the unit vectors; and the mean
-        squared distance from it, sr (half the squared radius for an even disc), including the size
-        of the texels.
+        The azimuth and elevation, in degrees, of the weighted sum of the unit vectors, and the mean
+        squared distance from that direction in steradians, including the size of the texels. For an
+        even disc, it is half the squared radius.
     """
     height, width = shape
     row, column = np.divmod(texels, width)
@@ -186,7 +190,7 @@ def spread_of(
         centre, length = np.array([0.0, 1.0, 0.0], np.float64), 1.0
     centre = centre / length
     cosine = np.clip(centre @ vectors, -1.0, 1.0)
-    # 2 (1 - cos) is the squared chord: the squared distance for small angles.
+    # 2 (1 - cos) is the squared chord, which is the squared distance for small angles.
     own = (np.pi / height) ** 2 * (1.0 + flat**2) / 12.0
     moment = float((weights * (2.0 * (1.0 - cosine) + own)).sum() / weights.sum())
     return (
@@ -197,7 +201,7 @@ def spread_of(
 
 
 def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
-    """Label the regions, 1 .. count; 0 is no lamp."""
+    """Label the regions 1 .. count, with 0 for no lamp."""
     level = _ABOVE_MEAN * total / (4.0 * np.pi)
     loss = grid.clipped > 0
     bright, count = components((grid.luminance > level) | loss)
@@ -217,7 +221,7 @@ def components(mask: Bools) -> tuple[Int32, int]:
         mask: (H, W) bool.
 
     Returns:
-        (H, W) int32: labels from 1, 0 outside the mask; and the number of labels.
+        The labels, (H, W) int32, counted from 1 with 0 outside the mask, and the number of labels.
     """
     bridged = cv2.morphologyEx(
         wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
@@ -237,12 +241,12 @@ def components(mask: Bools) -> tuple[Int32, int]:
 
 
 def _sums(labels: Int32, values: Float64, count: int) -> Float64:
-    """Return the sum of values per label; entry k belongs to label k + 1."""
+    """Return the sum of the values for each label, with entry k for label k + 1."""
     return np.asarray(np.bincount(labels.ravel(), values, count + 1)[1:], np.float64)
 
 
 def _members(labels: Int32, count: int) -> list[Int32]:
-    """Return the flat indices of each label's texels; entry k belongs to label k + 1."""
+    """Return the flat indices of each label's texels, with entry k for label k + 1."""
     flat = labels.ravel()
     texels = np.flatnonzero(flat)
     order = texels[np.argsort(flat[texels], kind="stable")].astype(np.int32)

@@ -1,4 +1,4 @@
-"""Manual masks: caps and boxes in degrees, and mask pictures."""
+"""Draw manual masks from caps and boxes in degrees, and from mask pictures."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ _FORMS: Final = tr("Use nadir:-65, box:from,to,low,high, suggested, or a black-a
 
 @dataclass(frozen=True, slots=True)
 class MaskSpec:
-    """Description of a mask.
+    """The description of a mask.
 
     Attributes:
-        numbers: Degrees: the cap's elevation, or the box's azimuth from and to (clockwise) and
-            elevation from and to.
-        path: Mask picture.
+        numbers: Angles in degrees: a cap's elevation, or a box's start and end azimuth (clockwise)
+            and its lowest and highest elevation.
+        path: File of a mask picture.
     """
 
     kind: MaskKind
@@ -51,18 +51,18 @@ class MaskSpec:
 
 
 def parse_mask(text: str) -> MaskSpec:
-    """Parse a mask option; a mask picture is not opened yet.
+    """Parse a mask option, without opening a mask picture yet.
 
     >>> parse_mask("nadir:-65")
     MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
 
     Args:
         text: ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation),
-            ``box:-20,20,-90,-40`` (azimuth from and to, clockwise, and elevation from and to),
-            ``suggested``, or the name of a picture; degrees.
+            ``box:-20,20,-90,-40`` (start and end azimuth, clockwise, and lowest and highest
+            elevation), both in degrees, ``suggested``, or the name of a picture.
 
     Raises:
-        ProbeError: If it is none of these, or a number is out of range.
+        ProbeError: If the text is none of these, or a number is out of range.
     """
     spec_text = text.strip()
     word, colon, rest = spec_text.partition(":")
@@ -78,7 +78,7 @@ def parse_mask(text: str) -> MaskSpec:
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
-    """Draw a mask at a panorama's size: (H, W) float32, 1 where light is removed.
+    """Draw a mask at a panorama's size, (H, W) float32, which is 1 where light is removed.
 
     Raises:
         ProbeError: If a picture cannot be read, or for the kind ``suggested``.
@@ -96,17 +96,17 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
 
 
 def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
-    """Mask everything below an elevation: (H, W), the fraction of each texel's height."""
+    """Return the fraction of each texel's height, (H, W), that is below an elevation."""
     return box_mask(-180.0, 180.0, -90.0, elevation_deg, shape)
 
 
 def box_mask(
     from_deg: float, to_deg: float, low_deg: float, high_deg: float, shape: tuple[int, int]
 ) -> FloatImage:
-    """Mask a box of azimuth and elevation: (H, W) float32, the fraction of each texel in it.
+    """Return the fraction of each texel, (H, W) float32, in a box of azimuth and elevation.
 
-    It extends clockwise from the first azimuth (to the right in the picture, across the seam if
-    necessary); -180 and 180 are the full circle.
+    The box extends clockwise from the first azimuth, which is to the right in the picture, and
+    across the seam if necessary. -180 and 180 are the full circle.
     """
     height, width = shape
     rows = _overlap((90.0 - high_deg) / 180.0 * height, (90.0 - low_deg) / 180.0 * height, height)
@@ -118,13 +118,13 @@ def box_mask(
 
 
 def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
-    """Read a mask from a picture of any size: (H, W) float32, 0 to 1; white is removed.
+    """Read a mask, (H, W) float32 in 0..1, from a picture of any size in which white is removed.
 
-    The brightest colour channel counts, transparency does not.
+    The brightest colour channel counts, whereas transparency does not.
 
     Raises:
-        ProbeError: If the picture is missing, damaged, wider than 16,384, or not twice as wide as
-            high.
+        ProbeError: If the picture is missing, damaged, wider than 16,384 pixels, or not twice as
+            wide as it is high.
     """
     with contextlib.closing(_open(path)) as source:
         spec = source.spec()
@@ -149,7 +149,7 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
 
 def check_picture_mask(path: Path) -> None:
-    """Check a mask picture's header early; raises the errors of `picture_mask`."""
+    """Check a mask picture's header early, with the errors of `picture_mask`."""
     _open(path).close()
 
 

@@ -11,10 +11,10 @@ from app.core.measure.finish.lamp_detection import Source
 
 
 class Remedy(StrEnum):
-    """Ways to determine a clipped lamp's brightness."""
+    """A way to determine a clipped lamp's brightness."""
 
-    SKY = "sky"  # for the sun, set the clearness of the sky
-    GAIN = "gain"  # the camera is at its darkest
+    SKY = "sky"  # for the sun: set the clearness of the sky
+    GAIN = "gain"  # set a gain, since the camera cannot go darker
     DARKER_FRAMES = "darker frames"
 
 
@@ -27,7 +27,7 @@ class LampClipped(Remark):
 
     Attributes:
         frames: Number of darker frames to shoot, 1 to 4.
-        room_stops: How much darker the camera can go if that limits `frames`; else None.
+        room_stops: How many stops darker the camera can go if that limits `frames`, otherwise None.
     """
 
     lamp: str
@@ -50,17 +50,17 @@ class MaybeSun(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MoreLampsClipped(Remark):
-    """Number of smaller lamps that are also clipped."""
+    """Some smaller lamps are also clipped."""
 
     count: int
 
 
 @dataclass(frozen=True, slots=True)
 class ClippingMatters(Remark):
-    """Styles affected by more light: up to three stops more (`soon`), or six and more.
+    """Some styles would change in brighter light, by up to three stops (`soon`) or six and more.
 
     Attributes:
-        others: Styles that it does not affect.
+        others: Styles that brighter light does not affect.
     """
 
     soon: bool
@@ -71,7 +71,7 @@ class ClippingMatters(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ClippingSafe(Remark):
-    """Number of styles that do not depend on clipped light; with `every`, all of them."""
+    """Some styles do not depend on clipped light, or none does (`every`)."""
 
     count: int
     every: bool = False
@@ -79,7 +79,7 @@ class ClippingSafe(Remark):
 
 @dataclass(frozen=True, slots=True)
 class RestoredRange(Remark):
-    """Styles that change within the likely range of a restored lamp, and the others."""
+    """Some styles change within the likely range of a restored lamp, and others do not."""
 
     lamp: str
     names: tuple[str, ...]
@@ -88,7 +88,7 @@ class RestoredRange(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BlindMatters(Remark):
-    """Styles that twice as much light in the gaps would change, and the others."""
+    """Twice as much light in the gaps would change some styles, and not the others."""
 
     names: tuple[str, ...]
     others: tuple[str, ...]
@@ -96,21 +96,21 @@ class BlindMatters(Remark):
 
 @dataclass(frozen=True, slots=True)
 class RoughLight(Remark):
-    """Fraction of the light of a single photo, 0 to 1, that is estimated because it is clipped."""
+    """Part of the light in a single photo, `share` from 0 to 1, is clipped and was estimated."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True)
 class RoughTurns(Remark):
-    """Styles whose turn depends on clipped light in a single photo."""
+    """The turn of some styles depends on clipped light in a single photo."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class SunRestored(Remark):
-    """The sun was given its illuminance for its elevation and the stated sky."""
+    """The sun was set to the usual illuminance for its elevation and the stated sky."""
 
     lamp: str
     elevation_deg: float
@@ -122,7 +122,7 @@ class SunRestored(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LampMetered(Remark):
-    """A lamp was set to the illuminance of a light meter reading."""
+    """A lamp was set to the illuminance that a light meter measured."""
 
     lamp: str
     lux: float
@@ -154,14 +154,15 @@ class CostlyChange:
 
 @dataclass(frozen=True, slots=True)
 class MaskingChanges(Remark):
-    """Effect of filling the masked areas on the answers.
+    """How filling the masked areas changes the answers.
 
     Attributes:
-        styles: Number of styles in reach, before or after.
-        changed: Number of them whose turn changes at a cost.
-        worst: The style that changes most.
-        moved_deg: Largest change of a turn without a cost.
-        gained, lost: Titles of styles that come into reach and go out of it.
+        styles: Number of styles within reach before or after filling.
+        changed: Number of these styles whose turn changes at a cost.
+        worst: The style that changes most, or None if none does.
+        moved_deg: Largest change of a turn without a cost, in degrees.
+        gained, lost: Titles of the styles that come within reach, and of those that go out of
+            reach.
     """
 
     styles: int

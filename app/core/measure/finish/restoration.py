@@ -1,9 +1,9 @@
 """Restore the light of a clipped sun, or of a lamp measured with a light meter.
 
-The position of a clipped sun survives in the panorama; its solid angle and, within a factor, its
-illuminance are known, so the disc is drawn again (after Debevec, "Rendering synthetic objects into
-real scenes", 1998, and Stumpfel et al., "Direct HDR capture of the sun and sky", 2004, who measure
-it instead).
+The position of a clipped sun survives in the panorama. Its solid angle is known, and so is its
+illuminance within a factor, so the disc is drawn again (after Debevec, "Rendering synthetic objects
+into real scenes", 1998, and Stumpfel et al., "Direct HDR capture of the sun and sky", 2004, who
+measure the sun instead).
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ class Restoration:
     """A restored light.
 
     Attributes:
-        light: Its id, or None if nothing was restored.
-        illuminance_lux, range_lux: The new illuminance, and its likely range.
+        light: ID of the light, or None if nothing was restored.
+        illuminance_lux, range_lux: The new illuminance and its likely range, in lux.
         disc: (N, 2) float64. Flat indices of the changed texels, and the luminance added to each.
-        held_lux: Illuminance before.
+        held_lux: Illuminance before the restoration, in lux.
     """
 
     merged: MergedLight = field(repr=False)
@@ -64,9 +64,9 @@ def restore(
 ) -> Restoration:
     """Restore the sun's light, if one of the lights is the sun.
 
-    The disc is drawn at the centre of the clipped area, with a solid angle of 6.8e-5 sr. Everything
+    The disc is drawn at the centre of the clipped area, with a solid angle of 6.8e-5 sr. All light
     within 2.5 degrees of it (the aperture of a pyrheliometer: WMO-No. 8, 2018, I.7.2.1) then sums
-    to the model's direct illuminance; the glow around the disc is never reduced.
+    to the model's direct illuminance. The glow around the disc is never reduced.
     """
     sun = find_sun(merged, lights, grid) if sky != "leave" else None
     if sun is None or sky == "leave":
@@ -83,7 +83,8 @@ def restore(
 def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoration:
     """Scale a lamp to the illuminance that a light meter measured.
 
-    Only its clipped texels are scaled, or all of them if none is clipped. Colours stay.
+    Only the lamp's clipped texels are scaled, or all of them if none is clipped. Colours stay the
+    same.
 
     Raises:
         ProbeError: If `lux` is not a positive number, absolute luminance is unknown, or the lamp
@@ -96,7 +97,7 @@ def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoratio
     if merged.cd_m2 is None:
         raise ProbeError(
             tr("A measured illuminance needs frames with shutter, ISO and aperture."),
-            tr("Give the lamp a gain in stops instead."),
+            tr("Set a gain in stops for the lamp instead."),
         )
     texels, weights = _texels_of(light, merged)
     height, width = merged.clipped.shape
@@ -111,7 +112,7 @@ def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoratio
     if gain <= 0 or lux < 0.5 * energy:
         raise ProbeError(
             tr(
-                "Lamp {id} gives at least {held:.0f} lux in these frames, more than the "
+                "Lamp {id} provides at least {held:.0f} lux in these frames, more than the "
                 "{lux:.0f} you entered.",
                 id=light.id,
                 held=energy,
@@ -141,7 +142,7 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class _SunTarget:
-    """Illuminance of a light after restoring, its range, and its colour (None: of the texels)."""
+    """Illuminance of a light after restoring, its range, and a colour (None for the texels' own)."""
 
     lux: float
     near: tuple[float, float]
@@ -149,7 +150,7 @@ class _SunTarget:
 
 
 def _draw_sun(merged: MergedLight, core: Core, target: _SunTarget) -> tuple[Float64, float]:
-    """Return the disc's texels with the luminance to add, (N, 2), and the illuminance so far."""
+    """Return the disc's texels and the luminance to add, (N, 2), and the illuminance so far."""
     assert merged.cd_m2 is not None
     height, width = merged.clipped.shape
     texels, share = _disc((height, width), core)
@@ -169,7 +170,7 @@ def _restoration(
     energy: float,
     remark: SunRestored | LampMetered,
 ) -> Restoration:
-    """Add luminance to texels; the light then no longer counts as clipped."""
+    """Add luminance to a light's texels, so that the light no longer counts as clipped."""
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
     flat, texels = radiance.reshape(-1, 3), extra_light[:, 0].astype(np.int64)
     if target.colour is None:
@@ -196,7 +197,7 @@ def _texels_of(light: Light, merged: MergedLight) -> tuple[Int64, Float64]:
 def _disc(
     shape: tuple[int, int], core: Core, diameter_deg: float = SUN_DIAMETER_DEG
 ) -> tuple[Int64, Float64]:
-    """Return the texels that a disc covers, and the fraction of the disc in each (sum 1)."""
+    """Return the texels that a disc covers, and the fractions of the disc in them (sum 1)."""
     height, width = shape
     fine = max(1, round(32 * SUN_DIAMETER_DEG / diameter_deg))
     step = 180.0 / height

@@ -1,8 +1,8 @@
-"""Recognition of a clipped sun by its luminance and its surroundings.
+"""Recognise a clipped sun by its luminance and its surroundings.
 
-Even the shortest exposure of a 360 camera clips the disc by 10 to 16 stops; the rest is less than a
-hundredth of its light. The rules are strict, because an unrecognised sun costs some accuracy, but a
-lamp mistaken for the sun spoils the place.
+Even the shortest exposure of a 360 camera clips the sun's disc by 10 to 16 stops, which leaves less
+than a hundredth of the disc's light. The rules are strict, because an unrecognised sun costs some
+accuracy, but a lamp mistaken for the sun spoils the measurement.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from app.core.measure.finish.lamp_detection import Light, LightGrid, light_grid,
 from app.core.measure.finish.sunlight import direct_normal_lux
 from app.core.measure.read.frame import MergedLight
 
-# Appearance of the sun in the darkest frame; all of these must hold.
-_LEAST_CLIP_CD_M2: Final = 15_000.0  # half of sunlit snow: darker frames clip far too much
-_LEAST_ELEVATION_DEG: Final = 1.5  # below, the model of sunlight does not hold
+# Criteria for the sun in the darkest frame, all of which must hold.
+_LEAST_CLIP_CD_M2: Final = 15_000.0  # half of sunlit snow; below this, far too much clips
+_LEAST_ELEVATION_DEG: Final = 1.5  # the model of sunlight does not hold below this
 _LEAST_ROUNDNESS: Final = 0.62
 _ROUGH: Final = 0.5
 _CLIP_OVER_SKY: Final = 4.0  # an overcast sky that clips in part is not the sun
-_SKY_AROUND_CD_M2: Final = 5_000.0  # a few degrees from the sun, by day
-_AUREOLE: Final = 1.5  # that sky over the sky 20 degrees away
+_SKY_AROUND_CD_M2: Final = 5_000.0  # sky a few degrees from the sun, by day
+_AUREOLE: Final = 1.5  # ratio of that sky to the sky 20 degrees away
 _SKY_EVENNESS: Final = 0.25
-_OTHERS: Final = 0.5  # solid angle of everything else that clips, over the core's
+_OTHERS: Final = 0.5  # maximum solid angle of all else that clips, relative to the core
 _LEAST_ALBEDO: Final = 0.05
-# Radius of the clipped glow, in degrees, at a clip level of 30 kcd/m2; it shrinks as that rises.
+# Radius of the clipped glow in degrees at a clip level of 30 kcd/m2, shrinking as the level rises.
 _GLOW_DEG: Final = 20.0
 _GLOW_CD_M2: Final = 30_000.0
 _GLOW_POWER: Final = 0.6
@@ -44,7 +44,7 @@ _MOST_GLOW_DEG: Final = 5.0  # if the clip level is unknown
 class Core:
     """The clipped middle of a light at full resolution.
 
-    The radius is that of a disc of the same solid angle.
+    The radius is that of a disc with the same solid angle.
     """
 
     azimuth_deg: float
@@ -57,7 +57,7 @@ class Core:
 def find_sun(
     merged: MergedLight, lights: Sequence[Light], grid: LightGrid | None = None
 ) -> Light | None:
-    """Return the light that is the sun, or None if there is none, or more than one could be."""
+    """Return the light that is the sun, or None if no light, or more than one, could be the sun."""
     grid = light_grid(merged) if grid is None else grid
     suns = [light for light in lights if is_sun(light, merged, grid)]
     return suns[0] if len(suns) == 1 else None
@@ -66,10 +66,11 @@ def find_sun(
 def is_sun(light: Light, merged: MergedLight, grid: LightGrid | None = None) -> bool:
     """Decide whether a light is a clipped sun in an open sky.
 
-    All of this must hold: it is clipped in every frame, at a luminance that only daylight reaches;
-    the clipped core is small, round and above the horizon; nothing else of that size is clipped;
-    the sky just above it is bright and even, as an aureole is and a wall is not; the rest of the
-    sky is far below the clip level; and the ground is as bright as ground in sunlight.
+    All of the following must hold. The light is clipped in every frame, at a luminance that only
+    daylight reaches. The clipped core is small, round and above the horizon, and nothing else of
+    that size is clipped. The sky just above the core is bright and even, as an aureole is and a
+    wall is not. The rest of the sky is far below the clip level, and the ground is as bright as
+    ground in sunlight.
     """
     if not light.clipped or merged.cd_m2 is None:
         return False
@@ -78,7 +79,7 @@ def is_sun(light: Light, merged: MergedLight, grid: LightGrid | None = None) -> 
         return False
     core = sun_core(light, merged)
     small = core.radius_deg <= _GLOW_DEG * (_GLOW_CD_M2 / clip) ** _GLOW_POWER
-    # A disc of a few texels with its star of rays is less round.
+    # A disc of only a few texels, with its star of rays, is less round.
     round_enough = core.roundness >= (_LEAST_ROUNDNESS if core.radius_deg > 1.0 else _ROUGH)
     if not (small and round_enough and core.elevation_deg >= _LEAST_ELEVATION_DEG):
         return False
@@ -87,7 +88,7 @@ def is_sun(light: Light, merged: MergedLight, grid: LightGrid | None = None) -> 
 
 
 def may_be_sun(light: Light, merged: MergedLight, grid: LightGrid) -> bool:
-    """Decide whether a light may be the sun, in frames of unknown exposure."""
+    """Decide whether a light in frames of unknown exposure may be the sun."""
     if not light.clipped or merged.cd_m2 is not None:
         return False
     core = sun_core(light, merged)
@@ -98,7 +99,7 @@ def may_be_sun(light: Light, merged: MergedLight, grid: LightGrid) -> bool:
 
 
 def sun_core(light: Light, merged: MergedLight) -> Core:
-    """Measure the largest clipped area of a light, with gaps bridged and holes filled.
+    """Measure the largest clipped area of a light, bridging gaps and filling holes.
 
     A resampled disc may have a dark ring around it.
     """
@@ -140,7 +141,7 @@ def _alone(core: Core, grid: LightGrid) -> bool:
 def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: float) -> bool:
     """Return whether a clipped core is surrounded by sky, above ground that it lights.
 
-    If the exposure is unknown, only criteria that do not depend on it are checked.
+    If the exposure is unknown, only criteria that do not depend on the exposure are checked.
     """
     shape = grid.luminance.shape[0], grid.luminance.shape[1]
     every = np.arange(shape[0] * shape[1])
@@ -171,7 +172,7 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: floa
 
 
 def _window(light: Light, merged: MergedLight) -> tuple[slice, Indices]:
-    """Return rows and (wrapped) columns of the panorama with a light in them, and a margin."""
+    """Return the panorama's rows and (wrapped) columns around a light, with a margin."""
     height, width = merged.clipped.shape
     grid_width = min(width, 512)
     step = width / grid_width

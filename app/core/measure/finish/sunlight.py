@@ -1,17 +1,19 @@
-"""Illuminance and colour of direct sunlight.
+"""Compute the illuminance and colour of direct sunlight.
 
-Illuminance: IES Calculation Procedures Committee, "Recommended practice for the calculation of
-daylight availability" (RP-21), Journal of the IES 13(4), 1984, 381-392: the direct normal
-illuminance is E = 127.5 klx exp(-c m), with extinction c = 0.21 for a clear and 0.80 for a partly
-cloudy sky. There m = 1 / sin(elevation), infinite at the horizon; here the relative optical air
-mass is that of Kasten and Young, "Revised optical air mass tables and approximation formula",
-Applied Optics 28(22), 1989, 4735-4738, which agrees with it within 1% above 20 degrees. Haze:
-Navvab, Karayel, Ne'eman and Selkowitz, "Analysis of atmospheric turbidity for daylight
+The illuminance follows IES Calculation Procedures Committee, "Recommended practice for the
+calculation of daylight availability" (RP-21), Journal of the IES 13(4), 1984, 381-392. The direct
+normal illuminance is E = 127.5 klx exp(-c m), with an extinction c of 0.21 for a clear sky and 0.80
+for a partly cloudy one. In that paper m = 1 / sin(elevation), which is infinite at the horizon.
+Here the relative optical air mass is that of Kasten and Young, "Revised optical air mass tables and
+approximation formula", Applied Optics 28(22), 1989, 4735-4738, which agrees with 1 / sin(elevation)
+within 1% above 20 degrees.
+
+Haze follows Navvab, Karayel, Ne'eman and Selkowitz, "Analysis of atmospheric turbidity for daylight
 calculations", Energy and Buildings 6, 1984, 293-303: E = E0 exp(-a m T) with a = 0.1 / (1 + 0.0045
-m) and an illuminance turbidity T; about 2.5 in the country and 5 in industrial air (Tregenza and
-Sharples, Daylight Algorithms, 1993, algorithm 1.21). T = 5 gives c = 0.50, which is "hazy" here,
-and T = 2.1 the 0.21 of the clear sky. The model is a mean over many days: single readings vary by a
-factor of about 0.6 to 1.6.
+m) and an illuminance turbidity T, which is about 2.5 in the country and 5 in industrial air
+(Tregenza and Sharples, Daylight Algorithms, 1993, algorithm 1.21). T = 5 gives c = 0.50, which is
+"hazy" here, and T = 2.1 gives the 0.21 of the clear sky. The model is a mean over many days; single
+readings vary by a factor of about 0.6 to 1.6.
 """
 
 from __future__ import annotations
@@ -27,21 +29,21 @@ from app.core.base.colour import LUMINANCE_WEIGHTS
 SkyWord: TypeAlias = Literal["clear", "hazy", "thin cloud"]
 
 SPREAD: Final = (0.6, 1.6)
-"""Usual range of the true illuminance, as factors of the model's."""
+"""Usual range of the true illuminance, as factors relative to the model's."""
 
 SUN_SOLID_ANGLE_SR: Final = 6.8e-5
-"""Solid angle of the sun's disc at its mean distance, sr (angular radius 0.00465 rad)."""
+"""Solid angle of the sun's disc at its mean distance, in sr (angular radius 0.00465 rad)."""
 
 SUN_DIAMETER_DEG: Final = math.degrees(2.0 * math.sqrt(SUN_SOLID_ANGLE_SR / math.pi))
-"""Diameter of that disc, in degrees."""
+"""Diameter of the sun's disc, in degrees."""
 
 _SOLAR_CONSTANT_LUX: Final = 127_500.0
 _EXTINCTION: Final[dict[SkyWord, float]] = {"clear": 0.21, "hazy": 0.50, "thin cloud": 0.80}
 
-# Wavelengths (micrometres) that represent the Rec. 709 primaries in the colour of sunlight.
+# Wavelengths in micrometres that stand for the Rec. 709 primaries in the colour of sunlight.
 _WAVELENGTHS: Final = (0.611, 0.549, 0.464)
 _WHITE_AIR_MASS: Final = 1.5  # air mass of sunlight that is white in a daylight white balance
-_REDDEST_AIR_MASS: Final = 8.0  # beyond, three wavelengths do not define a colour
+_REDDEST_AIR_MASS: Final = 8.0  # beyond this, three wavelengths do not define a colour
 
 
 def air_mass(elevation_deg: float) -> float:
@@ -55,9 +57,9 @@ def air_mass(elevation_deg: float) -> float:
 
 
 def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
-    """Return the mean illuminance by direct sunlight, lux, on a surface facing the sun (RP-21).
+    """Return the mean illuminance in lux by direct sunlight on a surface facing the sun (RP-21).
 
-    `SPREAD` is its usual range.
+    `SPREAD` is the usual range around this mean.
 
     >>> round(direct_normal_lux(60.0)), round(direct_normal_lux(60.0, "hazy"))
     (100061, 71602)
@@ -66,12 +68,12 @@ def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
 
 
 def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> Float64:
-    """Return the colour of direct sunlight after the air, (3,) linear Rec. 709 of luminance 1.
+    """Return the colour of direct sunlight at the ground, (3,) linear Rec. 709 of luminance 1.
 
-    Rayleigh scattering by Leckner, "The spectral distribution of solar radiation at the earth's
-    surface", Solar Energy 20, 1978, 143-150: 0.008735 w^-4.08 per air mass (w in micrometres);
-    the rest of the extinction by particles with the exponent 1.3 of Angstrom (1929). Cloud is
-    grey. The sun is white at an air mass of 1.5, and redder the lower it is.
+    Rayleigh scattering follows Leckner, "The spectral distribution of solar radiation at the
+    earth's surface", Solar Energy 20, 1978, 143-150, and is 0.008735 w^-4.08 per air mass (w in
+    micrometres). The rest of the extinction is by particles, with the exponent 1.3 of Angstrom
+    (1929). Cloud is grey. The sun is white at an air mass of 1.5, and redder the lower it is.
     """
     waves = np.array(_WAVELENGTHS)
     particles = min(_EXTINCTION[sky], _EXTINCTION["hazy"]) - 0.1

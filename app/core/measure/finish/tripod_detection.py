@@ -1,14 +1,14 @@
-"""Detection of clutter below the camera in a panorama: a stick, a tripod or a person.
+"""Detect clutter below the camera in a panorama, such as a stick, a tripod or a person.
 
 An object at the camera's own foot is detected by its difference from the ground around it. The
 colours of a ring around the foot are counted in a smoothed histogram of log luminance and two log
-colour ratios. Texels at the foot that are rare in the ring, and similar to each other, are followed
-outward as long as they are connected. A strip, a mosaic or a shadow that crosses both foot and ring
-is not rare, so it is not suggested. A person away from the camera cannot be distinguished from a
-statue or a tree in this way, and needs a manual mask.
+colour ratios. Texels at the foot with colours that are rare in the ring, and similar to one
+another, are followed outward as long as they are connected. A strip, a mosaic or a shadow that
+crosses both the foot and the ring is not rare, so it is not suggested. A person away from the
+camera cannot be distinguished from a statue or a tree in this way, and needs a manual mask.
 
-OpenCV's stock people detector (Dalal and Triggs 2005) was tried for this and rejected: on 25
-panoramas it detected one of several people, along with a pot plant, a kitchen and a stone post.
+OpenCV's stock people detector (Dalal and Triggs 2005) was tried and rejected: on 25 panoramas it
+detected one of several people, along with a potted plant, a kitchen and a stone post.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
 NADIR: Final = (0.0, -90.0)
-"""Azimuth and elevation of straight down, in degrees."""
+"""Azimuth and elevation of the direction straight down, in degrees."""
 
 _REACH_DEG: Final = 85.0
 _SIDE: Final = 340
@@ -61,10 +61,10 @@ _NEAR_DEG: Final = 45.0
 
 @dataclass(frozen=True, slots=True)
 class Suggestion:
-    """Extent of a suspected tripod or person.
+    """The extent of a suspected tripod or person.
 
     Attributes:
-        reach_deg: Distance from the camera's foot that it reaches, in degrees.
+        reach_deg: How far the object reaches from the camera's foot, in degrees.
         azimuth_deg: Azimuth of a person, or None for a stick, a tripod or a hand.
     """
 
@@ -78,8 +78,8 @@ class Clutter:
 
     Attributes:
         origin: The manual mask or the suggestion.
-        mask: (H, W) float32, in the panorama's texels. 1 on the object, 0 to 1.
-        confidence: 0 to 1; 1 for a manual mask.
+        mask: (H, W) float32. Fraction of each of the panorama's texels on the object, 0 to 1.
+        confidence: Confidence from 0 to 1, which is 1 for a manual mask.
     """
 
     origin: MaskSpec | Suggestion
@@ -100,13 +100,13 @@ class _Detection:
 def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clutter, ...]:
     """Suggest a mask for the stick, tripod or person connected to the camera's foot.
 
-    There is at most one; none if the ground at the foot looks like its surroundings, and for
-    pictures that are not panoramas. A suggestion has a confidence, and does not always include
-    everybody.
+    There is at most one suggestion. There is none if the ground at the foot looks like its
+    surroundings, or the picture is not a panorama. A suggestion has a confidence, and does not
+    always include everybody.
 
     Args:
-        foot: Azimuth and elevation of the camera's own foot: the nadir unless the camera was tilted
-            and the picture levelled.
+        foot: Azimuth and elevation of the camera's own foot in degrees, which is the nadir unless
+            the camera was tilted and the picture levelled.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if shape[1] != 2 * shape[0]:
@@ -127,10 +127,10 @@ def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clu
 
 
 def foot_of(rotation: Float64 | None) -> tuple[float, float]:
-    """Return azimuth and elevation, degrees, of a camera's foot after levelling by a rotation.
+    """Return the azimuth and elevation, in degrees, of a camera's foot after levelling.
 
     Args:
-        rotation: (3, 3). Moves the panorama's content, or None if it was not rotated.
+        rotation: (3, 3). Rotation that moved the panorama's content, or None if it was not rotated.
     """
     if rotation is None:
         return NADIR
@@ -170,7 +170,7 @@ def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
 def _features(light: FloatImage) -> FloatImage:
     """Return log luminance and two log colour ratios, (side, side, 3), in stops."""
     bright = colour.luminance(light)
-    # Ratios of nearly black values are noise: a fiftieth of the usual level is added.
+    # Ratios of nearly black values are noise, so a fiftieth of the usual level is added.
     floor = np.float32(0.02 * max(float(np.median(bright)), 1e-12))
     red, green, blue = (light[..., k] + floor for k in range(3))
     return np.stack(
@@ -192,7 +192,7 @@ def _find(features: FloatImage, chart: Chart) -> _Detection | None:
     alike = cv2.GaussianBlur(rare - _rarity(_counts(cells, seeds))[cells], (0, 0), 1.2)
     object_like = (smooth > _STRANGE) | ((smooth > _RARE - 0.3) & (alike > _LIKE_CORE))
     area = _hanging_together(object_like & (away_deg < _REACH_DEG), seeds)
-    # Further out, walls and sky differ from the ground too: keep only the colours of the near part.
+    # Farther out, walls and sky differ from the ground too, so keep only the near part's colours.
     like_near = rare - _rarity(_counts(cells, area & (away_deg < _NEAR_DEG)))[cells]
     near_or_like = (away_deg < _NEAR_DEG) | (like_near > _LIKE_CORE)
     area = _hanging_together(area & near_or_like & _same_side(area, away_deg), seeds)
@@ -208,9 +208,10 @@ def _find(features: FloatImage, chart: Chart) -> _Detection | None:
 
 
 def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
-    """Limit an area, far from the foot, to the directions that it has nearer to it.
+    """Limit an area far from the foot to the directions in which it also lies near the foot.
 
-    The walls and the sky beyond the ground differ from the ground too, all around.
+    This is needed because the walls and the sky beyond the ground differ from the ground all
+    around.
     """
     sector = _sectors(24)
     near = area & (away_deg > _NEAR_DEG / 2.0) & (away_deg < _NEAR_DEG)
@@ -235,7 +236,7 @@ def _edge(features: FloatImage, area: Bools) -> float:
 
 
 def _sectors(count: int) -> Indices:
-    """Return, for each chart pixel, which of `count` equal sectors around the foot it is in."""
+    """Return, for each chart pixel, the index of its sector out of `count` around the foot."""
     steps = np.arange(_SIDE) - (_SIDE - 1) / 2.0
     side = np.arctan2(steps[:, np.newaxis], steps[np.newaxis, :])
     whole: Indices = np.floor((side / (2.0 * np.pi) + 0.5) * count).astype(np.intp)
@@ -247,7 +248,7 @@ def _ring(away_deg: FloatImage) -> Bools:
 
 
 def _cells(features: FloatImage, ring: Bools) -> Indices:
-    """Return each texel's cell of the histogram; the ring's median is in the middle."""
+    """Return each texel's cell in the histogram, with the ring's median in the middle."""
     middle = np.median(features[ring], axis=0)
     steps = (features - middle) / np.array(_STEP, np.float32) + _BINS / 2.0
     cells = np.clip(steps, 0.0, _BINS - 1).astype(np.intp)
@@ -259,7 +260,7 @@ def _counts(cells: Indices, among: Bools) -> FloatImage:
 
 
 def _rarity(counts: FloatImage) -> FloatImage:
-    """Return the rarity of each cell's colour: 0 for the most common, 6 for an absent one."""
+    """Return the rarity of each cell's colour, from 0 (the most common) to 6 (absent)."""
     away = np.subtract.outer(np.arange(_BINS), np.arange(_BINS))
     kernel = np.exp(-0.5 * (away / _SPREAD) ** 2).astype(np.float32)
     cube = counts.reshape(_BINS, _BINS, _BINS)
@@ -270,10 +271,10 @@ def _rarity(counts: FloatImage) -> FloatImage:
 
 
 def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
-    """Return the rarity of each texel in the ring, without the part on the texel's own side.
+    """Return each texel's rarity in the ring, without the ring's part on the texel's own side.
 
-    A person standing there takes up a part of the ring, and would be common in it. At the foot,
-    which has no side, the side with the largest rarity counts.
+    A person standing on that side takes up part of the ring, and their colours would be common in
+    it. At the foot, which has no side, the side with the largest rarity counts.
     """
     sector = _sectors(_SECTORS)
     ring = _ring(away_deg)

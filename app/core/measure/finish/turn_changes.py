@@ -1,4 +1,4 @@
-"""Effect of a change in the light on the results: every turn before and after."""
+"""Compare the results before and after a change in the light, turn by turn."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import Objective
 from app.core.styles.style_pack import StylePack
 
-_FREE: Final = 0.01  # fraction of a curve's range; a turn that loses less counts as unchanged
+_FREE: Final = 0.01  # fraction of a curve's range; a turn that loses no more counts as unchanged
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Change of a style's answer.
+    """The change in a style's answer.
 
-    Turns are refined, degrees in (-180, 180], positive clockwise.
+    Turns are refined, in degrees in (-180, 180], positive clockwise.
 
     Attributes:
-        change_deg: The shorter way from before to after.
-        given_up: Loss of the old turn under the new light, 0 to 1: the objective's maximum minus
-            its value there, over the range of the curve over all turns.
+        change_deg: Change of the turn in degrees, the shorter way around.
+        given_up: Loss of the old turn under the new light, 0 to 1. It is the objective's value at
+            the new turn minus that at the old one, divided by the range of the objective's curve.
     """
 
     style: str
@@ -50,11 +50,11 @@ def changes(
     """Compare the answers of all styles under two lights.
 
     Args:
-        before, after: (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any
+        before, after: (H, W, 3). Linear Rec. 709 radiance at turn 0 in the pack's size, at any
             exposure.
 
     Raises:
-        EnvironmentFileError: If one is black, not finite or of another size.
+        EnvironmentFileError: If a light is black, not finite or of another size.
     """
     old = solve_all(pack, before, objective)
     new = solve_all(pack, after, objective)
@@ -62,10 +62,10 @@ def changes(
 
 
 def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
-    """Summarise the changes, among the styles in reach before or after.
+    """Summarise the changes in the styles within reach before or after.
 
-    A turn that moved between two positions which the new light finds equally good (within 1% of
-    the curve's range) counts as unchanged.
+    A turn that moved between two positions that are equally good in the new light (within 1% of the
+    curve's range) counts as unchanged.
     """
     reachable = [each for each in changed if each.attainable_before or each.attainable_after]
     costly = [each for each in reachable if each.given_up > _FREE]
@@ -96,7 +96,7 @@ def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Ch
         turn_before_deg=before.turn_refined_deg,
         turn_after_deg=after.turn_refined_deg,
         change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
-        # The new turn may be the worse one on this curve, if its strength decided.
+        # The new turn may be worse on this curve if its contrast decided.
         given_up=max(loss, 0.0) / span if span > 0.0 else 0.0,
         attainable_before=before.attainable,
         attainable_after=after.attainable,

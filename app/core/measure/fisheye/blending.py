@@ -1,6 +1,6 @@
-"""Equalisation of two lenses where both see, and the seam between them.
+"""Equalise two lenses where their views overlap, and find the seam between them.
 
-One gain per channel and one falloff equalise the lenses. The seam runs where they agree best.
+One gain per channel and one falloff equalise the lenses. The seam runs where the two agree best.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from app.core.measure.fisheye.lens_pair import (
 _MOST_FALLOFF: Final = 0.5
 
 BLEND_DEG: Final = 0.6
-"""Degrees across the seam over which one lens fades into the other."""
+"""Width across the seam over which one lens fades into the other, in degrees."""
 
 
 def equalise(light: Float32, clipped: Float32, pair: Pair) -> Pair:
-    """Measure the relative brightness of the lenses per channel, and their falloff."""
+    """Measure the relative brightness of the lenses in each channel, and their falloff."""
     one, two, toward = _overlap(np.dstack([light, clipped]), pair)
     valid = (one[..., 3] < 0.01) & (two[..., 3] < 0.01)
     level = float(np.median(one[..., :3]))
@@ -47,7 +47,7 @@ def equalise(light: Float32, clipped: Float32, pair: Pair) -> Pair:
         off = np.abs(mean - centre - slope * place)
         weight = 1.0 / np.maximum(off / max(float(np.median(off)), 0.01), 1.0) ** 2
     gains = [float(np.average(ratio[:, c], weights=weight)) for c in range(3)]
-    # Both lose exp(-falloff (t / 90 degrees)^3): toward the front one loses less, the other more.
+    # Both lose exp(-falloff (t / 90 degrees)^3): toward the front, one loses less and one more.
     falloff = slope * math.pi / 12.0
     half = np.array(gains) / 2.0
     return replace(
@@ -58,7 +58,7 @@ def equalise(light: Float32, clipped: Float32, pair: Pair) -> Pair:
 
 
 def find_seam(light: Float32, pair: Pair) -> Float64:
-    """Find the path along which both lenses agree best: dynamic programming, twice around."""
+    """Find the path along which both lenses agree best, by dynamic programming, twice around."""
     one, two, toward = _overlap(light, pair)
     one, two = one * pair.gains[0].astype(np.float32), two * pair.gains[1].astype(np.float32)
     floor = 0.02 * float(np.median(one)) + 1e-9
@@ -82,7 +82,7 @@ def find_seam(light: Float32, pair: Pair) -> Float64:
 
 
 def _overlap(picture: Float32, pair: Pair) -> tuple[Float32, Float32, Float64]:
-    """Return each lens's view of the overlap, (rows, 1440, channels), and the rows' degrees."""
+    """Return each lens's view of the overlap, (rows, 1440, channels), and the rows in degrees."""
     rows = seam_rows(pair.field_deg)
     grid = seam_directions(rows)
     toward, around = about_seam(grid)

@@ -1,7 +1,7 @@
-"""Calibration of two fisheyes back to back from their own light.
+"""Calibrate two back-to-back fisheye lenses from their own light.
 
-Circles come from the rim; focal length, roll and tilt from the area beyond 90 degrees that both
-lenses see. The residual is parallax.
+The circles come from the rim, and focal length, roll and tilt from the area beyond 90 degrees that
+both lenses see. The residual is parallax.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from app.core.measure.read.frame import MergedLight
 
 _INSIDE: Final = 0.99  # fraction of the radius that is used
 _FIELDS: Final = (186.0, 190.0, 194.0, 198.0, 202.0, 206.0, 210.0)
-_SEARCH: Final = 10  # samples, in both directions
-_BLOCK: Final = 60  # samples: 15 degrees
+_SEARCH: Final = 10  # search range in samples, in both directions
+_BLOCK: Final = 60  # samples, which cover 15 degrees
 _LEAST_SCORE: Final = 0.6
-_SPREAD_DEG: Final = 0.4  # standard deviation of matches in degrees, caused by parallax
+_SPREAD_DEG: Final = 0.4  # standard deviation of matches that parallax causes, in degrees
 _TILT_DEG: Final = 0.7
 _PRIOR_WEIGHT: Final = 0.3  # weight, in matches, of zero parallax where nothing is known
 _ALIKE_DEG: Final = 1.25
-_ROLL: Final = 10  # samples: cameras store circles in quarter turns, plus or minus this
-_SIDEWAYS_DEG: Final = 0.5  # parallax has no sideways component: a larger shift is a wrong match
+_ROLL: Final = 10  # samples by which circles may deviate from quarter turns
+_SIDEWAYS_DEG: Final = 0.5  # a larger shift is a wrong match, since parallax is never sideways
 _MOST_PARALLAX_DEG: Final = 1.5
 
 _FRONT: Final = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -76,10 +76,10 @@ def _tones(light: Float32, circles: Circles) -> Float32:
         cv2.circle(inside, at, int(_INSIDE * circles.radius * side), 1.0, cv2.FILLED)
     mask = inside.astype(np.float32)
     floor = max(float(np.median(level[inside > 0])) * 0.05, 1e-9)
-    # As fine as the strips; the circles are about 200 degrees wide.
+    # As fine as the strips, for circles that are about 200 degrees wide.
     sample = STEP_DEG * side / 200.0
     tones = cv2.GaussianBlur(np.log2(level + floor), (0, 0), max(0.6 * sample, 0.3)) * mask
-    # The rim is not an object, so levels are those of the inside.
+    # The rim is not an object, so the levels are those of the area inside it.
     wide = (0, 0), max(side, 200) / 40.0
     mean = cv2.GaussianBlur(tones, *wide) / np.maximum(cv2.GaussianBlur(mask, *wide), 1e-3)
     return np.asarray((tones - mean) * mask, np.float32)
@@ -97,9 +97,9 @@ def _nominal(tones: Float32, circles: Circles, model: FisheyeModel) -> Pair:
         agree = 0.0
         if len(matches.toward):
             off = np.abs(matches.toward - np.median(matches.toward)) * STEP_DEG
-            # Low strips look alike more easily.
+            # Low strips look alike more readily.
             agree = float(matches.trust[off < _ALIKE_DEG].sum()) * math.sqrt(seam_rows(field_deg))
-        # Without evidence, the likeliest field.
+        # Without evidence, the likeliest field wins.
         pairs.append((agree, -abs(field_deg - model.field_deg), pair))
     return max(pairs, key=lambda each: each[:2])[2]
 
@@ -139,7 +139,7 @@ def _strip(picture: Float32, lens: FisheyeLens, rows: int = 12) -> Float32:
 
 
 def _roll(one: Float32, two: Float32) -> float:
-    """Correlate two strips all around; return the quarter turn of the best agreement, radians."""
+    """Correlate two strips all around, and return the best quarter turn in radians."""
     middle, core = len(one) // 2, 4
     base = one[middle - core : middle + core + 1]
     spectrum = np.conj(np.fft.rfft(base - base.mean(), axis=1))
@@ -158,7 +158,7 @@ def _roll(one: Float32, two: Float32) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Matches:
-    """Matches around the seam: sample, shift around and toward the front in samples, trust."""
+    """Matches around the seam: sample, shift around and to the front in samples, and trust."""
 
     around: Float64
     sideways: Float64
@@ -203,14 +203,14 @@ def _matches(tones: Float32, pair: Pair) -> _Matches:
 
 
 def _peak(three: NDArray[Any]) -> float:
-    """Return the offset of the peak of a parabola through three values, -1 to 1."""
+    """Return how far the peak of a parabola through three values is from the middle, -1 to 1."""
     left, middle, right = (float(value) for value in three)
     bow = left - 2.0 * middle + right
     return 0.0 if bow >= 0.0 else max(-1.0, min(1.0, 0.5 * (left - right) / bow))
 
 
 def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
-    """Fit focal length, roll and tilt to matches; the residual is parallax."""
+    """Fit focal length, roll and tilt to the matches, leaving parallax as the residual."""
     if not len(matches.around):
         return pair
     toward, sideways = (
@@ -220,7 +220,7 @@ def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
     angle = matches.around * (2.0 * math.pi / AROUND)
     columns = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
     weight = matches.trust / math.radians(_SPREAD_DEG) ** 2
-    # Fields stated by a model have narrow priors; tilts are small.
+    # A field that a model states has a narrow prior, and tilts are small.
     likely = np.array([3.0 if model.focal is None else 0.5, _TILT_DEG, _TILT_DEG])
     prior = np.diag(np.radians(likely) ** -2.0)
     shift: NDArray[Any] = np.zeros(3)
@@ -235,9 +235,9 @@ def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
 
 
 def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
-    """Correct the misalignment: the field in both lenses, half of tilt and roll in each."""
+    """Correct the misalignment, the field in both lenses and half of tilt and roll in each."""
     first, second = pair.lenses
-    # A direction that both lenses see at 90 degrees is at 90 degrees plus half of the common shift.
+    # A direction seen at 90 degrees by both lenses is at 90 degrees plus half the common shift.
     angles = np.array([math.pi / 2.0, (math.pi + shift[0]) / 2.0])
     right, bend_shift = bent(angles, first.bends)
     focal = first.focal * float(bend_shift / right)

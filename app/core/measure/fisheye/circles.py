@@ -1,12 +1,14 @@
-"""Detection of the two fisheye circles in unstitched 360 pictures.
+"""Detect the two fisheye circles in unstitched 360 pictures.
 
-A full 2:1 panorama and an unstitched picture have the same size, and merging the second as the
-first gives a completely wrong result. They are distinguished by two circles of equal size, dark all
-around, in every frame of a bracket, regardless of its brightness. The first row of a panorama is
-one point of the sky; it cannot be dark at its corners and middle and bright between them.
+A full 2:1 panorama and an unstitched picture have the same size, and merging an unstitched picture
+as a panorama gives a completely wrong result. An unstitched picture is recognised by two circles of
+equal size, dark all around, in every frame of a bracket, regardless of brightness. The first row of
+a panorama is a single point in the sky, so it cannot be dark at the corners and in the middle but
+bright in between.
 
-A fisheye maps the angle t from its axis to a distance from its centre, r = f (t + b3 t^3 + b5 t^5
-...); without the distortion terms it is equidistant. `MODELS` contains cameras with published data
+A fisheye maps the angle t from its axis to a distance from the circle's centre,
+r = f (t + b3 t^3 + b5 t^5 ...), and is equidistant without the distortion terms. `MODELS` contains
+cameras with published data
 from makers or users. By default a model is assumed to be equidistant, 200 degrees wide, upright in
 the file, and calibrated from the frame.
 """
@@ -34,8 +36,8 @@ class FisheyeLens:
     """One fisheye lens.
 
     Attributes:
-        centre: (x, y) in pixels, whole numbers at pixel centres.
-        focal: Pixels per radian on the axis.
+        centre: Centre of the circle, (x, y) in pixels, with whole numbers at pixel centres.
+        focal: Focal length, in pixels per radian on the axis.
         axes: (3, 3) float64. Rows are the directions right, up and ahead of the lens's picture, in
             the panorama's axes (`app.core.base.sphere`).
         bends: Distortion terms b3, b5, ...
@@ -51,7 +53,7 @@ class FisheyeLens:
         return self.focal * bent(angles, self.bends)
 
     def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
-        """Return columns and rows, in pixels, and angles, in radians, of directions (..., 3)."""
+        """Return columns and rows in pixels, and angles in radians, of directions, (..., 3)."""
         local = vectors @ self.axes.T.astype(vectors.dtype)
         across = np.hypot(local[..., 0], local[..., 1])
         angle = np.arctan2(across, local[..., 2])
@@ -73,10 +75,10 @@ class FisheyeModel:
     """Default lens data of a camera model.
 
     Attributes:
-        field_deg: Angle of the image circle; not used if `focal` is known.
-        focal: Focal length as a fraction of the side of one circle's half of the picture.
+        field_deg: Angle that the image circle spans, which is not used if `focal` is known.
+        focal: Focal length as a fraction of the side of the half of the picture with one circle.
         turns_deg: Clockwise rotation of each of the two stored circles, or None if unknown.
-        front: Index of the circle that looks ahead: by default the left or upper one.
+        front: Index of the circle that looks ahead, by default the left or upper one.
     """
 
     names: tuple[str, ...]
@@ -88,12 +90,12 @@ class FisheyeModel:
 
 
 # Theta: Ricoh's design tables (theta-api-specs, "THETA Lens Spec"), fitted to 0.16 degrees or
-# better; the size of an unstitched picture of the X is assumed. Insta360: curve of an X3's lenses
-# that a user calibrated (hilti-trimble-slam-challenge-2026, issue 29), fitted to 0.03 degrees;
-# circles rotated by 90 degrees in opposite directions, front lens on the right, as in streams of
-# X2, X3 and X5 (ai4ce/insta360_ros_driver) and, according to users, in files of the X2
-# (rekliner/insta360x2toMP4); the X4 and the ONE series are assumed to be the same. Samsung: 195
-# degrees by its data sheet. All other fields are assumed.
+# better. The size of an unstitched picture from the X is assumed. Insta360: the curve of an X3's
+# lenses that a user calibrated (hilti-trimble-slam-challenge-2026, issue 29), fitted to 0.03
+# degrees. The circles are rotated by 90 degrees in opposite directions, with the front lens on the
+# right, as in streams from the X2, X3 and X5 (ai4ce/insta360_ros_driver) and, according to users,
+# in files from the X2 (rekliner/insta360x2toMP4). The X4 and the ONE series are assumed to be the
+# same. Samsung: 195 degrees according to the data sheet. All other fields are assumed.
 MODELS: Final = (
     FisheyeModel(("THETA X", "THETA A1"), focal=0.3132, bends=(0.05478, -0.03131, 0.00153)),
     FisheyeModel(("THETA Z1",), focal=0.3000, bends=(0.17716, -0.16902, 0.05716, -0.00735)),
@@ -122,37 +124,38 @@ def model_of(camera: str) -> FisheyeModel:
     return next(matches, _UNKNOWN)
 
 
-_ASPECT: Final = (1.3, 2.6)  # longer over shorter side of the area with both circles
-_WIDEST: Final = 2.6  # longer over shorter side of a picture
-_LOOKED_AT: Final = 672  # columns of the small copy in which circles are searched
+_ASPECT: Final = (1.3, 2.6)  # ratio of the sides of the area with both circles
+_WIDEST: Final = 2.6  # maximum ratio of a picture's sides
+_LOOKED_AT: Final = 672  # columns of the small copy in which circles are searched for
 _BRIGHTEST: Final = 1e6
-_WHITE, _BRIGHTER = 0.85, 8.0  # fraction of unclipped pixels; factor of the second exposure
+_WHITE, _BRIGHTER = 0.85, 8.0  # fraction of unclipped pixels; gain of the second exposure
 _CONTENT: Final = 0.02  # lit fraction of a row or column from which it counts as content
 _ANGLES: Final = 240
-# fractions of half a half's side: the range of the rims, and the far corners
+# Range of the rims, out to the far corners, as fractions of half the side of one half.
 _REACH: Final = (0.55, 1.42)
-# fractions of half a half's side, with a margin, down to cut-off circles
+# Range of the radii, down to cut-off circles, as fractions of half the side of one half.
 _RADII: Final = (0.72, 1.17)
 _CORNER: Final = 1.2
-_DARKEST: Final = 48  # codes: stray light around a circle is no brighter
-_STEP: Final = 10  # codes from there to the lowest code inside
+_DARKEST: Final = 48  # maximum code of stray light around a circle
+_STEP: Final = 10  # minimum difference in codes from there to the lowest code inside
 _ON_RIM: Final = 0.015  # fraction of the radius within which a point is on the rim
 _LEAST_SHARE: Final = 0.3  # minimum fraction of the angles at which the rim must be visible
-_LEAST_SECTORS: Final = 5  # minimum number of eight sectors in which it must be visible
+# Minimum number, out of eight, of sectors in which the rim must be visible.
+_LEAST_SECTORS: Final = 5
 _MOST_OUTSIDE: Final = 0.004  # maximum fraction of the pixels outside that may be bright
 _MOST_APART: Final = 0.04  # maximum difference as a fraction of the circles' radii
 _LEAST_PIXELS: Final = 32  # minimum length of a box's shorter side in pixels
 _AROUND: Final = 1.05  # radii
-_PICTURE: Final = 0.02  # linear light; darker areas may be anything
+_PICTURE: Final = 0.02  # minimum linear light; darker areas may be anything
 
 
 @dataclass(frozen=True, slots=True)
 class Circles:
-    """Positions of the two image circles, as fractions of the picture's shorter side.
+    """The positions of the two image circles, as fractions of the picture's shorter side.
 
     Attributes:
-        centres: (x, y) from the picture's upper left corner, measured to pixel corners. The first
-            circle is the left one, or the upper one of stacked circles.
+        centres: Centres (x, y) from the picture's upper left corner, measured to pixel corners. The
+            first circle is the left one, or the upper one if the circles are stacked.
     """
 
     centres: tuple[tuple[float, float], tuple[float, float]]
@@ -167,7 +170,7 @@ class Circles:
 
 
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
-    """Return the fisheye circles of a bracket's small, coded frames; None if they are stitched.
+    """Return the circles in a bracket's small, encoded frames, or None if these are stitched.
 
     Raises:
         ProbeError: If some frames are unstitched and others are not.
@@ -184,11 +187,11 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
         circled = [names[k] for k, one in enumerate(all_circles) if one is not None]
         raise ProbeError(
             tr(
-                "Only some frames show unstitched fisheye circles: {circled}, but not {odd}.",
+                "Only some frames show unstitched fisheye circles: {circled} do, but {odd} do not.",
                 circled=listed(circled),
                 odd=listed(odd),
             ),
-            tr("Leave out one kind, or shoot again: stitch all frames or none."),
+            tr("Leave out one kind, or shoot again with either all frames stitched or none."),
         )
     return best
 
@@ -201,8 +204,9 @@ def may_be_circles(shape: tuple[int, int]) -> bool:
 def find_circles(frame: Bytes) -> Circles | None:
     """Return the two image circles of a frame, (h, w, 3) uint8, or None if there are none.
 
-    They are side by side or stacked, anywhere in a frame of any proportions up to 2.6:1, whole or
-    slightly cut off. A frame too dark to show enough of a rim gives None, too.
+    The circles may be side by side or stacked, anywhere in a frame of any proportions up to 2.6:1,
+    and whole or slightly cut off. The result is also None if the frame is too dark to show enough
+    of a rim.
     """
     if not may_be_circles(frame.shape[:2]):
         return None
@@ -216,9 +220,10 @@ def find_circles(frame: Bytes) -> Circles | None:
 
 
 def check_stitched(radiance: Float32, name: str) -> None:
-    """Raise an error if light, (h, w, 3) linear, is two fisheye circles instead of a panorama.
+    """Check that linear light, (h, w, 3), is not two fisheye circles instead of a panorama.
 
-    Raises `EnvironmentFileError`.
+    Raises:
+        EnvironmentFileError: If the light shows two fisheye circles.
     """
     shape = (_LOOKED_AT, max(round(_LOOKED_AT * radiance.shape[0] / radiance.shape[1]), 1))
     small = cv2.resize(np.minimum(radiance, _BRIGHTEST), shape, interpolation=cv2.INTER_AREA)
@@ -232,9 +237,9 @@ def check_stitched(radiance: Float32, name: str) -> None:
 
 
 def unstitched(name: str) -> EnvironmentFileError:
-    """Return the error for two circles instead of a panorama."""
+    """Return the error for a file that shows two circles instead of a panorama."""
     return EnvironmentFileError(
-        tr("{name} shows two fisheye circles and is not a stitched panorama.", name=name),
+        tr("{name} shows two fisheye circles instead of a stitched panorama.", name=name),
         tr("Merge its bracket with Turnlight, or stitch it with the camera maker’s software."),
     )
 
@@ -243,7 +248,7 @@ _Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom; in pixe
 
 
 def _boxes(bright: Bytes) -> list[_Box]:
-    """Return the part of a picture that is not dark, and the whole picture."""
+    """Return the box of the part of a picture that is not dark, and that of the whole picture."""
     height, width = bright.shape
     whole = (0, 0, width, height)
     bright_mask = bright > min(float(np.quantile(bright, 0.02)), _DARKEST) + 2 * _STEP
@@ -256,7 +261,7 @@ def _boxes(bright: Bytes) -> list[_Box]:
 
 
 def _layouts(box: _Box) -> list[bool]:
-    """Return the possible arrangements of circles in a box: False side by side, True stacked."""
+    """Return whether circles in a box may be side by side (False), stacked (True) or both."""
     ratio = (box[2] - box[0]) / max(box[3] - box[1], 1)
     fits = (_ASPECT[0] <= ratio <= _ASPECT[1], _ASPECT[0] <= 1.0 / max(ratio, 1e-9) <= _ASPECT[1])
     return [stacked for stacked, one in zip((False, True), fits, strict=True) if one]
@@ -294,10 +299,10 @@ def _in_box(bright: Bytes, box: _Box, stacked: bool) -> Circles | None:
 
 @dataclass(frozen=True, slots=True)
 class _Rim:
-    """A circle in one half of a picture, in its pixels.
+    """A circle in one half of a picture, in pixels of that half.
 
     Attributes:
-        share: Fraction of its angles at which the rim is visible.
+        share: Fraction of the angles at which the rim is visible.
     """
 
     x: float
@@ -337,7 +342,7 @@ def _rim(half: Bytes) -> _Rim | None:
 
 
 def _crossings(codes: Bytes, last: Indices, limit: float, radii: Float64) -> Float64:
-    """Refine the outermost bright point at each angle to the position of half brightness."""
+    """Refine the outermost bright point at each angle to where the brightness drops by half."""
     rows = np.arange(len(codes))
     back = codes[rows[:, None], np.clip(last[:, None] - np.arange(2, 10), 0, None)]
     half = np.maximum(np.median(back, axis=1) / 2.0, limit)
@@ -357,7 +362,7 @@ def _fitted(
     size: float,
     centre: tuple[float, float],
 ) -> _Rim | None:
-    """Fit a circle to the outermost points; dark content only moves points inwards."""
+    """Fit a circle to the outermost points, which dark content can only move inwards."""
     x, y = centre
     if usable.sum() < _LEAST_SHARE * _ANGLES:
         return None
@@ -390,7 +395,7 @@ def _fitted(
 
 
 def _fits(frame: Bytes, circles: Circles) -> bool:
-    """Return whether a frame is dark around the circles, however dark it is inside."""
+    """Return whether a frame is dark around the circles, however dark it is inside them."""
     codes = worst(frame)[_away(frame, circles) > _AROUND]
     if codes.size < 0.02 * frame.shape[0] * frame.shape[1]:
         return False
@@ -399,7 +404,7 @@ def _fits(frame: Bytes, circles: Circles) -> bool:
 
 
 def _filled(frame: Bytes, circles: Circles) -> bool:
-    """Return whether there is content around the circles of other frames, not only stray light."""
+    """Return whether a frame has content, and not only stray light, around others' circles."""
     away, light = _away(frame, circles), srgb_decode(worst(frame) / 255.0)
     outside, inside = light[away > _AROUND], light[(away > 0.8) & (away < 0.97)]
     return float(np.quantile(outside, 0.9)) > _PICTURE and outside.mean() > 0.3 * inside.mean()

@@ -1,8 +1,8 @@
-"""A calibrated pair of fisheye lenses: the mapping of directions to their pictures, and the seam.
+"""A calibrated pair of fisheye lenses: the mapping of directions to pixels, and the seam.
 
-The lenses are a few centimetres apart, so they see near objects in different directions. This
-parallax runs along the meridians of their common axis, and each lens takes half of it, fading out
-away from the seam.
+The lenses are a few centimetres apart, so they see nearby objects in different directions. This
+parallax runs along the meridians of the lenses' common axis. Half of it is attributed to each lens,
+fading out away from the seam.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from app.core.base.arrays import Float32, Float64
 from app.core.base.sphere import from_vector
 from app.core.measure.fisheye.circles import FisheyeLens
 
-# Strips along the seam: a quarter of a degree per sample, along the seam and across it.
+# Strips have a sample every quarter of a degree, along the seam and across it.
 STEP_DEG: Final = 0.25
 AROUND: Final = 1440
 _MARGIN_DEG: Final = 0.8  # excluded rim, which is soft
 _LEAST_BLOCKS: Final = 6
-_FADE_DEG: Final = 30.0  # where the lenses no longer share the parallax
+_FADE_DEG: Final = 30.0  # distance from the seam at which the parallax has faded out
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +30,15 @@ class Pair:
     """Two calibrated lenses, front first, and their seam.
 
     Attributes:
-        field_deg: Angle of each image circle.
-        blocks: Number of positions around the seam that agreed.
+        field_deg: Angle that each image circle spans.
+        blocks: Number of positions around the seam where the lenses agreed.
         parallax: (1440,) float64. Angle between the two lenses' views of an object, in degrees,
             around the seam, clockwise from the top as seen by the front lens.
-        seam: (1440,) float64. Position of the seam, degrees toward the front, in the same order.
-        gains: (2, 3) float64. Factors by lens and channel.
-        falloff: Logarithm of a lens's light loss at 90 degrees from its axis. It is assumed to grow
-            with the cube of the angle, between the square of plain optics and the effect of hoods
-            and stops.
+        seam: (1440,) float64. Position of the seam in degrees toward the front, in the same order.
+        gains: (2, 3) float64. Factors for each lens and channel.
+        falloff: Logarithm of a lens's light loss at 90 degrees from its axis. The loss is assumed
+            to grow with the cube of the angle, between the square of plain optics and the effect of
+            hoods and stops.
     """
 
     lenses: tuple[FisheyeLens, FisheyeLens]
@@ -51,7 +51,7 @@ class Pair:
 
     @property
     def measured(self) -> bool:
-        """Whether enough points agreed to calibrate the lenses."""
+        """Whether enough positions agreed to calibrate the lenses."""
         return self.blocks >= _LEAST_BLOCKS
 
     @property
@@ -82,12 +82,12 @@ def looked_up(
     """Map directions to the picture of a lens, with half of the parallax removed.
 
     Args:
-        index: 0 for the front lens, 1 for the other.
+        index: 0 for the front lens, 1 for the back lens.
         vectors: (..., 3) float32. Directions in the frame of the pair.
         toward, around: (...) float32. Positions of the directions, from `about_seam`.
 
     Returns:
-        Columns, rows, and the factor that corrects the falloff, (...) float32 each.
+        The columns, the rows and the factors that correct the falloff, (...) float32 each.
     """
     fade = np.clip(1.0 - np.abs(toward) / _FADE_DEG, 0.0, 1.0)
     give = np.radians(0.5 * fade * fade * (3.0 - 2.0 * fade) * around_seam(pair.parallax, around))
@@ -105,8 +105,8 @@ def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
         vectors: (..., 3) float32. Unit directions in the frame of the pair.
 
     Returns:
-        (...) float32 each: degrees toward the front from the seam's plane; and samples around it,
-        from the top.
+        Degrees toward the front from the seam's plane, and samples around the seam from the top,
+        (...) float32 each.
     """
     toward = np.degrees(np.arcsin(np.clip(vectors[..., 2], -1.0, 1.0)))
     around = np.arctan2(-vectors[..., 0], vectors[..., 1]) * (AROUND / (2.0 * math.pi))
@@ -114,7 +114,7 @@ def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
 
 
 def _tipped(vectors: Float32, angles: Float32) -> Float32:
-    """Move directions toward the front by angles in radians."""
+    """Tip directions toward the front by angles in radians."""
     flat = np.maximum(np.hypot(vectors[..., 0], vectors[..., 1]), 1e-9)
     cosine, sine = np.cos(angles), np.sin(angles)
     scale = cosine - sine * vectors[..., 2] / flat
@@ -138,7 +138,7 @@ def around_seam(curve: Float64, around: Float32) -> Float32:
 
 
 def about_axis(angle: float) -> Float64:
-    """Return the rotation about the front axis, in radians, clockwise as seen by the front lens."""
+    """Return the rotation about the front axis, in radians, clockwise as the front lens sees it."""
     return from_vector(np.array([0.0, 0.0, angle]))
 
 
@@ -148,7 +148,7 @@ def seam_rows(field_deg: float) -> int:
 
 
 def seam_directions(rows: int) -> Float32:
-    """Return directions of a strip, (2 rows + 1, 1440, 3): from the back toward the front."""
+    """Return the directions of a strip, (2 rows + 1, 1440, 3), from the back toward the front."""
     toward = np.radians(np.arange(-rows, rows + 1) * STEP_DEG)[:, None]
     around = (np.arange(AROUND) * (2.0 * math.pi / AROUND))[None]
     level = np.cos(toward)

@@ -1,4 +1,4 @@
-"""Measure from unstitched pictures of a 360 camera, with two fisheye circles each."""
+"""Measure from unstitched pictures from a 360 camera, with two fisheye circles each."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from exposures of two circles, or a single one; they are merged and then stitched.
+    """Measure from one or more exposures of two circles, which are merged and then stitched.
 
-    Frames that a camera has stitched are measured as a bracket. Raises as `measurement.Entry`.
+    Frames that a camera has stitched are measured as a bracket. The errors are those of
+    `measurement.Entry`.
     """
     options = replace(options or MeasureOptions(), alone=True)
     return bracket.measure(files, options, token, report)

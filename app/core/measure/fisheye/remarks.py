@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class CirclesStitched(Remark):
-    """The circle used as the front, and its upward direction in degrees clockwise from its top."""
+    """The circle used as the front, and its upward direction in degrees clockwise from the top."""
 
     front: str
     up_deg: float

@@ -1,8 +1,8 @@
-"""Stitch two fisheyes back to back to a panorama.
+"""Stitch the pictures of two back-to-back fisheye lenses into a panorama.
 
 The frames of an unstitched bracket are merged as they are, circle on circle, so that clipping and
-noise are those of the sensor. Only the merged light is resampled, once, and all frames stay aligned
-as shot.
+noise are those of the sensor. Only the merged light is resampled, and only once, so all frames stay
+aligned as shot.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from app.core.measure.read.resampling import light_in_bands
 
 _SUPERSAMPLED: Final = 2
 _COARSE: Final = 4  # texels
-_LONGEST: Final = 8192  # pixels of merged circles, also at full size: for memory
+_LONGEST: Final = 8192  # maximum side of merged circles in pixels, to save memory
 _LOOKED_AT: Final = (256, 512)
 _LEAN_DEG: Final = 4.0
-_STEEP: Final = 0.9  # closer to the zenith, every edge is nearly upright
+_STEEP: Final = 0.9  # nearer to the zenith, every edge is nearly upright
 _SECTORS: Final = 16
 _CLEARLY: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True)
 class Stitching:
-    """Calibration and stitching of the lenses.
+    """How the lenses were calibrated and stitched.
 
     Attributes:
-        up_deg: Upward direction, clockwise from the top of the front lens's circle.
-        up_from: Source of `up_deg`: "model", "edges" or "file".
+        up_deg: Upward direction in degrees, clockwise from the top of the front lens's circle.
+        up_from: Source of `up_deg`, which is "model", "edges" or "file".
     """
 
     front: str
@@ -61,7 +61,7 @@ class Stitching:
     up_from: str
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts for JSON."""
+        """Return the facts as a dictionary for JSON."""
         first, second = self.pair.gains.mean(axis=1)
         facts = {
             "front": self.front,
@@ -85,17 +85,17 @@ class Stitching:
 def circle_size(
     shape: tuple[int, int], circles: Circles, size: tuple[int, int] | None
 ) -> tuple[int, int]:
-    """Return the rows and columns at which unstitched frames are merged, for a panorama's size."""
+    """Return the rows and columns at which to merge unstitched frames for a panorama of a size."""
     share = _LONGEST / max(shape)
     if size is not None:
-        # Twice as fine as the panorama; the circles are about 200 degrees wide.
+        # Twice as fine as the panorama, for circles that are about 200 degrees wide.
         fine = _SUPERSAMPLED * size[1] / 360.0 / (2.0 * circles.radius * min(shape) / 200.0)
         share = min(share, fine if fine < 0.75 else 1.0)
     return shape if share >= 1.0 else (round(shape[0] * share), round(shape[1] * share))
 
 
 def panorama_size(shape: tuple[int, int], circles: Circles, field_deg: float) -> tuple[int, int]:
-    """Return rows and columns of a panorama with the resolution of the circles."""
+    """Return the rows and columns of a panorama with the resolution of the circles."""
     columns = 2.0 * circles.radius * min(shape) * 360.0 / field_deg
     rows = max(round(columns / 16.0), 1) * 8
     return rows, 2 * rows
@@ -108,7 +108,7 @@ def to_panorama(
     size: tuple[int, int] | None,
     token: Token | None = None,
 ) -> tuple[MergedLight, Stitching]:
-    """Stitch the merged light of an unstitched bracket; a size of None keeps the circles' own."""
+    """Stitch the merged light of an unstitched bracket, at the circles' resolution by default."""
     model = model_of(camera)
     pair = calibrate(merged, circles, model)
     up_deg, source = _up(merged, pair, model)
@@ -127,16 +127,17 @@ def to_panorama(
 def _up(merged: MergedLight, pair: Pair, model: FisheyeModel) -> tuple[float, str]:
     """Return the upward direction, clockwise from the top of the front circle, and its source.
 
-    Cameras store their circles upright or rotated by a quarter turn, and the overlap does not show
-    which. A known model decides; otherwise the rotation of the two against each other, unless
-    upright edges all around clearly contradict it. More light comes from above than from below: so
-    it was in each of twenty panoramas.
+    Cameras store their circles upright or rotated by a quarter turn, and the overlap does not
+    reveal which. A known model decides. Otherwise, the rotation of the two circles relative to each
+    other decides, unless upright edges all around clearly contradict it. Which end is up follows
+    from the light: in each of twenty panoramas, more came from above than from below.
     """
     if model.turns_deg is not None:
         return model.turns_deg[model.front], "model"
     up_view = stitch(merged, pair, _LOOKED_AT).radiance
     right = pair.lenses[1].axes[0]
-    # Both a quarter turn to the same side, or both upright; then the front one's top counts.
+    # Either both are a quarter turn to the same side, or both are upright. Then the top of the
+    # front circle is up.
     sideways = right[0] < -math.sqrt(0.5)
     upright_scores, lying_scores = _upright_edges(up_view, 1), _upright_edges(up_view, 0)
     ratio = (lying_scores + 1e-9) / (upright_scores + 1e-9)
@@ -146,7 +147,7 @@ def _up(merged: MergedLight, pair: Pair, model: FisheyeModel) -> tuple[float, st
 
 
 def _lit(radiance: Float32, up_deg: float) -> float:
-    """Return a direction or its opposite, whichever more light comes from."""
+    """Return a direction or its opposite, whichever has more light coming from it."""
     angle = math.radians(up_deg)
     toward = directions(_LOOKED_AT) @ np.array([-math.sin(angle), math.cos(angle), 0.0], np.float32)
     light = luminance(radiance) * solid_angles(_LOOKED_AT)[:, None]
@@ -154,7 +155,7 @@ def _lit(radiance: Float32, up_deg: float) -> float:
 
 
 def _upright_edges(radiance: Float32, axis: int) -> float:
-    """Sum the edges along an axis, limiting the weight of each sector around it."""
+    """Sum the edges along an axis, limiting the weight of each sector around the axis."""
     level = luminance(radiance)
     level *= np.float32(0.25 / max(float(np.median(level)), 1e-9))
     picture = np.rint(255.0 * srgb_encode(np.clip(level, 0.0, 1.0))).astype(np.uint8)
@@ -163,21 +164,21 @@ def _upright_edges(radiance: Float32, axis: int) -> float:
     along = np.clip(1.0 - off**2, 0.0, 1.0) * (np.abs(vectors[:, axis]) < _STEEP) * strengths
     around = np.arctan2(vectors[:, 2], vectors[:, 1 - axis]) / (2.0 * math.pi) + 0.5
     sums = np.bincount((around * _SECTORS).astype(int) % _SECTORS, along, _SECTORS)
-    # The horizon is one long edge; corners of rooms and trees are all around.
+    # The horizon is one long edge, whereas trees and the corners of rooms are all around.
     return float(np.minimum(sums, 2.0 * np.median(sums)).sum())
 
 
 def stitch(
     merged: MergedLight, pair: Pair, size: tuple[int, int], token: Token | None = None
 ) -> MergedLight:
-    """Resample merged light to a panorama of some rows and columns, both even.
+    """Resample merged light to a panorama of the given even numbers of rows and columns.
 
     Fractions of an area are preserved, and clipped light stays clipped.
     """
     shape, shares = (size[0] * _SUPERSAMPLED, size[1] * _SUPERSAMPLED), merged.shares
 
     def band(start: int, stop: int) -> tuple[Float32, Float32]:
-        # Source positions are computed for every fourth texel and interpolated: they vary smoothly.
+        # Compute source positions for every fourth texel and interpolate, since they vary smoothly.
         vectors = _coarse(shape, (start, stop))
         toward, around = about_seam(vectors)
         front = np.clip(0.5 + (toward - around_seam(pair.seam, around)) / BLEND_DEG, 0.0, 1.0)
@@ -198,7 +199,7 @@ def stitch(
 
 
 def _coarse(shape: tuple[int, int], rows: tuple[int, int]) -> Float32:
-    """Return directions to the centres of blocks of texels, with one more block on every side."""
+    """Return the directions to the centres of blocks of texels, with an extra block per side."""
     row = np.arange(rows[0] // _COARSE - 1, rows[1] // _COARSE + 1) + 0.5
     column = np.arange(-1, shape[1] // _COARSE + 1) + 0.5
     elevation = np.pi * (0.5 - row * _COARSE / shape[0])[:, None]
@@ -209,7 +210,7 @@ def _coarse(shape: tuple[int, int], rows: tuple[int, int]) -> Float32:
 
 
 def _refine(coarse: Float32) -> Float32:
-    """Interpolate values of blocks to their texels, and drop the outer blocks."""
+    """Interpolate the values of blocks to their texels, and drop the extra blocks."""
     size = (coarse.shape[1] * _COARSE, coarse.shape[0] * _COARSE)
     fine = cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR)
     return np.ascontiguousarray(fine[_COARSE:-_COARSE, _COARSE:-_COARSE], np.float32)

@@ -3,8 +3,8 @@
     files -> pictures -> matches -> directions -> curve, exposures -> merged
           -> gaps filled -> lamps, sun, corrections -> audit
 
-Exposures of one bracket look in nearly the same direction, so only the best one is compared with
-other photos. Exposures in EXIF are only a start: the overlaps decide, since phones process
+Exposures of one bracket face nearly the same direction, so only the best one is compared with other
+photos. Exposures in EXIF are only a starting point. The overlaps decide, since phones process
 exposures as they like.
 """
 
@@ -56,13 +56,13 @@ from app.core.measure.read.frame import Bracket, Frame, MergedLight
 from app.core.measure.read.metadata import pictures_in, read_header
 from app.core.text import tr
 
-_MERGE_SIDE, _SMALL = 1600, 120  # pixels of the longer side: to merge, and to compare brightness
+_MERGE_SIDE, _SMALL = 1600, 120  # longer side in pixels: to merge, and to compare brightness
 _PANORAMA, _WIDE, _ENDS = 6144, 2.2, 1.5  # pixels; width over height; steps between columns
 _COUNTS: Final = (3, 120)
-_OTHER_PLACE, _LEAST_SEEN = 0.2, 0.1  # of all photos, that are connected; of the sphere
-_STEP_STOPS, _SAME_STOPS = 0.6, 0.25  # between exposures of a bracket, and between brackets
+_OTHER_PLACE, _LEAST_SEEN = 0.2, 0.1  # minimum fractions: connected photos; the sphere
+_STEP_STOPS, _SAME_STOPS = 0.6, 0.25  # between the exposures of a bracket; between brackets
 _OPEN, _MIDDLE_CODE = (16, 236), 118
-_EDGE, _FEW = 0.06, 12  # of half a side, excluded; positions that are too few
+_EDGE, _FEW = 0.06, 12  # excluded part of half a side; too few positions
 _TRUST_EXIF, _TRUST_STEP, _TRUST_OVERLAP = 0.3, 0.07, 0.05  # stops
 _MOVED_PX = 2.5
 _OVER: Final = tr("Turn on one spot and let each photo overlap the last by a third.")
@@ -74,14 +74,15 @@ class Photograph:
     """A photo and its direction.
 
     Attributes:
-        pixels: (h, w, 3).
-        small: A tiny copy.
-        points: Features of a copy of `LONGEST` or less.
-        stated_focal_px: Focal length in pixels of that copy, from EXIF.
-        rotation: (3, 3). From camera to panorama axes, or None if it could not be found.
-        focal_px: Focal length in pixels of `pixels`.
-        bracket: Number of the direction.
-        wide_deg: Horizontal angle of a panorama.
+        pixels: (h, w, 3) uint8. The photo.
+        small: A tiny copy of the photo.
+        points: Feature points of a copy whose longer side is at most `LONGEST`.
+        stated_focal_px: Focal length from EXIF, in pixels of that copy.
+        rotation: (3, 3) float64. Rotation from camera to panorama axes, or None if it could not be
+            found.
+        focal_px: Focal length, in pixels of `pixels`.
+        bracket: Number of the bracket, which has one direction.
+        wide_deg: Horizontal angle of a panorama, in degrees.
     """
 
     frame: Frame
@@ -96,19 +97,19 @@ class Photograph:
 
     @property
     def stops(self) -> float | None:
-        """Exposure from EXIF, if stated."""
+        """Exposure from EXIF in stops, or None if it is not stated."""
         return None if self.frame.exposure is None else self.frame.exposure.ev
 
     @property
     def fov_deg(self) -> float:
-        """Horizontal field of view."""
+        """Horizontal field of view, in degrees."""
         return self.wide_deg or math.degrees(
             2.0 * math.atan(self.pixels.shape[1] / 2.0 / self.focal_px)
         )
 
     @property
     def angles_deg(self) -> tuple[float, float, float] | None:
-        """Azimuth, elevation and roll clockwise, in degrees."""
+        """Azimuth, elevation and clockwise roll in degrees, or None without a rotation."""
         return None if self.rotation is None else angles_of(self.rotation @ _AXES)
 
 
@@ -117,8 +118,8 @@ class PhotosOptions(WayOptions):
     """Options for photos taken all around.
 
     Attributes:
-        fov_deg: Horizontal angle of a single wide panorama, or None to estimate it.
-        unstitched: Whether pictures of two fisheye circles are measured as such.
+        fov_deg: Horizontal angle of a single wide panorama, or None to estimate the angle.
+        unstitched: Whether to measure pictures with two fisheye circles as such.
     """
 
     fov_deg: float | None = None
@@ -127,12 +128,12 @@ class PhotosOptions(WayOptions):
 
 @dataclass(frozen=True, slots=True)
 class PhotosFacts:
-    """Facts about the photos: their directions."""
+    """Facts about the photos, such as their directions."""
 
     photographs: tuple[Photograph, ...]
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts for JSON."""
+        """Return the facts as a dictionary for JSON."""
         return {"photographs": [_described(each) for each in self.photographs]}
 
 
@@ -151,11 +152,12 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from photos taken all around, or one folder of them.
+    """Measure from photos taken all around, or from one folder of them.
 
-    Azimuth 0 is the direction of the first photo that could be placed. A single file is a panorama
-    that a phone has stitched. Pictures of two fisheye circles are measured as such. Raises as
-    `measurement.Entry`, and if photos do not belong together or show too little.
+    Azimuth 0 is the direction of the first photo that could be placed. A single file is taken as a
+    panorama that a phone has stitched. Pictures of two fisheye circles are measured as such. The
+    errors are those of `measurement.Entry`, with a `ProbeError` if the photos do not belong
+    together or show too little.
     """
     options, token = options or MeasureOptions(), token or Token()
     own = options.of(PhotosOptions)
@@ -183,7 +185,7 @@ def measure(
 
 @dataclass(frozen=True, slots=True)
 class _PhotoLight:
-    """Light before its gaps are filled: radiance, mask of known texels, clipped shares."""
+    """Light before its gaps are filled: radiance, mask of known texels and clipped fractions."""
 
     photographs: list[Photograph]
     stops: tuple[float, ...]
@@ -193,7 +195,7 @@ class _PhotoLight:
 
 
 def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Measurement:
-    """Fill gaps, and finish the light as for all measurements."""
+    """Fill the gaps, and finish the light as for all measurements."""
     (radiance, coverage, clipped), stops, remarks = light.planes, light.stops, light.remarks
     oriented = [photograph for photograph in light.photographs if photograph.rotation is not None]
     exposures_known = all(p.frame.exposure is not None and p.frame.exposure.known for p in oriented)
@@ -228,7 +230,7 @@ def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Meas
 
 
 def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
-    """Map a panorama that a phone has stitched onto the sphere: by GPano, or as a cylinder."""
+    """Map a phone's stitched panorama onto the sphere, by GPano or as a cylinder."""
     photograph = replace(_read_one(token, file, _PANORAMA), rotation=_AXES)
     pixels, area = photograph.pixels, photograph.frame.area_deg
     height, width = pixels.shape[:2]
@@ -258,26 +260,27 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
 
 
 def _width_deg(pixels: Bytes, name: str) -> float:
-    """Return 360 degrees for a wide picture whose ends match."""
+    """Return 360 degrees for a wide picture whose ends match, or raise an error for any other."""
     if pixels.shape[1] < _WIDE * pixels.shape[0]:
         few = tr("One photo cannot show a full panorama.")
         raise ProbeError(few, _OVER)
     columns = cv2.resize(pixels, (256, 64), interpolation=cv2.INTER_AREA).astype(np.float32)
-    apart = np.abs(columns - np.roll(columns, 1, axis=1)).mean(axis=(0, 2))  # ends first
+    # The two ends come first.
+    apart = np.abs(columns - np.roll(columns, 1, axis=1)).mean(axis=(0, 2))
     if apart[0] > _ENDS * np.quantile(apart[1:], 0.9):
         unknown = tr("The angle that {name} covers is unknown.", name=name)
-        raise ProbeError(unknown, tr("Give it in degrees with --fov."))
+        raise ProbeError(unknown, tr("Set it in degrees with --fov."))
     return 360.0
 
 
 def _circled(files: Sequence[Path], token: Token) -> bool:
-    """Return whether pictures show two fisheye circles each; three are checked."""
+    """Return whether pictures show two fisheye circles each, judging by three of them."""
     some = {files[k] for k in (0, len(files) // 2, len(files) - 1)} if files else set()
     return any(shows_circles(file, token) for file in sorted(some))
 
 
 def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograph]:
-    """Decode and describe the photos."""
+    """Decode the photos and find their feature points."""
     if not _COUNTS[0] <= len(files) <= _COUNTS[1]:
         few = tr("A full panorama needs 12–40 photos (you chose {count}).", count=len(files))
         raise ProbeError(few, _OVER)
@@ -302,9 +305,9 @@ def _read_one(token: Token, file: Path, most: int = _MERGE_SIDE) -> Photograph:
 
 
 def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
-    """Divide photos into brackets, if all of them were exposed with the same steps.
+    """Divide photos into brackets if all brackets have the same exposure steps.
 
-    Otherwise each photo is separate.
+    Otherwise, each photo is a bracket of its own.
     """
     count, bracket_size = len(photographs), 1
     stops = np.array([math.nan if p.stops is None else p.stops for p in photographs])
@@ -320,10 +323,11 @@ def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
 def _place(
     photographs: Sequence[Photograph], token: Token, report: Report
 ) -> tuple[list[Photograph], list[Remark]]:
-    """Find the directions of the photos, with remarks."""
+    """Find the directions of the photos, and remark on those that have none."""
     size = len(photographs) // (photographs[-1].bracket + 1)
     dull = [abs(float(np.median(photograph.small)) - _MIDDLE_CODE) for photograph in photographs]
-    best = int(np.reshape(dull, (-1, size)).mean(axis=0).argmin())  # exposure of all brackets
+    # Index of the best exposure in every bracket.
+    best = int(np.reshape(dull, (-1, size)).mean(axis=0).argmin())
     leader = [k - k % size + best for k in range(len(photographs))]
     pairs = [*combinations(sorted(set(leader)), 2)]
     pairs += [(one, k) for k, one in enumerate(leader) if one != k]
@@ -337,7 +341,8 @@ def _place(
         hint = tr("Stitch each place separately, or add photos in between.")
         raise ProbeError(apart, hint)
     for k, one in enumerate(leader):
-        if one in rotations and k not in rotations:  # too dark to match: same as its bracket
+        # A photo too dark to match is placed like its bracket.
+        if one in rotations and k not in rotations:
             rotations[k], focals[k] = rotations[one], focals[one]
     if len(rotations) < _COUNTS[0]:
         few = tr("Only {few} of {all} photos overlap.", few=len(rotations), all=len(names))
@@ -355,7 +360,7 @@ def _place(
 
 
 def _middle(oriented: Sequence[Photograph]) -> float:
-    """Return the middle of the stated exposures."""
+    """Return the middle of the exposures that EXIF states."""
     return float(np.median([p.stops for p in oriented if p.stops is not None] or [0.0]))
 
 
@@ -363,7 +368,7 @@ def _look_up(oriented: Sequence[Photograph]) -> tuple[Bytes, Bools]:
     """Sample the same directions in small copies of all photos.
 
     Returns:
-        Codes, (K, N, 3) uint8, and their visibility, (K, N).
+        The codes, (K, N, 3) uint8, and whether each is visible, (K, N) bool.
     """
     scales = [max(p.small.shape) / max(p.pixels.shape) for p in oriented]
     looks = [
@@ -376,7 +381,7 @@ def _look_up(oriented: Sequence[Photograph]) -> tuple[Bytes, Bools]:
 
 
 def _curve(oriented: Sequence[Photograph], codes: Bytes, visible: Bools) -> ResponseChoice:
-    """Choose the camera's curve from brackets; without any, assume sRGB."""
+    """Choose the camera's response curve from the brackets, or assume sRGB if there are none."""
     sets = [
         [k for k, p in enumerate(oriented) if p.bracket == n] for n in {p.bracket for p in oriented}
     ]
@@ -392,10 +397,10 @@ def _curve(oriented: Sequence[Photograph], codes: Bytes, visible: Bools) -> Resp
 def _layers(
     oriented: Sequence[Photograph], codes: Bytes, visible: Bools, table: Float64
 ) -> list[OrientedPicture]:
-    """Find the light for the codes of each photo.
+    """Find the light that the codes of each photo stand for.
 
-    Least squares of logarithms: overlaps that are unclipped in both photos are equal, and exposures
-    are close to those in EXIF, within a bracket very close.
+    Exposures are fitted by least squares of logarithms, so that overlaps that are unclipped in both
+    photos become equal, and exposures stay close to those in EXIF, very close within a bracket.
     """
     middle = _middle(oriented)
     start = np.array([0.0 if p.stops is None else middle - p.stops for p in oriented])
@@ -426,7 +431,7 @@ def _layers(
 def _filled(
     merged: MergedLight, coverage: Bools, remarks: list[Remark]
 ) -> tuple[MergedLight, float]:
-    """Fill areas that no photo shows, and report their fraction of the sphere and position."""
+    """Fill areas that no photo shows, and report where they are and how much of the sphere."""
     gaps = (
         (~coverage).mean(axis=1) * solid_angles(coverage.shape) * coverage.shape[1] / (4.0 * np.pi)
     )

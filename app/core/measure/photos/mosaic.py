@@ -1,9 +1,10 @@
-"""Merge photos with known directions to a panorama of light.
+"""Merge photos with known directions into a panorama of light.
 
-Each photo is a pinhole picture taken from one point. Texels are sampled several times. Each sample
-is merged from all photos that show it, like the frames of a bracket (`merge_band`): weighted by
-noise, with no weight for clipped pixels and more weight away from a photo's edge, so that no seam
-is visible. Merged samples are averaged, not codes, so a lamp keeps its light.
+Each photo is a pinhole picture, and all are taken from one point. Texels are sampled several times.
+Each sample is merged from all photos that show it, like the frames of a bracket (`merge_band`):
+photos are weighted by noise, with no weight for clipped pixels and more weight away from a photo's
+edge, so that no seam is visible. The merged samples are averaged rather than the codes, so a lamp
+keeps its light.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ from app.core.measure.bracket.merge_band import merge_band
 from app.core.measure.bracket.weighting import FrameLight, float_tables, frame_tables
 from app.core.measure.read.pixels import workers
 
-_TILE, _MOST_SAMPLES = 96, 3  # texels of a side, and samples of a texel
-_FEATHER: Final = 0.4  # of half a side, over which a photo loses its weight
-_AHEAD: Final = 0.05  # cosine from the axis
+_TILE, _MOST_SAMPLES = 96, 3  # texels along a side; maximum samples along a texel's side
+_FEATHER: Final = 0.4  # fraction of half a side over which a photo loses its weight
+_AHEAD: Final = 0.05  # minimum cosine of the angle to the axis
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +39,12 @@ class OrientedPicture:
     """A photo with its direction and exposure.
 
     Attributes:
-        pixels: (h, w, 3). uint8 codes, or float32 linear where 1 is saturated.
-        rotation: (3, 3) float64. From camera axes (right, down, front) to a panorama's
-            (`app.core.base.sphere`).
-        gains: Radiance of linear red, green and blue of 1; for linear pictures the mean counts.
-        mask: (h, w) bool. Usable area, or None for all of it.
+        pixels: (h, w, 3) uint8 codes, or float32 linear light in which 1 is saturated.
+        rotation: (3, 3) float64. Rotation from camera axes (right, down, front) to those of a
+            panorama (`app.core.base.sphere`).
+        gains: Radiance of linear red, green and blue values of 1. For linear pictures, the mean is
+            used.
+        mask: (h, w) bool. Usable area, or None if the whole picture is usable.
     """
 
     pixels: NDArray[Any] = field(repr=False)
@@ -53,15 +55,16 @@ class OrientedPicture:
 
     @property
     def stops(self) -> float:
-        """Exposure relative to one that 1 saturates."""
+        """Exposure in stops, relative to one that a radiance of 1 saturates."""
         return -math.log2(sum(self.gains) / 3.0)
 
     def look(self, rays: Float32) -> tuple[NDArray[Any], Float32]:
         """Sample the photo at directions, (h, w, 3), in the panorama's axes.
 
         Returns:
-            Pixels, (h, w, 3), and their distance from the picture's edge as a fraction of half a
-            side, (h, w) float32: 0 outside it.
+            The pixels, (h, w, 3), and their distance from the picture's edge as a fraction of half
+            a
+        side, (h, w) float32, which is 0 outside the picture.
         """
         local = rays @ self.rotation.astype(np.float32)
         scale = np.float32(self.focal_px) / np.maximum(local[..., 2], np.float32(_AHEAD))
@@ -88,14 +91,15 @@ def light_around(
     token: Token | None = None,
     report: Report = silent,
 ) -> tuple[Float32, Bools, Float32]:
-    """Merge photos to a panorama of light, (H, W) = `shape`.
+    """Merge photos into a panorama of light, (H, W) = `shape`.
 
     Args:
-        table: (3, 256). Linear light of each code; by default sRGB.
+        table: (3, 256) float64. Linear light of each code, or None for sRGB.
 
     Returns:
-        Radiance, (H, W, 3) float32 in the unit of the gains, 0 where unknown; the mask of known
-        texels, (H, W); and the fraction of each texel, (H, W) float32, that all its photos clip.
+        The radiance, (H, W, 3) float32 in the unit of the gains, which is 0 where unknown; the mask
+        of known texels, (H, W); and the fraction of each texel that is clipped in all photos that
+        show it, (H, W) float32.
 
     Raises:
         Cancelled: If the token is cancelled.

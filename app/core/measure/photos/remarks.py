@@ -10,24 +10,24 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class OneExposure(Remark):
-    """Lamps and windows are clipped."""
+    """The photos have only one exposure, so lamps and windows are clipped."""
 
 
 @dataclass(frozen=True, slots=True)
 class PhotosLeftOut(Remark):
-    """Photos that do not overlap the others."""
+    """Some photos do not overlap the others."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class CameraMoved(Remark):
-    """Near objects may appear twice."""
+    """The camera moved between photos, so nearby objects may appear twice."""
 
 
 @dataclass(frozen=True, slots=True)
 class GapsFilled(Remark):
-    """Fraction of all directions, 0 to 1, that no photo shows, and where most of that area is."""
+    """No photo shows part of the sphere, `share` from 0 to 1, which lies mostly at `where`."""
 
     share: float
     where: Literal["overhead", "below", "sides"]

@@ -1,13 +1,13 @@
 """Estimate rotations and focal lengths of photos taken from one point.
 
-Photos from a turning camera are homographies of each other. Pairs are found by RootSIFT points and
+Photos from a turning camera are homographies of one another. Pairs are found by RootSIFT points and
 accepted as in M. Brown and D. Lowe, "Automatic Panoramic Image Stitching using Invariant Features",
-IJCV 2007; the focal length is the one for which all pairs are rotations. Then all rotations and
-focal lengths are adjusted together, by Gauss-Newton with Cauchy's weights, leaving out outliers. Up
-is the direction for which the cameras' right sides are level (section 5 there).
+IJCV 2007. The focal length is the one for which all pairs are rotations. Then all rotations and
+focal lengths are adjusted together, by Gauss-Newton with Cauchy's weights and without outliers. Up
+is the direction for which the cameras' right sides are level (section 5 of that paper).
 
-Camera axes are right, down, front; rotations convert them to one common system, in the end that of
-a panorama.
+Camera axes are right, down and front. Rotations convert them to a common system, which in the end
+is that of a panorama.
 """
 
 from __future__ import annotations
@@ -29,22 +29,24 @@ from app.core.localization.recapture_registration import fit_rotation
 from app.core.localization.rotation import unit_rays
 
 LONGEST: Final = 720
-"""Pixels of the longer side of the compared pictures."""
+"""Longer side of the compared pictures, in pixels."""
 
-_POINTS, _MOST, _TELLING = 700, 120, 24  # points of a photo, of a pair; pairs for a lens
-_APART, _CELL, _A_CELL = 8.0, 36.0, 2  # pixels between rivals, of a cell; matches from one
-_FEWEST, _OF_MATCHES = 10, 0.3  # that must agree: Brown and Lowe require 8 and a fraction of all
-_OFF, _ODD = 4.0, 5.0  # pixels that a point may be off, and half of the points of a pair
-_FAR: Final = 0.1 * LONGEST  # distance of points in pairs that determine the focal length
+_POINTS, _MOST, _TELLING = 700, 120, 24  # points per photo; points per pair; pairs for a lens
+_APART, _CELL, _A_CELL = 8.0, 36.0, 2  # pixels between rivals; cell side; matches per cell
+# Matches that must agree: Brown and Lowe require 8 and a fraction of all.
+_FEWEST, _OF_MATCHES = 10, 0.3
+_OFF, _ODD = 4.0, 5.0  # maximum error of a point, and median error of a pair, in pixels
+# Minimum distance between the points of pairs that determine the focal length.
+_FAR: Final = 0.1 * LONGEST
 _FOCALS: Final = np.geomspace(0.25, 4.0, 97)
 _SCALES: Final = np.maximum(60.0 * 0.75 ** np.arange(24), 1.5)  # pixels, of Cauchy's weights
-_ALIKE: Final = 0.01  # between the focal lengths of photos
+_ALIKE: Final = 0.01  # deviation between the focal lengths of photos
 _LEAN: Final = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PhotoPair:
-    """Matching points of two photos, (M, 2) float64 each, from the picture centres."""
+    """Matching points of two photos, (M, 2) float64 each, relative to the picture centres."""
 
     numbers: tuple[int, int]
     points: tuple[Float64, Float64] = field(repr=False)
@@ -53,14 +55,15 @@ class PhotoPair:
         """Return unit vectors in both cameras' axes, (M, 3) each.
 
         Args:
-            focals: Focal lengths by photo, in pixels; with (N, K, 1), the results are (K, M, 3).
+            focals: Focal length of each photo, in pixels. If they are (N, K, 1), the results are
+                (K, M, 3).
         """
         pairs = zip(self.points, self.numbers, strict=True)
         return [unit_rays(points, 1.0 / focals[k]) for points, k in pairs]
 
 
 def points_of(picture: Bytes) -> Features:
-    """Return the features of a photo, (h, w, 3) uint8, with positions from its centre."""
+    """Return the features of a photo, (h, w, 3) uint8, with positions relative to the centre."""
     features = describe(picture, _POINTS)
     return replace(
         features, places=(features.places - np.array(picture.shape[1::-1]) / 2.0).astype(np.float32)
@@ -70,7 +73,11 @@ def points_of(picture: Bytes) -> Features:
 def find_links(
     views: Sequence[Features], pairs: Sequence[tuple[int, int]], token: Token, report: Report
 ) -> list[PhotoPair]:
-    """Match pairs of photos; raises `Cancelled`."""
+    """Match pairs of photos.
+
+    Raises:
+        Cancelled: If the token is cancelled.
+    """
     links = []
     with ThreadPoolExecutor(2) as pool:
         for count, link in enumerate(pool.map(partial(_link, views, token), pairs)):
@@ -97,7 +104,7 @@ def _link(views: Sequence[Features], token: Token, numbers: tuple[int, int]) -> 
 
 
 def groups(count: int, links: Iterable[PhotoPair]) -> list[list[int]]:
-    """Return connected groups of photos, the largest first."""
+    """Return the connected groups of photos, largest first."""
     name = np.arange(count)
     for link in links:
         first, second = name[list(link.numbers)]
@@ -108,14 +115,14 @@ def groups(count: int, links: Iterable[PhotoPair]) -> list[list[int]]:
 def turn(
     stated: Sequence[float | None], links: Sequence[PhotoPair]
 ) -> tuple[dict[int, Float64], dict[int, float], float]:
-    """Return rotations, (3, 3), and focal lengths, in pixels, of matching photos.
+    """Return the rotations, (3, 3), and the focal lengths, in pixels, of matching photos.
 
     Args:
-        stated: Focal lengths in EXIF, in pixels, or None if not stated.
+        stated: Focal length of each photo in EXIF, in pixels, or None if it is not stated.
 
     Returns:
-        Rotations and focal lengths of the largest group, by number; and the distance between the
-        points of a pair, in pixels.
+        The rotations and the focal lengths in the largest group, by the photos' numbers, and the
+        distance between the points of a pair, in pixels.
     """
     good, focals = list(links), _focals(stated, links)
     while good:
@@ -130,7 +137,7 @@ def turn(
 
 
 def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float64:
-    """Return the stated focal lengths, pixels, scaled so that pairs are rotations of each other."""
+    """Return the stated focal lengths in pixels, scaled so that pairs become rotations."""
     usual = float(np.median([focal for focal in stated if focal] or [LONGEST]))
     base, cost = np.array([focal or usual for focal in stated]), np.abs(np.log(_FOCALS)) * 1e-6
     motions = [np.median(np.linalg.norm(np.subtract(*link.points), axis=1)) for link in links]
@@ -146,7 +153,7 @@ def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float
 def _chained(
     members: Sequence[int], links: Sequence[PhotoPair], focals: Float64
 ) -> dict[int, Float64]:
-    """Chain the rotations of all photos, along the pairs with the most points."""
+    """Chain the rotations of all photos along the pairs with the most points."""
     rotations = {members[0]: np.eye(3)}
     rest = sorted(links, key=lambda link: -len(link.points[0]))
     while len(rotations) < len(members):
@@ -165,9 +172,10 @@ def _adjusted(
     rotations: dict[int, Float64],
     focals: Float64,
 ) -> tuple[dict[int, Float64], dict[int, float]]:
-    """Adjust all rotations and focal lengths: four unknowns per photo, nearly one zoom.
+    """Adjust all rotations and focal lengths, which are four unknowns per photo.
 
-    The overall rotation is held by a very weak prior.
+    The zoom is assumed to be nearly the same in all photos. A very weak prior fixes the overall
+    rotation.
     """
     count, zooms = len(members), np.zeros(len(members))
     damping = np.eye(4 * count) * 1e-3
@@ -194,17 +202,17 @@ def _adjusted(
 def _equations(
     link: PhotoPair, rotations: Mapping[int, Float64], focals: Mapping[int, float]
 ) -> tuple[Float64, Float64]:
-    """Linearise the errors of a pair's points: slopes (M, 3, 8), errors (M, 3), in pixels.
+    """Linearise the errors of a pair's points, as slopes (M, 3, 8) and errors (M, 3) in pixels.
 
-    The slope of R exp(w) u by w is -R [u]x; by the logarithm of the focal length, it is the part of
-    -(x, y, 0) / f perpendicular to u.
+    The slope of R exp(w) u with respect to w is -R [u]x. With respect to the logarithm of the focal
+    length, the slope is the part of -(x, y, 0) / f that is perpendicular to u.
     """
     off, rows = np.zeros((len(link.points[0]), 3)), []
     for member, rays, sign in zip(link.numbers, link.rays(focals), (1.0, -1.0), strict=True):
         scaled = sign * focals[link.numbers[0]] * rotations[member]
         inward = rays * np.array([-1.0, -1.0, 0.0])
         by_zoom = inward - (inward * rays).sum(axis=1, keepdims=True) * rays
-        by_turn = np.cross(np.eye(3)[None], rays[:, None, :])  # row k: the axis k x u
+        by_turn = np.cross(np.eye(3)[None], rays[:, None, :])  # row k is axis k x u
         slopes = np.concatenate([by_turn, by_zoom[:, None]], axis=1)
         rows.append(np.einsum("ij,mkj->mik", scaled, slopes))
         off += rays @ scaled.T
@@ -212,11 +220,11 @@ def _equations(
 
 
 def upright(rotations: Mapping[int, Float64], first: int) -> dict[int, Float64]:
-    """Rotate all photos to level the mean camera, with one photo at azimuth 0.
+    """Rotate all photos so that the mean camera is level and one photo is at azimuth 0.
 
     Args:
-        rotations: (3, 3) float64 each, from camera axes to a common system.
-        first: The photo at azimuth 0.
+        rotations: Rotation of each photo, (3, 3) float64, from camera axes to a common system.
+        first: Number of the photo at azimuth 0.
     """
     every = np.array(list(rotations.values()))
     sides, mean = every[:, :, 0], -every[:, :, 1].mean(axis=0)

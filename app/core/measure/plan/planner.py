@@ -1,12 +1,12 @@
 """Plan a bracket from a metered exposure and the limits of a camera.
 
 ISO and aperture are fixed for the whole bracket, and only the shutter changes. Cameras offer
-nominal thirds of a stop, so a target exposure is rounded to the nearest one in the logarithm. The
-exposure actually sent is used from then on, never the target.
+nominal thirds of a stop, so a target exposure is rounded to the logarithmically nearest one. From
+then on, the exposure actually sent is used, never the target.
 
-A camera states its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the manual
-program). For cameras that cannot be queried, `app.core.cameras.camera_models` has those of
-Ricoh's Web API v2.1.
+A camera reports its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the
+manual program). For cameras that cannot be queried, `app.core.cameras.camera_models` has the lists
+of Ricoh's Web API v2.1.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ STEP_EV: Final = 2.0
 """Step between neighbouring frames in stops, as in the paper."""
 
 LONGEST_S: Final = 4.0
-"""Default limit of a planned exposure time, in seconds."""
+"""Default limit for a planned exposure time, in seconds."""
 
 OVERHEAD_S: Final = 2.4
-"""Time for a frame besides its exposure, in seconds: a Theta Z1 in its own bracket."""
+"""Time that a Theta Z1 takes for a frame of its bracket besides the exposure, in seconds."""
 
 MAX_SHOTS: Final = 19
-"""Most frames that any Theta takes in one bracket."""
+"""Maximum number of frames that any Theta takes in one bracket."""
 
 _TOLERANCE_EV: Final = 1.0 / 6.0
 _WORTH_EV: Final = 0.5
@@ -41,7 +41,7 @@ _WORTH_EV: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class PlannedShot:
-    """One frame of a plan: target and actual exposure, in stops above the metered one."""
+    """One frame of a plan, with the target and actual offsets in stops from the metered one."""
 
     exposure: Exposure
     wanted_ev: float
@@ -52,8 +52,9 @@ class PlannedShot:
 class Plan:
     """A bracket to shoot, in order.
 
-    The metered exposure comes first, since cameras use the stitching and levelling of the first
-    frame for all; then the brighter one; then darker and darker ones.
+    The metered exposure comes first, since cameras apply the stitching and levelling of the first
+    frame to all frames. The brighter one follows, and then the darker ones, each darker than the
+    last.
 
     Attributes:
         expected_s: Duration, including the camera's overhead.
@@ -78,22 +79,22 @@ def plan(
 
     "paper" is 0, +2 and -2 EV, at the aperture nearest to the metered one and the lowest ISO at
     which +2 EV takes no longer than `longest_s`. If even -2 EV would need a shorter exposure than
-    the camera has, the aperture is closed.
+    the camera has, the aperture is closed down.
 
-    "full" is 0, +2, and then darker in steps of 2 EV down to the darkest exposure of the camera.
-    ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the aperture the smallest
-    at which it still does. The last step is shorter if the range is not a multiple of 2 EV, or up
-    to 0.5 EV longer if one more frame would not be worth its time. If the range needs more frames
-    than `shots`, the dark frames are spread evenly over it: a wider step costs accuracy where two
-    frames meet, a missing dark frame costs the lamps.
+    "full" is 0, +2, and then ever darker in steps of 2 EV down to the camera's darkest exposure.
+    ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the aperture is the
+    smallest for which that still holds. The last step is shorter if the range is not a multiple of
+    2 EV, or up to 0.5 EV longer if one more frame would not be worth its time. If the range needs
+    more frames than `shots`, the dark frames are spread evenly over the range, since a wider step
+    only costs accuracy where two frames meet, whereas a missing dark frame loses the lamps.
 
-    If the camera cannot make the metered exposure, the bracket is centred on the nearest one that
-    it can make. An offset out of reach is replaced with the nearest, with a remark; equal frames
-    are shot once.
+    If the camera cannot make the metered exposure, the bracket is centred on the nearest exposure
+    that the camera can make. An offset that is out of reach is replaced with the nearest possible
+    one, with a remark, and equal frames are shot only once.
 
     Raises:
-        ProbeError: If the metered exposure lacks ISO or f-number, `shots` or `longest_s` are out of
-            range, or the camera's lists do not allow two different exposures.
+        ProbeError: If the metered exposure lacks an ISO or f-number, `shots` or `longest_s` is out
+            of range, or the camera's lists do not allow two different exposures.
     """
     _check(auto_exposure, limits, shots, longest_s)
     times = tuple(sorted(time for time in set(limits.shutters_s) if time <= longest_s))
@@ -128,28 +129,28 @@ class _Settings:
     limits: CameraLimits
 
     def time(self, iso: float, aperture: float, offset: float) -> float:
-        """Return the exact exposure time for an offset, whether the camera has it or not."""
+        """Return the exact exposure time for an offset, whether or not the camera has that time."""
         gain = (self.auto_exposure.iso / iso) * (aperture / self.auto_exposure.aperture) ** 2
         return self.auto_exposure.shutter_s * gain * float(2.0**offset)
 
     def darkest(self, iso: float, aperture: float) -> float:
-        """Return the darkest exposure at these settings, in stops above the metered one."""
+        """Return the offset of the darkest exposure at these settings, in stops."""
         return Exposure(self.times[0], iso, aperture).ev - self.auto_exposure.ev
 
     def middle(self, iso: float, aperture: float) -> float:
-        """Return 0, or the offset nearest to it that the camera can make."""
+        """Return the offset nearest to 0 that the camera can make."""
         if self.outside(iso, aperture, 0.0) <= _TOLERANCE_EV:
             return 0.0
         lightest = Exposure(self.times[-1], iso, aperture).ev - self.auto_exposure.ev
         return min(max(self.darkest(iso, aperture), 0.0), lightest)
 
     def outside(self, iso: float, aperture: float, offset: float) -> float:
-        """Return the stops by which an offset is beyond the camera's times; negative within."""
+        """Return how many stops an offset is beyond the camera's times, negative if within."""
         time = self.time(iso, aperture, offset)
         return max(math.log2(time / self.times[-1]), math.log2(self.times[0] / time))
 
     def miss(self, iso: float, aperture: float, offsets: Sequence[float]) -> float:
-        """Return the sum of the stops by which offsets are out of reach, after rounding."""
+        """Return how many stops the offsets are out of reach, summed up, after rounding."""
         total = 0.0
         for offset in offsets:
             total += max(self.outside(iso, aperture, offset) - _TOLERANCE_EV, 0.0)
@@ -166,7 +167,7 @@ class _Settings:
         return min(self._all(), key=cost)
 
     def for_full(self) -> tuple[float, float]:
-        """Choose the best reach to +2 EV; then to 0; then the lowest ISO; then the darkest."""
+        """Choose the best reach to +2 EV, then to 0, then the lowest ISO, then the darkest shot."""
 
         def cost(setting: tuple[float, float]) -> tuple[float, ...]:
             iso, aperture = setting
@@ -184,14 +185,14 @@ class _Settings:
         ]
 
     def shot(self, iso: float, aperture: float, offset: float) -> PlannedShot:
-        """Return a shot with the nearest exposure time in the logarithm, the shorter of two."""
+        """Return a shot with the logarithmically nearest exposure time, or the shorter of two."""
         log_time = math.log2(self.time(iso, aperture, offset))
         nearest = min(self.times, key=lambda time: round(abs(math.log2(time) - log_time), 9))
         exposure = Exposure(nearest, iso, aperture)
         return PlannedShot(exposure, offset, exposure.ev - self.auto_exposure.ev)
 
     def missed(self, shot: PlannedShot) -> OffsetMissed | None:
-        """Report a target offset that was missed by more than the rounding to thirds."""
+        """Report a target offset that was missed by more than the rounding to thirds of a stop."""
         iso, aperture = shot.exposure.iso, shot.exposure.aperture
         beyond = self.outside(iso, aperture, shot.wanted_ev) > _TOLERANCE_EV
         if not beyond and abs(shot.ev_offset - shot.wanted_ev) <= _WORTH_EV:
@@ -221,7 +222,7 @@ def _check(auto_exposure: Exposure, limits: CameraLimits, shots: int, longest_s:
 
 
 def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float], list[Remark]]:
-    """Return offsets from the middle via 2 EV above it down to the floor, in order of shooting."""
+    """Return the offsets in shooting order: the middle, 2 EV above it, and down to the floor."""
     notes: list[Remark] = []
     if -STEP_EV + _TOLERANCE_EV < floor <= 0.0:
         notes.append(DarkestExposure(floor))

@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class OffsetMissed(Remark):
-    """An exposure out of the camera's reach, and the nearest one, EV from the metered one."""
+    """An exposure out of reach was replaced with the nearest, both in EV from the metered one."""
 
     wanted_ev: float
     nearest_ev: float
@@ -17,14 +17,14 @@ class OffsetMissed(Remark):
 
 @dataclass(frozen=True, slots=True)
 class DarkestExposure(Remark):
-    """The camera's darkest exposure, EV from the metered one."""
+    """The camera's darkest exposure, in EV from the metered one."""
 
     floor_ev: float
 
 
 @dataclass(frozen=True, slots=True)
 class WiderSteps(Remark):
-    """Step between the dark frames, wider than usual because there are too few of them."""
+    """The step between the dark frames is wider than usual because there are too few of them."""
 
     frames: int
     step_ev: float
@@ -33,6 +33,6 @@ class WiderSteps(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BracketShifted(Remark):
-    """Shift of the whole bracket from the metered exposure, EV; positive is brighter."""
+    """The whole bracket is shifted from the metered exposure, in EV, where positive is brighter."""
 
     middle_ev: float

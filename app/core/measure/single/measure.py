@@ -18,9 +18,9 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from one panorama, or one picture with two fisheye circles.
+    """Measure from one panorama, or from one picture with two fisheye circles.
 
-    More than one is a bracket. Raises as `measurement.Entry`.
+    Several pictures are measured as a bracket. The errors are those of `measurement.Entry`.
     """
     options = replace(options or MeasureOptions(), alone=True)
     return bracket.measure(files, options, token, report)

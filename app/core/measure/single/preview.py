@@ -1,10 +1,11 @@
 """Estimate light from live preview pictures.
 
-Auto exposure clips the most important light: of 23 panoramas metered like a Theta S, the preview
-loses between a tenth and nine tenths of the light. Clipped areas count as three stops brighter, the
-value for which the turns of the three best styles give up least. An alternative shows which of them
-depend on that: there, small clipped patches are lamps, 5 / sqrt(solid angle) times as bright, a fit
-to the same panoramas. A turn that gives up more than the audit's limit there needs the bracket.
+Automatic exposure clips the most important light: in 23 panoramas metered like a Theta S, the
+preview loses between a tenth and nine tenths of the light. Clipped areas count as three stops
+brighter, the value for which the turns of the three best styles lose least. An alternative light
+shows which of these turns depend on that value: small clipped patches count as lamps that are
+5 / sqrt(solid angle) times as bright, a fit to the same panoramas. A turn that loses more than the
+audit's limit in the alternative light needs the bracket.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ _BEST: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class PreviewLight:
-    """Light of a preview: the likely one, and one with small clipped patches as lamps.
+    """The likely light of a preview, and an alternative with small clipped patches as lamps.
 
     Attributes:
-        light, lamps: (H, W, 3) float32. Linear Rec. 709, any scale.
-        clipped_share: Of the likely light.
+        light, lamps: (H, W, 3) float32. Linear Rec. 709, on any scale.
+        clipped_share: Clipped fraction of the likely light.
     """
 
     light: Float32 = field(repr=False)
@@ -49,7 +50,7 @@ class PreviewLight:
 
 @dataclass(frozen=True, slots=True)
 class RoughAnswer:
-    """A style of a rough answer; `unsure` if its turn depends on clipped light."""
+    """The rough answer for one style, which is `unsure` if its turn depends on clipped light."""
 
     result: StyleResult
     unsure: bool
@@ -59,11 +60,11 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
     """Estimate the light of a preview picture.
 
     Args:
-        picture: (h, 2 h, 3) uint8. sRGB, a whole panorama.
+        picture: (h, 2 h, 3) uint8. Full panorama in sRGB.
         shape: Rows and columns of the result, those of the transport.
 
     Returns:
-        None if it is not a whole panorama, not stitched, or black.
+        The light, or None if the picture is not a full panorama, not stitched, or black.
     """
     height, width = picture.shape[:2]
     if width != 2 * height or height < shape[0] or find_circles(picture) is not None:
@@ -82,14 +83,14 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
     total = float(energy(luminance(likely)))
     if total <= 0.0:
         return None
-    # Both at once: reducing is most of the work.
+    # Reduce both at once, since reducing is most of the work.
     both = np.concatenate([likely, linear * gains[labels][..., None]], axis=-1)
     light, lamps = np.split(reduce_light(both, shape), 2, axis=-1)
     return PreviewLight(light, lamps, float(energy(luminance(likely) * clipped)) / total)
 
 
 def rough_answers(preview: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...]:
-    """Return the best styles of a preview, at most three, by grade, then match."""
+    """Return at most three of a preview's best styles, by grade and then by match."""
     reach = [one for one in solve_all(pack, preview.light) if one.attainable]
     best = sorted(reach, key=lambda one: (one.grade == "nearly", -one.match))[:_BEST]
     choice = choices(pack, [preview.light, preview.lamps])
