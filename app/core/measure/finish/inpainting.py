@@ -111,7 +111,7 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
 
 
 def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatImage]:
-    """Return the light outside the mask, at most `_WIDEST` columns wide, and how much is visible."""
+    """Return the light outside the mask at `_WIDEST` columns or fewer, and its visible fraction."""
     coverage = (mask <= _TOUCHED).astype(np.float32)
     height, width = mask.shape
     if width <= _WIDEST:

@@ -142,7 +142,7 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class _SunTarget:
-    """Illuminance of a light after restoring, its range, and a colour (None for the texels' own)."""
+    """Illuminance of a light after restoring, its range, and a colour (None: the texels' own)."""
 
     lux: float
     near: tuple[float, float]

@@ -1,1 +1,1 @@
-"""Read pictures: metadata and pixels."""
+"""Read the metadata and pixels of pictures."""

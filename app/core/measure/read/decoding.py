@@ -1,11 +1,11 @@
-"""Decode frames: from memory, from the file row by row, or from a temporary file.
+"""Decode frames, from memory, row by row from the file, or from a temporary file.
 
 All formats are read with OpenImageIO. It reads a JPEG as fast as OpenCV, keeps the stored
-orientation and the order red, green, blue, reads rows without loading the whole picture, and,
-unlike OpenCV, reports truncated files (libjpeg fills the missing part with grey).
+orientation and the order red, green, blue, and reads rows without loading the whole picture. Unlike
+OpenCV, it reports truncated files (libjpeg fills the missing part with grey).
 
-`open_frame` makes the first pass: a frame that may be kept in memory is decoded once; another is
-read by rows, and again for the merge. Both passes produce a thumbnail and samples.
+`open_frame` makes the first pass. A frame that may be kept in memory is decoded once; any other is
+read by rows, and again for the merge. Either way, the first pass produces a thumbnail and samples.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from OpenImageIO import ImageInput
 
 Pixels: TypeAlias = NDArray[Any]
-"""Rows of a frame as stored, (rows, W, 3): coded uint8 or uint16, or linear float32."""
+"""Rows of a frame as stored, (rows, W, 3), either encoded uint8 or uint16, or linear float32."""
 
 READ_ROWS: Final = 64
-"""Rows read at a time: a multiple of a JPEG's blocks, small enough to stay in the cache."""
+"""Number of rows read at a time, a multiple of a JPEG's blocks that still fits in the cache."""
 
 _TYPES: Final = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float32, "float": np.float32}
 _LAST_ROWS: Final = 16
-_HALF: Final = 0.5  # of a texel
+_HALF: Final = 0.5  # visible fraction below which a texel is transparent
 _COPY_AGAIN: Final = tr("Copy it from the camera again.")
 
 
@@ -55,13 +55,13 @@ class MemoryRows:
         return self.pixels[start:stop]
 
     def close(self) -> None:
-        """Do nothing: memory needs no closing."""
+        """Do nothing, since memory needs no closing."""
 
 
 class RawRows:
-    """A frame in a temporary file, for formats and frames that cannot be read by rows.
+    """A frame in a temporary file, for a frame that cannot be read by rows.
 
-    The file has no name and is deleted with the object.
+    The file has no name and is deleted together with the object.
 
     Raises:
         ProbeError: If the disk is full.
@@ -89,7 +89,7 @@ class RawRows:
             ) from error
 
     def rows(self, start: int, stop: int) -> Pixels:
-        """Read rows ``start..stop`` back."""
+        """Read rows ``start..stop`` back from the file."""
         result = np.empty((stop - start, self._width, 3), self._dtype)
         self._file.seek(start * self._width * 3 * self._dtype.itemsize)
         view = memoryview(result.data).cast("B")
@@ -101,14 +101,14 @@ class RawRows:
         return result
 
     def close(self) -> None:
-        """Close and thereby delete the temporary file."""
+        """Close the temporary file, which deletes it."""
         self._file.close()
 
 
 class FileRows:
     """A frame read from its file by rows, from top to bottom, repeatedly if necessary.
 
-    Size and kind must be those of the file. Rows come as stored.
+    The frame's size and kind must be those of the file. Rows are returned as stored.
     """
 
     __slots__ = ("_frame", "_next", "_source", "_tiles")
@@ -120,12 +120,16 @@ class FileRows:
         self._tiles: tuple[int, Pixels] | None = None
 
     def rows(self, start: int, stop: int) -> Pixels:
-        """Read rows ``start..stop``; raise `ProbeError` if the file is missing or damaged."""
+        """Read rows ``start..stop``.
+
+        Raises:
+            ProbeError: If the file is missing or damaged.
+        """
         if self._source is None or start < self._next:
             self.close()
             self._source = _open(self._frame)
         self._next = stop
-        # The last rows separately: only there is a missing end harmless.
+        # Read the last rows separately, since only there is a missing end harmless.
         end = max(self._frame.shape[0] - _LAST_ROWS, start)
         if stop <= end or start == end:
             return self._rows_at(start, stop)
@@ -147,7 +151,7 @@ class FileRows:
     def _from_tiles(
         self, source: ImageInput, start: int, stop: int, tall: int
     ) -> tuple[Pixels | None, str]:
-        """Read whole rows of tiles and keep them, since they also contain the next rows."""
+        """Read whole rows of tiles and keep them, since the tiles also contain the next rows."""
         tiles = self._tiles
         if tiles is None or not tiles[0] <= start <= stop <= tiles[0] + len(tiles[1]):
             first = start - start % tall
@@ -159,7 +163,7 @@ class FileRows:
         return tiles[1][start - tiles[0] : stop - tiles[0]], ""
 
     def close(self) -> None:
-        """Close the file; the next call of `rows` opens it again."""
+        """Close the file, which the next call of `rows` opens again."""
         self._tiles = None
         if self._source is not None:
             self._source.close()
@@ -168,23 +172,24 @@ class FileRows:
 
 
 RowSource: TypeAlias = MemoryRows | RawRows | FileRows
-"""Rows of one frame, read-only, to be read from top to bottom."""
+"""The read-only rows of one frame, to be read from top to bottom."""
 
 
 def decode(frame: Frame, token: Token) -> Pixels:
-    """Decode a whole frame, (H, W, 3), upright by `Frame.orientation`.
+    """Decode a whole frame, (H, W, 3), and turn it upright according to `Frame.orientation`.
 
     Returns:
-        uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
-        alpha is dropped.
+        Encoded uint8 or uint16, or linear float32. Grey is repeated in three channels, and alpha is
+        dropped.
 
     Raises:
         ProbeError: If the file is missing, damaged, truncated, or contradicts `Frame`.
     """
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
-    # Into one array: numpy requests huge pages, unlike the decoders' own buffers; on some machines
-    # that saves a third of the time.
+    # Decode into one array, for which numpy requests huge pages, unlike the decoders' own buffers.
+    # On
+    # some machines that saves a third of the time.
     pixels: Pixels = np.empty((*frame.shape, 3), _TYPES[frame.kind])
     source = FileRows(frame)
     with contextlib.closing(source):
@@ -214,7 +219,7 @@ def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
     if alpha is None:
         raise damaged(frame.path)
     if not alpha.max() > 0.0 or alpha.min() >= 1.0:
-        return None  # an unused channel, or nothing transparent
+        return None  # The channel is unused, or nothing is transparent.
     whole = upright(alpha, frame.orientation)[..., 0]
     small = cv2.resize(whole, shape[::-1], interpolation=cv2.INTER_AREA)
     marks = np.asarray(small < _HALF)
@@ -225,14 +230,14 @@ def decode_half(frame: Frame, token: Token) -> Pixels:
     """Decode a JPEG at half its size, (H / 2, W / 2, 3) codes, for little more than half the work.
 
     Every pixel is the mean code of four, which the decoder computes from a block's lower
-    frequencies. OpenCV does not report damaged files: check `halvable` before, and `is_whole` in
-    doubt.
+    frequencies. OpenCV does not report damaged files, so check `halvable` first, and `is_whole` if
+    in doubt.
 
     Raises:
-        ProbeError: If the file cannot be read or has changed its size.
+        ProbeError: If the file cannot be read or the picture's size has changed.
     """
     token.check()
-    # In RGB order at once: reordering afterwards takes a fifth of the time.
+    # Decode in RGB order, since reordering afterwards takes a fifth of the time.
     half = cv2.IMREAD_REDUCED_COLOR_2 & ~cv2.IMREAD_COLOR_BGR
     flags = half | cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
     try:
@@ -245,7 +250,7 @@ def decode_half(frame: Frame, token: Token) -> Pixels:
 
 
 def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
-    """Divide rows into bands ``(start, stop)`` from top to bottom; the last may be shorter.
+    """Divide rows into bands ``(start, stop)`` from top to bottom, the last perhaps shorter.
 
     >>> row_bands(10, 4)
     [(0, 4), (4, 8), (8, 10)]
@@ -256,8 +261,8 @@ def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
 def needs_whole_decode(path: Path) -> bool:
     """Return whether a reader must decode the whole picture for its first row.
 
-    This holds for progressive JPEG (its decoder keeps all coefficients, three times the picture's
-    size) and interlaced PNG. Everything else is read row by row.
+    This is so for progressive JPEG, whose decoder keeps all coefficients (three times the picture's
+    size), and for interlaced PNG. Everything else is read row by row.
     """
     with contextlib.suppress(OSError), open_file(path) as stream:
         head = stream.read(29)
@@ -290,7 +295,7 @@ def _progressive(stream: BinaryIO) -> bool:
 
 
 def _open(frame: Frame) -> ImageInput:
-    # Alpha is not colour: opaque or not, the colours are the file's own.
+    # Alpha is not colour, so the colours are read as stored, opaque or not.
     source = open_image(frame.path, as_stored())
     if source is None:
         raise ProbeError(tr("Cannot read {name}.", name=frame.path.name), _COPY_AGAIN)
@@ -302,7 +307,7 @@ def _open(frame: Frame) -> ImageInput:
 
 
 def _read(source: ImageInput, frame: Frame, start: int, stop: int) -> tuple[Pixels | None, str]:
-    """Read rows; the error is "" on success."""
+    """Read rows, and return them with the error, which is "" on success."""
     kind = "float" if frame.kind == "half" else frame.kind
     channels = 3 if source.spec().nchannels >= 3 else 1
     pixels: Any = read_rows(source, (start, stop), (0, channels), kind)

@@ -1,4 +1,4 @@
-"""Data of the light probe: exposures, frames, brackets, merged light."""
+"""Data types of the light probe: exposures, frames, brackets and merged light."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """Exposure of a frame: time in seconds, ISO and f-number.
+    """The exposure of a frame, given as time in seconds, ISO and f-number.
 
     Attributes:
-        known: False if ISO or f-number is only assumed.
+        known: Whether ISO and f-number are stated rather than assumed.
     """
 
     shutter_s: float
@@ -27,18 +27,18 @@ class Exposure:
 
     @property
     def factor(self) -> float:
-        """Linear exposure: shutter times ISO / 100 over f-number squared; brighter is larger."""
+        """Linear exposure, time x (ISO / 100) / f-number^2, which is larger for brighter frames."""
         return self.shutter_s * self.iso / 100.0 / self.aperture**2
 
     @property
     def ev(self) -> float:
-        """Exposure in stops; one more is twice as bright."""
+        """Exposure in stops, where one more is twice as bright."""
         return math.log2(self.factor)
 
 
 @dataclass(frozen=True, slots=True)
 class LensExposure:
-    """Exposure of one lens (Ricoh maker note 0x0101, 0x0103)."""
+    """The exposure of one lens (Ricoh maker note 0x0101, 0x0103)."""
 
     shutter_s: float
     iso: float
@@ -46,7 +46,7 @@ class LensExposure:
 
 @dataclass(frozen=True, slots=True)
 class XmpPose:
-    """Orientation from XMP (GPano), in degrees; the compass heading is never used."""
+    """Orientation from XMP (GPano), in degrees. The compass heading is never used."""
 
     pitch_deg: float
     roll_deg: float
@@ -55,20 +55,21 @@ class XmpPose:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A frame of a bracket: metadata, without pixels.
+    """The metadata of a bracket's frame, without pixels.
 
     Attributes:
         shape: Rows and columns.
         kind: "uint8", "uint16", "half" or "float".
-        exposure: From EXIF or the user, or None if not stated.
-        area_deg: Area of a partial panorama by XMP (GPano): azimuth of its left and right edge,
-            elevation of top and bottom.
+        exposure: Exposure from EXIF or the user, or None if neither states it.
+        area_deg: Area of a partial panorama from XMP (GPano), as the azimuths of its left and right
+            edges and the elevations of its top and bottom. None if it is not stated.
         zenith_corrected: Whether the camera levelled the picture, or None if not stated.
-        lenses: Exposures of the two lenses, if stated.
+        lenses: Exposures of the two lenses, or an empty tuple if not stated.
         fisheye: Whether the file states that it is unstitched.
         orientation: EXIF orientation, 1 to 8.
-        primaries: x and y of red, green, blue and white; empty for those of Rec. 709.
-        focal_mm: Focal length on 24 x 36.
+        primaries: The x and y of red, green, blue and white, or an empty tuple for those of
+            Rec. 709.
+        focal_mm: Focal length in mm on 24 x 36.
     """
 
     path: Path
@@ -88,12 +89,12 @@ class Frame:
 
     @property
     def decoded_bytes(self) -> int:
-        """Size of the decoded frame in memory, in bytes; half floats become floats."""
+        """Size of the decoded frame in memory in bytes, with half floats converted to floats."""
         return self.shape[0] * self.shape[1] * 3 * {"uint8": 1, "uint16": 2}.get(self.kind, 4)
 
     @property
     def as_stored(self) -> Frame:
-        """The frame with rows and columns as stored."""
+        """The frame with its rows and columns as stored, before it is turned upright."""
         rows, columns = self.shape
         shape = (columns, rows) if self.orientation >= 5 else self.shape
         return replace(self, shape=shape, orientation=1)
@@ -104,10 +105,10 @@ class Bracket:
     """The frames of one place and time.
 
     Attributes:
-        frames: Brightest first, without copies, all of one shape, each with an exposure unless it
-            is the only one.
-        stops: Exposure of each (`Exposure.ev`), falling.
-        unstitched: Whether they show two fisheye circles.
+        frames: The frames, brightest first, without copies, all of one shape. Each has an exposure
+            unless it is the only one.
+        stops: Exposure of each frame (`Exposure.ev`), in descending order.
+        unstitched: Whether the frames show two fisheye circles.
     """
 
     frames: tuple[Frame, ...]
@@ -122,23 +123,24 @@ class Bracket:
 
     @property
     def panorama(self) -> bool:
-        """Whether the frames are full 2:1 panoramas, or become one."""
+        """Whether the frames are full 2:1 panoramas, or will be stitched into one."""
         return self.unstitched or self.shape[1] == 2 * self.shape[0]
 
 
 @dataclass(frozen=True, slots=True)
 class MergedLight:
-    """Linear light of a bracket, with its clipped and dark shares.
+    """The linear light of a bracket, with its clipped and dark fractions.
 
     Attributes:
-        radiance: (H, W, 3) float32. Linear Rec. 709, finite, not negative; 1 saturates a frame of
-            exposure `reference_ev`. A lower bound where all frames are clipped.
+        radiance: (H, W, 3) float32. Linear Rec. 709 light, finite and not negative, in a unit that
+            saturates a frame with exposure `reference_ev`. It is a lower bound where all frames are
+            clipped.
         clipped, dark: (H, W) float32. Fraction of each texel's area that every frame clips in its
             worst channel, or shows as black.
-        reference_ev: Exposure, in stops, that defines the unit.
+        reference_ev: Exposure that defines the unit, in stops.
         clip_level: Radiance at which the darkest frame clips.
-        cd_m2: Luminance of one unit, or None if the exposure is not known absolutely.
-        clipped_fractions: Fraction of clipped pixels in each frame, in order.
+        cd_m2: Luminance of one unit in cd/m2, or None if the absolute exposure is unknown.
+        clipped_fractions: Fraction of clipped pixels in each frame, in the order of the frames.
     """
 
     radiance: Float32 = field(repr=False)
@@ -151,10 +153,10 @@ class MergedLight:
 
     @property
     def shares(self) -> Float32:
-        """Clipped and dark shares, (H, W, 2)."""
+        """The clipped and dark fractions, (H, W, 2)."""
         return np.dstack([self.clipped, self.dark])
 
     def moved(self, radiance: Float32, shares: Float32) -> MergedLight:
-        """Return resampled light, with shares limited to 0..1."""
+        """Return resampled light with new fractions, which are limited to 0..1."""
         clipped, dark = (np.clip(shares[..., part], 0.0, 1.0) for part in (0, 1))
         return replace(self, radiance=np.ascontiguousarray(radiance), clipped=clipped, dark=dark)

@@ -1,9 +1,9 @@
 r"""Read the Ricoh maker note of a Theta.
 
-A Theta sets the sensitivity of its two lenses separately, may already have levelled the picture,
-and may have compressed its range. Only the maker note, which OpenImageIO ignores, states this.
-These tags are read (theta-api-specs, "THETA Metadata Spec"; the tags from 0x0101 on by ExifTool's
-table `Ricoh::ThetaSubdir`):
+A Theta sets the sensitivity of its two lenses separately, and may already have levelled the picture
+or compressed its range. Only the maker note, which OpenImageIO ignores, states this.
+These tags are read. They follow theta-api-specs, "THETA Metadata Spec", and from 0x0101 on,
+ExifTool's table `Ricoh::ThetaSubdir`:
 
 ====== ============================ ==========================================================
 tag    type, count                  meaning
@@ -18,14 +18,14 @@ tag    type, count                  meaning
        SRATIONAL, 2 (X)
 ====== ============================ ==========================================================
 
-Types and counts are those of files of the S (firmware 1.11), V (3.30.1) and X (1.00.1, 2.00.0). All
-are big-endian. The EXIF segment comes first, or second after a JFIF one (the X reductions). The
-note starts with ``Ricoh\0\0\0`` and a directory; entry 0x4001 of that (LONG, 1) contains the offset
-of the Theta directory. All offsets count from the TIFF header, not from the note.
+Types and counts are those in files from the S (firmware 1.11), V (3.30.1) and X (1.00.1, 2.00.0).
+All are big-endian. The EXIF segment comes first, or second after a JFIF segment (the X reductions).
+The note starts with ``Ricoh\0\0\0`` and a directory, whose entry 0x4001 (LONG, 1) contains the
+offset of the Theta directory. All offsets count from the TIFF header, not from the note.
 
-Files are untrusted: only the EXIF segment's own bytes (at most 64 KiB) are read, each offset is
-checked against its end, and at most four directories of 256 entries are read one after another. An
-invalid note counts as absent.
+Files are untrusted, so only the EXIF segment's own bytes (at most 64 KiB) are read, each offset is
+checked against the segment's end, and at most four directories of 256 entries are read one after
+another. An invalid note counts as absent.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ _TIME_LIMITS: Final = (1e-7, 1e5)
 
 @dataclass(frozen=True, slots=True)
 class RicohNote:
-    """Values of a Theta's maker note; empty or None if missing."""
+    """The values in a Theta's maker note, each of which is empty or None if missing."""
 
     lens_isos: tuple[float, ...] = ()
     lens_shutters_s: tuple[float, ...] = ()
@@ -76,7 +76,7 @@ class RicohNote:
 
 
 def read_ricoh_note(path: Path) -> RicohNote | None:
-    """Read the maker note of a JPEG file, or None if there is no valid one."""
+    """Read the maker note of a JPEG file, or return None if there is no valid one."""
     try:
         with open_file(path) as stream:
             segment = exif_segment(stream)
@@ -89,8 +89,8 @@ def exif_segment(stream: BinaryIO) -> bytes | None:
     """Find the EXIF segment of a JPEG file (APP1 of JIS X 5-3, EXIF 2.32 section 4.5).
 
     Returns:
-        The bytes from the TIFF header to its end, less than 64 KiB, or None if it is missing or
-        truncated.
+        The bytes from the TIFF header to the segment's end, less than 64 KiB, or None if the
+        segment is missing or truncated.
     """
     if stream.read(2) != b"\xff\xd8":
         return None
@@ -109,7 +109,7 @@ def exif_segment(stream: BinaryIO) -> bytes | None:
 
 
 def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
-    """Return the marker and the bytes after the length field; None at the picture's data."""
+    """Return a segment's marker and size after the length field, or None at the picture's data."""
     marker = stream.read(2)
     for _ in range(_MAX_FILL):  # A marker may be preceded by any number of fill bytes.
         if marker != b"\xff\xff":
@@ -127,7 +127,7 @@ def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
 
 
 def parse_ricoh_note(exif: bytes) -> RicohNote | None:
-    """Read the Theta directory of a Ricoh maker note; None for other cameras and damaged bytes."""
+    """Read a Ricoh maker note's Theta directory, or return None for other or damaged bytes."""
     order = {b"MM\x00*": ">", b"II*\x00": "<"}.get(exif[:4])
     if order is None:
         return None
@@ -145,7 +145,7 @@ def parse_ricoh_note(exif: bytes) -> RicohNote | None:
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """One entry of a directory; `offset` is that of its values."""
+    """One entry of a directory, where `offset` is the offset of the entry's values."""
 
     kind: int
     count: int
@@ -160,18 +160,18 @@ class _Tiff:
     order: str
 
     def unpack(self, form: str, offset: int) -> tuple[int, ...]:
-        """Return the integers at an offset; empty if they are not within the data."""
+        """Return the integers at an offset, or none if they are not within the data."""
         form = self.order + form
         if offset < 0 or offset + struct.calcsize(form) > len(self.data):
             return ()
         return struct.unpack_from(form, self.data, offset)
 
     def long_at(self, offset: int) -> int:
-        """Return the offset stored at an offset; 0, which is no directory, if it is outside."""
+        """Return the offset stored at an offset, or 0, which is no directory, outside the data."""
         return next(iter(self.unpack("I", offset)), 0)
 
     def directory(self, offset: int) -> dict[int, _Entry]:
-        """Return the entries of the directory at an offset by tag; empty if it is incomplete."""
+        """Return the entries by tag of the directory at an offset, or none if it is incomplete."""
         count = next(iter(self.unpack("H", offset)), 0)
         whole = offset + 2 + 12 * count <= len(self.data)
         if offset < 8 or not whole or count > _MAX_ENTRIES:
@@ -184,14 +184,14 @@ class _Tiff:
         return entries
 
     def pointer(self, entries: dict[int, _Entry], tag: int) -> int:
-        """Return the offset in an entry, or 0 if it has none."""
+        """Return the offset in an entry, or 0 if the entry has none."""
         entry = entries.get(tag)
         if entry is None or (entry.kind, entry.count) != (_LONG, 1):
             return 0
         return self.long_at(entry.offset)
 
     def numbers(self, entry: _Entry | None) -> tuple[float, ...]:
-        """Return up to four values of an entry; empty if there are more, or they are invalid."""
+        """Return up to four values of an entry, or none if there are more or any is invalid."""
         if entry is None or not 1 <= entry.count <= _MAX_VALUES:
             return ()
         if entry.kind in _INTEGERS:
@@ -207,7 +207,7 @@ class _Tiff:
 
 
 def _fits_inside(kind: int, count: int) -> bool:
-    """Return whether an entry's values fit in the entry itself: at most four bytes."""
+    """Return whether an entry's values fit in the entry itself, taking at most four bytes."""
     size = {1: 1, 2: 1, _SHORT: 2, _LONG: 4, 6: 1, _UNDEFINED: 1, 8: 2, 9: 4, 11: 4}.get(kind, 8)
     return size * count <= 4
 

@@ -1,8 +1,8 @@
 """Read the metadata of a frame.
 
-Size, number type and EXIF come from OpenImageIO's header read; a Theta's maker note from
-`measure.read.makernote`. Files are untrusted: a file that cannot be a frame raises a `ProbeError`
-with one sentence, and tags with impossible values count as absent.
+Size, number type and EXIF come from the header as OpenImageIO reads it, and a Theta's maker note
+comes from `measure.read.makernote`. Files are untrusted, so a file that cannot be a frame raises a
+`ProbeError` with one sentence, and tags with impossible values count as absent.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec
 
 ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
-"""Suffixes of the files that are used in a folder; .insp is Insta360's for unstitched JPEGs."""
+"""Suffixes of the files used in a folder. Insta360 uses .insp for unstitched JPEGs."""
 
 FRAME_ENDINGS: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
 """Suffixes of photos that may be frames of a bracket."""
 
 MAX_SIDE: Final = 16384
-"""Longest side of a frame in pixels; a panorama is then 16384 x 8192."""
+"""Maximum side of a frame in pixels, as in a panorama of 16384 x 8192."""
 
 MIN_WIDTH: Final = 16
-"""Least width of a frame in pixels, and twice its least height: 22.5 degrees each."""
+"""Minimum width of a frame in pixels, and twice the minimum height, at 22.5 degrees per pixel."""
 
 SHUTTER_LIMITS_S: Final = (1e-7, 1e5)
 """Plausible exposure times in seconds."""
@@ -53,9 +53,10 @@ ISO_LIMITS: Final = (0.5, 1e7)
 """Plausible sensitivities."""
 
 APERTURE_LIMITS: Final = (0.3, 1000.0)
-"""Plausible f-numbers; cameras write 0 for an unknown lens."""
+"""Plausible f-numbers. Cameras write 0 for an unknown lens."""
 
-_MOST_TILED: Final = 1 << 21  # pixels in a row of tiles, one of which is in memory for each frame
+# Maximum pixels in a row of tiles, one of which is in memory per frame.
+_MOST_TILED: Final = 1 << 21
 
 _KINDS: Final = {
     "uint8": "uint8",
@@ -72,7 +73,7 @@ _ISO_TAGS: Final = (
     "Exif:ISOSpeedRatings",
     "ISOSpeedRatings",
 )
-# EXIF 2.32, table 4: the 16 bits of PhotographicSensitivity end at 65535; these tags hold larger
+# The 16 bits of PhotographicSensitivity end at 65535 (EXIF 2.32, table 4). These tags hold larger
 # values.
 _LARGE_ISO_TAGS: Final = (
     "Exif:RecommendedExposureIndex",
@@ -88,10 +89,10 @@ _FOCAL_MM: Final = (6.0, 2000.0)
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with its EXIF tags: seconds, ISO, f-number, or None if not stated.
+    """A frame with its EXIF tags for time in seconds, ISO and f-number, or None if not stated.
 
     Attributes:
-        part: Whether it shows only a part of the sphere (GPano's cropped area).
+        part: Whether the frame shows only part of the sphere (GPano's cropped area).
     """
 
     frame: Frame
@@ -105,14 +106,14 @@ class Header:
 
 
 def read_header(path: Path | str) -> Header:
-    """Read exposure and orientation of a picture file, without decoding pixels.
+    """Read the exposure and orientation of a picture file without decoding its pixels.
 
-    `Frame.exposure` is None if no exposure time is stated. If only ISO or f-number is missing, it
-    is 100 or 1, and the exposure is marked as unknown.
+    `Frame.exposure` is None if no exposure time is stated. If only the ISO or the f-number is
+    missing, it is assumed to be 100 or 1, and the exposure is marked as unknown.
 
     Raises:
-        ProbeError: If the file is missing, a folder, empty, damaged, not a picture of these kinds,
-            too large or too small.
+        ProbeError: If the file is missing, empty, damaged or a folder, or the picture is of another
+            kind, too large or too small.
     """
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
@@ -165,7 +166,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
     shutter, iso, aperture = _shutter(spec), _iso(spec), _aperture(spec)
     orientation = stated_orientation(source)
     rows, columns = int(spec.height), int(spec.width)
-    # The pose states the orientation of a full panorama; viewers ignore EXIF's tag there.
+    # The pose states the orientation of a full panorama, for which viewers ignore EXIF's tag.
     passed_over = columns == 2 * rows and source.format_name() != "hdr"
     rotation = 1 if passed_over else orientation
     frame = Frame(
@@ -270,7 +271,7 @@ def _shutter(spec: ImageSpec) -> float | None:
     plain = _number(spec, "ExposureTime", SHUTTER_LIMITS_S)
     if plain is not None:
         whole = 1.0 / max(round(1.0 / plain), 1)
-        # 1/60 s, not the shortest fraction that is equal in 32 bits.
+        # Return 1/60 s, not the shortest fraction that is equal in 32 bits.
         return whole if np.float32(whole) == np.float32(plain) else plain
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     return None if apex is None else 2.0**-apex
@@ -301,7 +302,7 @@ def _iso(spec: ImageSpec) -> float | None:
 def _apex_doubts(
     spec: ImageSpec, name: str, shutter: float | None, aperture: float | None
 ) -> tuple[Remark, ...]:
-    """Compare the plain values in EXIF with the logarithmic ones beside them."""
+    """Compare the plain values in EXIF with the logarithmic ones next to them."""
     doubts: list[Remark] = []
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     if shutter and apex and abs(math.log2(shutter) + apex) > _APEX_TOLERANCE:
@@ -319,7 +320,7 @@ def _phone_doubts(spec: ImageSpec, name: str) -> tuple[Remark, ...]:
 
 
 def _is_part(spec: ImageSpec) -> bool:
-    """Return whether GPano states that the picture is a crop of a full panorama."""
+    """Return whether the picture is a crop of a full panorama according to GPano."""
     for side in ("Width", "Height"):
         size_px = _number(spec, f"GPano:CroppedAreaImage{side}Pixels", (1.0, 1e6))
         whole = _number(spec, f"GPano:FullPano{side}Pixels", (1.0, 1e6))
@@ -329,7 +330,7 @@ def _is_part(spec: ImageSpec) -> bool:
 
 
 def _pose(spec: ImageSpec) -> XmpPose | None:
-    """Return the GPano pose (Photo Sphere XMP); a missing angle is 0, as its schema states."""
+    """Return the GPano pose (Photo Sphere XMP), with 0 for missing angles, as in the schema."""
     pitch = _number(spec, "GPano:PosePitchDegrees", (-90.0, 90.0))
     roll = _number(spec, "GPano:PoseRollDegrees", (-180.0, 180.0))
     if pitch is None and roll is None:
@@ -339,7 +340,7 @@ def _pose(spec: ImageSpec) -> XmpPose | None:
 
 
 def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
-    """Return the picture's part of the sphere by GPano; sizes are those of the original picture."""
+    """Return the picture's part of the sphere by GPano, whose sizes are of the original picture."""
     sides = ("ImageWidthPixels", "ImageHeightPixels", "LeftPixels", "TopPixels")
     names = (
         *(f"CroppedArea{side}" for side in sides),
@@ -381,13 +382,13 @@ def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | 
 
 
 def _shortest(value: float) -> float:
-    """Undo the rounding of fractions to 32 bits: 0.0020000000949949026 is 0.002."""
+    """Undo the rounding of fractions to 32 bits, so that 0.0020000000949949026 is 0.002."""
     single = np.float32(value)
     return float(str(single)) if float(single) == value else value
 
 
 def _text(spec: ImageSpec, name: str) -> str:
-    """Return a tag as text, without the spaces and zeros that cameras pad it with."""
+    """Return a tag as text, without the spaces and zeros with which cameras pad it."""
     return " ".join(str(stated_value(spec, name) or "").replace("\0", " ").split())
 
 
@@ -395,7 +396,11 @@ _MOST_LISTED: Final = 500
 
 
 def pictures_in(folder: Path) -> list[Path]:
-    """List the pictures in a folder by name; raise `ProbeError` if there are none or too many."""
+    """List the pictures in a folder by name.
+
+    Raises:
+        ProbeError: If there are none or too many, or the folder cannot be read.
+    """
     sentence = tr("The folder {folder} cannot be read: {reason}.")
     with os_errors_as(ProbeError, sentence, folder=folder):
         files = [

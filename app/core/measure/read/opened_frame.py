@@ -1,4 +1,4 @@
-"""Open a frame: its rows, a small copy, and a sample of its pixels."""
+"""Open a frame to get its rows, a small copy, and a sample of its pixels."""
 
 from __future__ import annotations
 
@@ -36,8 +36,7 @@ _MEANS: Final = {
     for size in (_REDUCTION, _REDUCTION // 2)
 }
 _SEED: Final = 20190820
-# A value near which so large a fraction of the pixels lies is the level at which the frame was
-# clipped.
+# The maximum is the clipping level if enough pixels are at least this fraction of it.
 _PLATEAU: Final = 0.9995
 _PLATEAU_SHARE: Final = 1e-5
 _LEAST_PLATEAU: Final = 4
@@ -45,10 +44,10 @@ _LEAST_PLATEAU: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class OpenedFrame:
-    """A frame after its first pass; its owner closes `source`.
+    """A frame after its first pass. Its owner has to close `source`.
 
     Attributes:
-        proxy: (h, w, 3). Area means, in the frame's own type.
+        proxy: (h, w, 3). Thumbnail of area means, in the frame's own type.
         samples: (N, 3). Pixels at the positions that all frames of one shape share.
         top: Level at which linear pixels saturate, or 0 if they do not.
     """
@@ -65,11 +64,11 @@ class Opener(Protocol):
     def __call__(
         self, frame: Frame, *, hold: bool, token: Token, half: bool = False
     ) -> OpenedFrame:
-        """See `open_frame`."""
+        """Open a frame, as `open_frame` does."""
 
 
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of the thumbnails: an eighth, but at least 256 columns if available.
+    """Return the size of thumbnails, an eighth of the frames but at least 256 columns if available.
 
     >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
     ((336, 672), (128, 256), (100, 200))
@@ -80,7 +79,7 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Open a frame: keep it in memory (`hold`), or prepare it for reading by rows.
+    """Open a frame, keeping it in memory (`hold`) or preparing it for reading by rows.
 
     Raises:
         ProbeError: If the file is damaged or truncated, or the disk is full.
@@ -100,7 +99,7 @@ def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) ->
     try:
         return _by_rows(rows, frame, places, token)
     finally:
-        # A closed file reopens itself; it need not stay open until the merge.
+        # A closed file reopens itself, so it need not stay open until the merge.
         rows.close()
 
 
@@ -108,7 +107,7 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
     """Read a frame once by rows without keeping it."""
     height = frame.shape[0]
     small = proxy_shape(frame.shape)
-    # Whole rows of the thumbnail per step, each from the rows that it covers.
+    # Compute whole rows of the thumbnail per step, each from the rows that it covers.
     per_step = max(1, READ_ROWS * small[0] // height)
     proxies: list[Pixels] = []
     samples: Pixels | None = None
@@ -134,7 +133,7 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
 
 @lru_cache(maxsize=4)
 def sample_places(shape: tuple[int, int]) -> Indices:
-    """Return rows and columns of the samples, (n, 2): a fixed jittered grid, from top to bottom."""
+    """Return rows and columns, (n, 2), of the samples on a fixed jittered grid, top to bottom."""
     height, width = shape
     step = max(1.0, np.sqrt(height * width / SAMPLES))
     rows, columns = max(1, int(height / step)), max(1, int(width / step))
@@ -147,12 +146,12 @@ def sample_places(shape: tuple[int, int]) -> Indices:
 
 
 def sample_codes(pixels: Pixels, places: Indices) -> Pixels:
-    """Return the pixels at some positions, (N, 3)."""
+    """Return the pixels at the given positions, (N, 3)."""
     return np.asarray(pixels[places[:, 0], places[:, 1]])
 
 
 def _top(pixels: Pixels) -> float:
-    """Return the saturation level of linear pixels: their maximum if many share it, else 0."""
+    """Return the maximum of linear pixels, their saturation level, if many share it, else 0."""
     if pixels.dtype != np.float32:
         return 0.0
     largest = pixels.max(axis=-1)
@@ -174,7 +173,7 @@ def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
 
 
 def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: Float32) -> Pixels:
-    """Return area means of blocks of bytes: equal to OpenCV's, in two thirds of its time."""
+    """Return area means of blocks of bytes, equal to OpenCV's but in two thirds of the time."""
     small = np.empty((*shape, 3), np.uint8)
     for start, stop in row_bands(shape[0], READ_ROWS // size):
         rows = pixels[start * size : stop * size]

@@ -1,8 +1,8 @@
-"""Pixels of a bracket: decoding, thumbnails and samples for the analyses.
+"""Read the pixels of a bracket, with thumbnails and samples for the analyses.
 
-A bracket that fits is decoded once and kept in memory; a larger one is read again row by row for
-the merge, so the size of the pictures hardly matters. Either way, the analyses (response,
-alignment, motion) see the same thumbnails and the same samples.
+A bracket that fits is decoded once and kept in memory. A larger one is read again row by row for
+the merge, so the size of the pictures hardly matters. Either way, the analyses (response, alignment
+and motion) use the same thumbnails and the same samples.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from app.core.measure.read.remarks import FrameUnread
 from app.core.text import tr
 
 MEMORY_BYTES: Final = 640 << 20
-"""Decoded frames up to this total size are kept in memory."""
+"""Total size in bytes up to which decoded frames are kept in memory."""
 
 _DECODERS: Final = 4
 _LEAST_FRAMES: Final = 2
@@ -54,17 +54,19 @@ _MOST_UNKNOWN: Final = 0.03
 class FrameStack:
     """The readable frames of a bracket, with thumbnails and samples for analysis.
 
-    Use it as a context manager, or call `close`: large brackets keep files open.
+    Use the stack as a context manager or call `close`, since large brackets keep files open.
 
     Attributes:
-        stops: Nominal exposures.
-        proxies: (h, w, 3) uint8 each, of size `proxy_shape`. Area means of the encoded values:
-            16-bit codes cut to 8 bits, linear frames coded by the sRGB curve below `top`, or below
-            1.
-        samples: (K, N, 3) uint8. The same N pixels of every frame, coded alike, not averaged.
-        sample_places: (N, 2). Row and column of the samples in the full frames.
-        visibility: (h, w) float32 each, at the size of the proxies. 1 where a moved frame has
-            pixels, else 0, or None for a frame that fills the picture; empty if no frame was moved.
+        stops: Nominal exposures in stops.
+        proxies: One thumbnail per frame, (h, w, 3) uint8, of size `proxy_shape`. Area means of the
+            encoded values, with 16-bit codes rounded to 8 bits, and linear frames encoded by the
+            sRGB curve below `top` or below 1.
+        samples: (K, N, 3) uint8. The same N pixels of every frame, encoded in the same way but not
+            averaged.
+        sample_places: (N, 2). Row and column of each sample in the full frames.
+        visibility: One mask per frame, (h, w) float32 at the size of the proxies, which is 1 where
+            a moved frame has pixels and 0 elsewhere, or None for a frame that fills the picture.
+            Empty if no frame was moved.
     """
 
     frames: tuple[Frame, ...]
@@ -84,7 +86,7 @@ class FrameStack:
 
     @property
     def whole(self) -> tuple[bool, ...]:
-        """Whether each frame is at full size; the others are at half size."""
+        """Whether each frame is at full size, rather than at half size."""
         return tuple(
             not isinstance(source, MemoryRows) or source.pixels.shape[:2] == self.shape
             for source in self.sources
@@ -96,7 +98,7 @@ class FrameStack:
         return all(isinstance(source, MemoryRows) for source in self.sources)
 
     def close(self) -> None:
-        """Close the open files; may be called more than once."""
+        """Close the open files. The method may be called more than once."""
         for source in self.sources:
             source.close()
 
@@ -108,7 +110,7 @@ class FrameStack:
 
 
 def workers(tasks: int) -> int:
-    """Return the number of threads for independent tasks: at most four, at most the cores."""
+    """Return the number of threads for independent tasks, at most four and at most the cores."""
     return max(1, min(4, os.cpu_count() or 1, tasks))
 
 
@@ -123,11 +125,11 @@ def open_frames(
 ) -> FrameStack:
     """Read the pixels of a bracket once.
 
-    Frames are kept in memory if they take no more than `memory_bytes` together; otherwise they are
-    read again by rows. Damaged ones are left out, each named in a warning.
+    Frames are kept in memory if they take no more than `memory_bytes` together. Otherwise, they are
+    read again by rows. Damaged frames are left out, and each is named in a warning.
 
     Raises:
-        ProbeError: If fewer than two can be read.
+        ProbeError: If fewer than two frames can be read.
         Cancelled: If the token is cancelled.
     """
     token = token or Token()
@@ -141,8 +143,8 @@ def open_frames(
             return error
         return _unsound(frame, opened_frame) or opened_frame
 
-    # One thread per frame even on two cores: three frames then finish together. Frames at half size
-    # are decoded one after another, in parallel with the one in full.
+    # Use one thread per frame even on two cores, so that three frames finish together. Frames at
+    # half size are decoded one after another, in parallel with the one in full.
     threads = workers(len(bracket.frames)) if small else min(_DECODERS, len(bracket.frames))
     results = _in_threads(first_pass, bracket.frames, threads, report)
     if small and not all(isinstance(result, OpenedFrame) for result in results):
@@ -180,16 +182,16 @@ def relaid(
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Align frames of a stack by `ways`; an entry of None leaves a frame as it is.
+    """Align the frames of a stack by `ways`, leaving each frame unchanged whose entry is None.
 
-    Proxies and samples are computed again for moved frames only. If the stack is not in memory, a
-    moved frame is kept in a temporary file.
+    Proxies and samples are recomputed for moved frames only. If the stack is not in memory, a moved
+    frame is kept in a temporary file.
 
     Args:
         visibility: As in `FrameStack`.
 
     Raises:
-        ProbeError: If a file has been damaged in the meantime or the disk is full.
+        ProbeError: If a file has been damaged in the meantime, or the disk is full.
         Cancelled: If the token is cancelled.
     """
     token = token or Token()
@@ -229,7 +231,7 @@ def _seen_by_all(stack: FrameStack, visibility: Sequence[Float32 | None]) -> Boo
 
 
 def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
-    """Return all frames, (h, w, 3) uint8 coded, reduced to a longest side in pixels."""
+    """Return all frames, (h, w, 3) encoded uint8, reduced to a longest side in pixels."""
     share = min(1.0, longest / max(stack.shape))
     size = (max(1, round(share * stack.shape[0])), max(1, round(share * stack.shape[1])))
     return [
@@ -244,7 +246,7 @@ def _in_threads(
     threads: int,
     report: Report,
 ) -> list[OpenedFrame | ProbeError]:
-    """Run one task per frame; if one of them fails, close the others' frames."""
+    """Run one task per frame, and if any task fails, close the frames of the others."""
     results: list[OpenedFrame | ProbeError] = []
     with ThreadPoolExecutor(threads) as pool:
         # The darkest frame, which is decoded in full, takes longest and starts first.
@@ -294,7 +296,7 @@ def _let_go(future: Future[OpenedFrame | ProbeError]) -> None:
     try:
         result = future.result()
     except Exception:  # noqa: BLE001
-        return  # the first failure is reported
+        return  # Only the first failure is reported.
     if isinstance(result, OpenedFrame):
         result.source.close()
 
@@ -316,7 +318,7 @@ def _coded(pixels: Pixels, top: float) -> Bytes:
     if pixels.dtype == np.uint8:
         return pixels
     if pixels.dtype == np.uint16:
-        # 65535 / 257 = 255: exact for 8-bit pictures stored as 16 bits.
+        # 65535 / 257 = 255, which is exact for 8-bit pictures stored as 16 bits.
         return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
     white = np.float32(top if math.isfinite(top) else 1.0)
     share = np.clip(np.nan_to_num(pixels, posinf=float(white)), np.float32(0.0), white) / white

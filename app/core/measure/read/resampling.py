@@ -1,6 +1,6 @@
 """Resample pictures of the sphere.
 
-A `Reduction` shrinks panoramas while they are being made, band by band, preserving energy. It
+A `Reduction` shrinks panoramas band by band while they are being created, preserving energy. It
 computes the same means as `environment.environment.reduce_radiance`, weighted by solid angle along
 a column and by width along a row, for any pair of sizes. A band of rows contributes to the rows of
 the result that it overlaps, and the contributions add up.
@@ -37,7 +37,7 @@ _BAND_PIXELS: Final = 400_000
 class Reduction:
     """A reduction from one size (rows, columns) to another.
 
-    Make it with `Reduction.between`.
+    Create one with `Reduction.between`.
     """
 
     source: tuple[int, int]
@@ -48,7 +48,7 @@ class Reduction:
 
     @classmethod
     def between(cls, source: tuple[int, int], target: tuple[int, int], panorama: bool) -> Self:
-        """Prepare a reduction; rows of a panorama are weighted by their solid angle.
+        """Prepare a reduction, weighting the rows of a panorama by their solid angle.
 
         Raises:
             ValueError: If the target has more rows or columns than the source.
@@ -63,11 +63,11 @@ class Reduction:
 
     @property
     def whole(self) -> bool:
-        """Whether the sizes are equal."""
+        """Whether the two sizes are equal, so that nothing is reduced."""
         return self.source == self.target
 
     def band_rows(self, pixels: int) -> int:
-        """Return the rows of a band of about this many pixels, in whole periods if possible."""
+        """Return the number of rows in a band of about `pixels`, in whole periods if possible."""
         rows = max(1, pixels // self.source[1])
         period = self.source[0] // math.gcd(self.source[0], self.target[0])
         return rows // period * period if period <= rows else rows
@@ -76,9 +76,9 @@ class Reduction:
         """Return the contribution of input rows ``start..stop`` to the rows of the result.
 
         Returns:
-            The first row of the result, and shares for `reduced`, (k, n, m) float32: k blocks of m
-            rows each, in whole periods, contribute to n rows each. Over all bands, the fractions of
-            one row of the result sum to 1.
+            The first row of the result, and the weights for `reduced`, (k, n, m) float32. Each of k
+            blocks of m rows, in whole periods, contributes to n rows. Over all bands, the weights
+            of one row of the result sum to 1.
         """
         height, rows = self.source[0], self.target[0]
         first, last = start * rows // height, -(-stop * rows // height)
@@ -98,7 +98,7 @@ class Reduction:
         return first, np.ascontiguousarray(blocks[np.arange(count), :, np.arange(count)])
 
     def reduced(self, shares: Float32, plane: Float32) -> Float32:
-        """Reduce one channel's contiguous rows, (stop - start, W), by the shares from `rows`."""
+        """Reduce one channel's contiguous rows, (stop - start, W), by the weights from `rows`."""
         narrow = self._columns(plane).reshape(len(shares), -1, self.target[1])
         return np.asarray(shares @ narrow).reshape(-1, self.target[1])
 
@@ -108,7 +108,7 @@ class Reduction:
         if self._period is not None:
             blocks: Float32 = plane.reshape(-1, self._period.shape[0]) @ self._period
             return blocks.reshape(count, self.target[1])
-        # Sizes with almost no common factor: differences of the running sum at the edges.
+        # For sizes with almost no common factor, take differences of the running sum at the edges.
         sums = np.zeros((count, width + 1))
         np.cumsum(plane, axis=1, dtype=np.float64, out=sums[:, 1:])
         edges = np.arange(self.target[1] + 1) * (width / self.target[1])
@@ -126,12 +126,13 @@ def light_in_bands(
     band: Callable[[int, int], tuple[Float32, Float32]],
     token: Token,
 ) -> tuple[Float32, Float32]:
-    """Build a panorama of light, (*size, 3), and shares, (*size, 2), band by band.
+    """Build a panorama of light, (*size, 3), and fractions, (*size, 2), band by band.
 
     Args:
-        samples: Rows and columns of the bands per row and column of the result.
-        whole: Bands have a multiple of this many rows.
-        band: Computes rows ``start..stop`` of light and shares, `samples` times as fine.
+        samples: Number of rows and columns of a band per row and column of the result.
+        whole: Number of which a band's row count is a multiple.
+        band: Function that computes rows ``start..stop`` of light and fractions, `samples` times as
+            fine.
 
     Raises:
         Cancelled: If the token is cancelled.
@@ -156,12 +157,12 @@ def light_in_bands(
 
 
 def _sines(rows: int) -> Float64:
-    """Return the sine of elevation of the rows' edges, from 1 down to -1."""
+    """Return the sine of the elevation at the rows' edges, from 1 down to -1."""
     return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
 
 
 def _overlaps(source: int, target: int) -> Float64:
-    """Return shares (target, source) of equal cells in fewer equal cells; each row sums to 1."""
+    """Return weights (target, source) of equal cells in fewer ones, where each row sums to 1."""
     start = np.arange(target)[:, None] * (source / target)
     cell = np.arange(source)
     overlap = np.minimum(start + source / target, cell + 1) - np.maximum(start, cell)
@@ -175,7 +176,7 @@ _MARGIN: Final = 2
 
 
 def azimuth_elevation(vector: Float64) -> tuple[float, float]:
-    """Return azimuth and elevation, in degrees, of a vector, (3,)."""
+    """Return the azimuth and elevation of a vector, (3,), in degrees."""
     x, y, z = (float(part) for part in vector)
     return float(np.degrees(np.arctan2(-x, z))), float(np.degrees(np.arctan2(y, np.hypot(x, z))))
 
@@ -186,7 +187,7 @@ class Chart:
 
     Attributes:
         centre: Azimuth and elevation of the middle, in degrees.
-        reach_deg: Angle from there to the middle of each edge, below 180.
+        reach_deg: Angle from the middle to the middle of each edge, below 180.
     """
 
     centre: tuple[float, float]
@@ -196,9 +197,9 @@ class Chart:
 
     @property
     def axes(self) -> Float64:
-        """Unit vectors right, up and outward of the chart, (3, 3), one per row.
+        """Unit vectors to the right, up and outward of the chart, (3, 3), one per row.
 
-        Up points toward the zenith; at the nadir, toward the chart's own azimuth.
+        Up points toward the zenith, or at the nadir toward the chart's own azimuth.
         """
         azimuth, elevation = np.radians(self.centre[0]), np.radians(self.centre[1])
         right = direction(self.centre[0] + 90.0, 0.0)
@@ -207,14 +208,14 @@ class Chart:
         return np.stack([right, up, direction(*self.centre)])
 
     def distances(self) -> FloatImage:
-        """Return the angle of each pixel from the middle, (side, side), in degrees."""
+        """Return each pixel's angle from the middle, (side, side), in degrees."""
         x, y = self._grid()
         return np.degrees(self._angle(np.hypot(x, y))).astype(np.float32)
 
     def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
         """Sample a panorama, (H, W) or (H, W, C), at the chart's pixels.
 
-        Sampling is bilinear and crosses the seam; the result is float32 or uint8, like the input.
+        Sampling is bilinear and crosses the seam. The result is float32 or uint8, like the input.
         """
         height, width = panorama.shape[:2]
         x, y = self._grid()
@@ -235,8 +236,8 @@ class Chart:
         """Return the positions of a panorama's rows on the chart.
 
         Returns:
-            Columns and rows, (rows, W) float32 each, whole numbers at pixel centres; outside the
-            edges for texels that are not on the chart.
+            The columns and rows, (rows, W) float32 each, with whole numbers at pixel centres. For
+            texels that are not on the chart, they are outside its edges.
         """
         x, y, z = self._coordinates(shape, rows)
         if self.kind == "stereographic":
@@ -267,7 +268,7 @@ class Chart:
         return float(np.tan(reach / 2.0)) if self.kind == "stereographic" else reach
 
     def _grid(self) -> tuple[FloatImage, FloatImage]:
-        """Return the pixels' coordinates to the right and up, in the unit of `_edge`."""
+        """Return the pixels' coordinates, to the right and up, in the unit of `_edge`."""
         steps = (2.0 * (np.arange(self.side) + 0.5) / self.side - 1.0) * self._edge()
         x, y = np.meshgrid(steps.astype(np.float32), -steps.astype(np.float32))
         return x, y
@@ -280,7 +281,7 @@ class Chart:
 
 
 def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
-    """Blur a panorama, (H, W) or (H, W, C), across its seam; sigma in pixels."""
+    """Blur a panorama, (H, W) or (H, W, C), across its seam, with `sigma` in pixels."""
     room = min(int(np.ceil(3.0 * sigma)) + 1, picture.shape[1])
     border = cv2.BORDER_REPLICATE
     soft = cv2.GaussianBlur(wrapped(picture, room), (0, 0), sigma, borderType=border)
@@ -291,18 +292,18 @@ def log_light(light: Float32) -> Float32:
     """Return the logarithm of luminance, in stops, with a floor that depends on the picture.
 
     Args:
-        light: (H, W) float32. Luminance, any scale.
+        light: (H, W) float32. Luminance on any scale.
     """
     floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
     return np.asarray(np.log2(light + np.float32(floor)), np.float32)
 
 
 def likeness(looks: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
-    """Return the correlation of two panoramas on their common area, the second rotated.
+    """Return the correlation of two panoramas over the area they share, with the second rotated.
 
     Args:
-        looks, weights: Two each, (H, W) float32.
-        shift: Rotation of the second one, columns.
+        looks, weights: One pair of each, (H, W) float32.
+        shift: Rotation of the second panorama, in columns.
     """
     weight = weights[0] * np.roll(weights[1], shift, axis=1)
     total = max(float(weight.sum()), 1e-9)
