@@ -235,7 +235,7 @@ def test_a_file_and_a_name_make_a_style_and_its_mirror_image(
         "right",
     )
     assert right.lamps[0].azimuth_deg == -left.lamps[0].azimuth_deg
-    assert "toward the left cheek" in right.note
+    assert "points to the left cheek" in right.note
     assert styles.mirror(right) == left
 
 
