@@ -1,8 +1,8 @@
 """Connections with a deadline, however slowly a camera sends.
 
-The timeouts of `requests` restart with every byte, even inside a header, so that a camera that
-trickles could hold its client for hours. Here every read from the socket has a deadline on the
-injected clock, and another thread can end it.
+The timeouts of `requests` restart with every byte, even inside a header, so a camera that sends
+only a trickle could hold up its client for hours. Here every read from the socket has a deadline on
+the injected clock, and another thread can end the read.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _STEP_S: Final = 0.1  # seconds of real time until a closed stream ends
 class Watch:
     """The deadline of a connection.
 
-    It expires on `clock` or in real time, whichever is earlier, since a virtual clock stands still
-    while a real connection is slow.
+    The deadline expires on `clock` or in real time, whichever is earlier, since a virtual clock
+    stands still while a real connection is slow.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -41,7 +41,7 @@ class Watch:
         self._real_deadline = time.monotonic() + seconds
 
     def close(self) -> None:
-        """End the current wait and all later ones; callable from any thread."""
+        """End the current wait and all later ones. This may be called from any thread."""
         self._closed = True
 
     @property
@@ -95,18 +95,18 @@ class BoundedSocket(socket.socket):
         self.settimeout(limit)
 
     def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
-        """Read bytes, and wait for them if necessary."""
+        """Read bytes, waiting for them if necessary."""
         return _receive(self, lambda: super(BoundedSocket, self).recv_into(buffer, nbytes, flags))
 
 
 class BoundedTls(ssl.SSLSocket):
-    """An encrypted socket with a `Watch`; the `sslsocket_class` of an SSL context."""
+    """An encrypted socket with a `Watch`, for use as the `sslsocket_class` of an SSL context."""
 
     watch: Watch | None = None
     patient = False
 
     def recv_into(self, buffer: Any, nbytes: int | None = None, flags: int = 0) -> int:
-        """Read bytes, and wait for them if necessary."""
+        """Read bytes, waiting for them if necessary."""
         return _receive(self, lambda: super(BoundedTls, self).recv_into(buffer, nbytes, flags))
 
 
@@ -120,7 +120,7 @@ def _receive(connection: BoundedSocket | BoundedTls, receive: Callable[[], int])
         try:
             return receive()
         except (TimeoutError, ssl.SSLWantReadError):
-            # A part of an encrypted record; the rest may take until the deadline.
+            # Only part of an encrypted record has arrived; the rest may take until the deadline.
             continue
     return receive()
 
@@ -140,7 +140,7 @@ class WatchedAdapter(HTTPAdapter):
     def init_poolmanager(
         self, connections: int, maxsize: int, block: bool = False, **pool_kwargs: Any
     ) -> None:
-        """Create the pool of bounded connections; called by `requests`."""
+        """Create the pool of bounded connections. This is called by `requests`."""
         transport = self
 
         class Connection(HTTPConnection):
@@ -162,9 +162,9 @@ class WatchedAdapter(HTTPAdapter):
         self.poolmanager.pool_classes_by_scheme = {"http": Pool}
 
     def close(self) -> None:
-        """Close all connections immediately; urllib3 would wait until every reply is released."""
+        """Close all connections at once, whereas urllib3 would wait for every reply to end."""
         pools = self.poolmanager.pools
-        for key in pools.keys():  # noqa: SIM118 - its keys are a safe copy, it cannot be iterated
+        for key in pools.keys():  # noqa: SIM118 - keys() is a safe copy; pools cannot be iterated
             pool = pools.get(key)
             if pool is not None:
                 pool.close()

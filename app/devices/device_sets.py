@@ -72,7 +72,7 @@ class CameraProcess:
         # Not "-m app", because the user may have a folder of that name.
         own = [sys.executable, "-P", "-m", "turnlight"]
         command = [*own, "simulate-camera", "--scene", str(scene)]
-        # Its errors would clutter the user's terminal; its address shows whether it runs.
+        # The camera's errors would clutter the terminal; its address shows whether it is running.
         self._process = subprocess.Popen(  # noqa: S603 - our own program
             [*command, "--model", model, "--until-eof"],
             # The process ends when this pipe closes, even if this program is killed.
@@ -131,7 +131,7 @@ class CameraProcess:
 
 
 class DemoDevices(RealDevices):
-    """Simulated devices in the demo café; typed addresses still reach real cameras."""
+    """Simulated devices in the demo café. Addresses typed by the user still reach real cameras."""
 
     def __init__(self, clock: Clock, cafe: Path) -> None:
         super().__init__(clock)

@@ -1,7 +1,8 @@
 """Errors of cameras and networks: a sentence, a hint and a code.
 
-They are not subclasses of `CoreError`; commands end with exit code 3. None derives from
-`RuntimeError` or `OSError`, so that no job runner or library mistakes them for its own failures.
+They are not subclasses of `CoreError`, and commands that raise them end with exit code 3. None
+derives from `RuntimeError` or `OSError`, so that no job runner or library mistakes them for its own
+failures.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Final, TypeVar
 from app.core.text import tr
 
 DISK: Final = frozenset({"disk", "disk-full"})
-"""Codes of errors of this computer, when its disk cannot be written."""
+"""Codes of errors on this computer when its disk cannot be written."""
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -66,7 +67,8 @@ class CameraRefused(DeviceError):
     """The camera answered with an error.
 
     Args:
-        message, hint, code: As in `DeviceError`; `code` is the camera's.
+        message, hint, code: As in `DeviceError`, with the camera's own code.
+        status: HTTP status of the reply.
     """
 
     default_code = "refused"

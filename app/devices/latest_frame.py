@@ -40,7 +40,7 @@ class Mailbox(Generic[T]):
         """Remove and return the newest item, or return None if none arrives in time.
 
         Args:
-            timeout_s: Time to wait in real seconds; 0 does not wait.
+            timeout_s: Time to wait in real seconds, or 0 to return at once.
         """
         with self._changed:
             if timeout_s > 0.0:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_FRAME_BYTES: Final = 8 << 20
-"""Size limit of a frame in bytes; larger ones are dropped."""
+"""Size limit of a frame in bytes; larger frames are dropped."""
 
 MAX_SHAPE: Final = (2048, 4096)
 """Largest number of rows and columns of a frame that is decoded."""
@@ -256,7 +256,7 @@ class _SegmentWalk:
             if self._packed:
                 match = _MARKER.search(data, self.place, limit)
                 self.place = match.start() if match else limit - 1
-                del match  # it holds the buffer, which then could not grow
+                del match  # a match holds the buffer, which then could not grow
                 self._packed = self.place == limit - 1
                 continue
             if data[self.place] != 0xFF:
@@ -289,9 +289,9 @@ def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
     """Return the rows and columns of a frame without decoding it.
 
     Returns:
-        None for anything but a sequential Huffman-coded JPEG with 8 bits and one or three channels,
-        the only kind that cameras stream. A progressive JPEG with many scans could take minutes to
-        decode.
+        Rows and columns, or None for anything but a sequential Huffman-coded JPEG with 8 bits and
+        one or three channels, the only kind that cameras stream. A progressive JPEG with many scans
+        could take minutes to decode.
     """
     place = 2 if jpeg.count(b"\xff\xda") <= _MAX_SCANS else len(jpeg)
     for _ in range(_MAX_SEGMENTS):

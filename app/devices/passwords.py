@@ -26,9 +26,9 @@ _SCHEME: Final = re.compile(r"(?:^|[\s,])digest\s+", re.IGNORECASE)
 _LONGEST_CHALLENGE: Final = 2000
 _TOKEN: Final = re.compile(r"[^\x00-\x1f\x7f\"\\]{0,300}")
 _WHERE: Final = tr(
-    'The user name is "THETA" and the full serial number on the camera\'s '
+    'The user name is "THETA" followed by the full serial number on the camera\'s '
     "base, such as THETAYL00105377; the password is the digits of that "
-    "number unless the owner has set another one. Newer cameras have none "
+    "number unless the owner has set a different one. Newer cameras have no password "
     "until one is set in Ricoh's app over the camera's own Wi-Fi."
 )
 
@@ -59,7 +59,7 @@ class Credentials:
 
 def password_needed() -> PasswordNeeded:
     """Return the error for a camera that requires a password."""
-    return PasswordNeeded(tr("The camera needs its user name and password."), _WHERE)
+    return PasswordNeeded(tr("The camera requires a user name and password."), _WHERE)
 
 
 def password_refused() -> PasswordNeeded:
@@ -128,10 +128,10 @@ def wants_digest(header: str) -> bool:
 
 
 class Passwords:
-    """Passwords by the camera's user name or serial number.
+    """The stored passwords, by the camera's user name or serial number.
 
     Args:
-        patience_s: Timeout of the keyring in real seconds; it may ask the user to unlock it.
+        patience_s: Timeout in real seconds for the keyring, which may ask the user to unlock it.
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class Passwords:
                 import keyring
 
                 results.append(work(keyring))
-            except Exception:  # noqa: BLE001 - backends raise what they like; it may hold a password
+            except Exception:  # noqa: BLE001 - backends raise anything, and it may contain a password
                 return
 
         thread = threading.Thread(target=run, name="turnlight-keyring", daemon=True)
@@ -206,7 +206,7 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
     line = data.removeprefix(b"\xef\xbb\xbf").split(b"\n", 1)[0].removesuffix(b"\r")
     if not line:
         raise CoreError(
-            tr("There is no password in {file}.", file=file), tr("Put it in the first line.")
+            tr("There is no password in {file}.", file=file), tr("Put it on the first line.")
         )
     try:
         password = line.decode("utf-8")
@@ -243,7 +243,7 @@ def default_password_hint(model: str, serial: str) -> str:
     newer = _NO_DEFAULT.get(name)
     if newer is None or not digits[:2].isdecimal():
         return tr(
-            "{digits_rule} Newer cameras have none until one is set in Ricoh's app.",
+            "{digits_rule} Newer cameras have no password until one is set in Ricoh's app.",
             digits_rule=digits_rule,
         )
     return _SET_FIRST if int(digits[:2]) in newer else digits_rule

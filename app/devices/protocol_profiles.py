@@ -1,4 +1,4 @@
-"""The properties of each camera model needed by a client, as data.
+"""The properties of each camera model that a client needs, as data.
 
 Sources: Ricoh's Web API v2.1 specification and its client library for the Theta S to X. SC2 and A1
 are not documented: options that such a camera refuses are skipped, and a refused bracket is
@@ -64,9 +64,10 @@ class ModelProfile:
     """A model, or a model with one kind of firmware.
 
     Attributes:
-        name: Short name: "S", "V-old", "generic".
-        bracket: "native" reports the end of its own bracket, "watched" does not; "single" has no
-            bracket, and that of "insta-hdr" is unusable. The last two take single photos.
+        name: Short name, such as "S", "V-old" or "generic".
+        bracket: A "native" camera reports the end of its own bracket, and a "watched" one does not.
+            A "single" camera has no bracket, and an "insta-hdr" one has no usable one; both take
+            single photos.
         overhead_s: Duration of a frame besides its exposure, in seconds.
         asks_support: Whether to query photo sizes, apertures and shooting methods, for a Theta that
             is not in the table.
@@ -74,7 +75,7 @@ class ModelProfile:
         rest_s: Pause between single photos, in seconds.
         settle_s: Pause between a change of options and a photo, in seconds.
         poll_s: Pause between two status requests, in seconds.
-        user_prefix: Letters between "THETA" and the serial number in the digest user name; "" if
+        user_prefix: Letters between "THETA" and the serial number in the digest user name, or "" if
             there is no password or the letters are unknown.
     """
 

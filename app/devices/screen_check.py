@@ -35,7 +35,7 @@ class DisplayError(DeviceError):
 
 @cache
 def _packages() -> dict[str, list[str]]:
-    """Return the Debian and Fedora packages of each library."""
+    """Return the Debian and Fedora packages that contain each library."""
     return tomllib.loads((resources() / "packages.toml").read_text(encoding="utf-8"))
 
 
@@ -162,13 +162,13 @@ def _plugins() -> Path:
 
 
 def missing_library(message: str) -> DesktopError:
-    """Return the error for a message of the system's loader, with the packages to install.
+    """Return the error for a message from the system's loader, with the packages to install.
 
-    It names all missing libraries, so that one command installs them all.
+    The error names all missing libraries, so that one command installs them all.
 
     Examples:
-        >>> print(missing_library("libmystery.so.2: cannot open shared object file"))
-        A library that Turnlight needs is missing: libmystery.so.2. Install the package that has it.
+        >>> print(missing_library("libx.so.2: cannot open shared object file"))
+        A library that Turnlight needs is missing: libx.so.2. Install the package that contains it.
     """
     if (old := _TOO_OLD.search(message)) is not None:
         return DesktopError(
@@ -176,7 +176,7 @@ def missing_library(message: str) -> DesktopError:
                 "This system is too old for Turnlight's libraries: {library} is missing.",
                 library=old[1],
             ),
-            tr("Debian 12, Ubuntu 22.04, Fedora 36 and newer ones have it."),
+            tr("Debian 12, Ubuntu 22.04, Fedora 36 and later versions include it."),
         )
     damaged = _DAMAGED.search(message)
     match = _MISSING.search(message)
@@ -193,7 +193,7 @@ def missing_library(message: str) -> DesktopError:
         len(names),
         libraries=", ".join(names),
     )
-    return DesktopError(what, _commands(names) or tr("Install the package that has it."))
+    return DesktopError(what, _commands(names) or tr("Install the package that contains it."))
 
 
 def _absent() -> Iterable[str]:

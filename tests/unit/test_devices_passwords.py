@@ -300,4 +300,4 @@ def test_the_hint_says_both_where_the_model_is_not_known() -> None:
     for model, serial in (("", ""), ("RICOH THETA Z1", ""), ("Whatever", "10010104")):
         hint = default_password_hint(model, serial)
         assert "eight digits" in hint
-        assert "none until one is set" in hint
+        assert "no password until one is set" in hint

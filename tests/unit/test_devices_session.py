@@ -139,7 +139,7 @@ def test_a_journal_of_a_newer_version_is_left_alone(tmp_path: Path) -> None:
     facts["version"] = 2
     path.write_text(json.dumps(facts))
     before = path.read_bytes()
-    with pytest.raises(CoreError, match="newer Turnlight"):
+    with pytest.raises(CoreError, match="newer version of Turnlight"):
         Session.open(session.folder)
     assert path.read_bytes() == before
 

@@ -408,7 +408,7 @@ def test_https_with_a_certificate_that_nobody_signed(certificate: tuple[Path, Pa
     ("error", "words"),
     [
         (ssl.SSLCertVerificationError("self-signed"), "not trusted"),
-        (ssl.SSLError("wrong version"), "does not support https"),
+        (ssl.SSLError("wrong version"), "does not support HTTPS"),
         (socket.gaierror("unknown"), "no device with this name"),
         (UnicodeError("label too long"), "no device with this name"),
         (TimeoutError(), "does not answer"),

@@ -96,8 +96,8 @@ def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProf
     Settings already in the journal date from before an interruption and are left as they are.
 
     Returns:
-        The profile without the options that must not be changed because they could not be restored:
-        the camera does not report them, or reports an invalid value.
+        The profile without the options that the camera does not report, or reports with an invalid
+        value. These must not be changed, because they could not be restored.
     """
     settings = dict(session.journal.settings_to_restore)
     if "captureMode" not in settings:
@@ -181,7 +181,7 @@ def _plain_pictures(profile: ModelProfile) -> Iterable[dict[str, Any]]:
 
 
 def locked_white(profile: ModelProfile) -> dict[str, Any]:
-    """Return the options of a fixed white balance."""
+    """Return the options for a fixed white balance."""
     if profile.ricoh:
         return {"whiteBalance": "_colorTemperature", "_colorTemperature": KELVIN}
     return {"whiteBalance": "daylight"}
@@ -200,7 +200,7 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
     settings = dict(session.journal.settings_to_restore)
     if not settings:
         return ()
-    contact.reconnect()  # An S that reconnected unnoticed would refuse everything.
+    contact.reconnect()  # A Theta S that reconnected unnoticed would refuse everything.
     refusals: dict[str, str] = {}
     for options in _in_order(settings):
         if "captureMode" in options:
@@ -214,7 +214,7 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
 
 
 def restore_or_say(contact: Contact, session: Session) -> str:
-    """Restore the settings like `restore`, and return a sentence about failures or ""."""
+    """Restore the settings like `restore`; return a sentence about failures, or "" if none."""
     try:
         refusals = restore(contact, session)
     except DeviceError:
@@ -226,7 +226,7 @@ def restore_or_say(contact: Contact, session: Session) -> str:
 
 
 def untaken_words(names: Sequence[str]) -> str:
-    """Return a sentence listing the settings that could not be restored, or ""."""
+    """Return a sentence that lists the settings that could not be restored, or "" if none."""
     if not names:
         return ""
     return tr(
@@ -258,7 +258,7 @@ def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
 
 
 def _white(rest: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """Yield the white balance; the camera accepts a temperature only while one is in use."""
+    """Yield the white balance, since a temperature is accepted only while one is in use."""
     balance = _take(rest, ("whiteBalance",))
     kelvin = _take(rest, ("_colorTemperature",))
     if kelvin and kelvin["_colorTemperature"] != KELVIN:

@@ -2,7 +2,7 @@
 
     connecting -> metering -> exposing -> downloading -> merging -> done / cancelled / failed
 
-Each step is a function of another module. This module contains their order, the remaining steps of
+Each step is a function in another module. This module contains their order, the remaining steps of
 an interrupted session, and the cleanup at the end of a capture, however it ends.
 """
 
@@ -56,7 +56,7 @@ class CaptureResult:
 
     Attributes:
         info: The camera's description, or None if the session was finished without the camera.
-        seconds: Durations of "metering", "exposing", "download" and "merge".
+        seconds: Durations in seconds of "metering", "exposing", "download" and "merge".
     """
 
     profile: ModelProfile
@@ -148,8 +148,8 @@ class Capture:
             A sentence about settings that the camera refused, or "" if there are none.
 
         Raises:
-            DeviceError: If the camera does not answer, is busy or is a different one. The settings
-                then still have to be restored.
+            DeviceError: If the camera does not answer or is busy, or if another camera answers. The
+                settings then still have to be restored.
             Cancelled: If the token is cancelled.
         """
         job = self._job
@@ -210,7 +210,7 @@ def _expose(job: CaptureJob) -> None:
 
 
 def _find_again(job: CaptureJob) -> None:
-    """Find the frames of an interrupted bracket on the camera, or shoot it again."""
+    """Find the frames of an interrupted bracket on the camera, or shoot the bracket again."""
     now = job.clock.now()
     bracket.watch_if_busy(job, bracket.Run(now, now + bracket.deadline_s(job.plan, job.delay_s)))
     _restore_first(job)
@@ -222,7 +222,7 @@ def _find_again(job: CaptureJob) -> None:
             bracket.gather(job, least=len(job.plan.shots))
     except CaptureFailed:
         surplus_pictures.set_aside(job.contact, job.session, frames)
-        job.warn(tr("The interrupted bracket was not complete; it was shot again."))
+        job.warn(tr("The interrupted bracket was incomplete, so it was shot again."))
         _meter(job)
         _expose(job)
 
@@ -271,7 +271,7 @@ def _stop(job: CaptureJob) -> None:
 
 
 def _give_back(job: CaptureJob) -> str:
-    """Restore the camera's settings if it is reachable, and return a sentence about failures."""
+    """Restore the settings if the camera is reachable, and return a sentence about failures."""
     if not job.session.owes:
         _settle(job, job.session)
         return ""
@@ -288,7 +288,7 @@ def _give_back(job: CaptureJob) -> str:
 
 
 def _end(job: CaptureJob, stage: Stage, error: DeviceError | CoreError | None = None) -> None:
-    """Restore the camera's settings, record the end in the journal, and show it."""
+    """Restore the camera's settings, record the end in the journal, and show the final status."""
     unrestored = _give_back(job)
     if error is None:
         job.warn(unrestored)

@@ -79,10 +79,10 @@ def fetch_file(
     """Download a photo.
 
     Args:
-        report: Function called about ten times a second with the bytes received, the size of the
-            file, and the rate in bytes per second since the first byte of this attempt (0 before
-            it).
-        check: Function that returns whether a file is complete; by default the file is decoded. The
+        report: Function called about ten times a second with the number of bytes received, the size
+            of the file in bytes, and the rate in bytes per second since the first byte of this
+            attempt (0 before that byte).
+        check: Function that returns whether a file is complete, or None to decode the file. The
             structure of the JPEG and its size are checked first.
 
     Raises:
@@ -226,7 +226,7 @@ class _Transfer:
         self.report(size_here, size, rate)
 
     def _settle(self, *, clean: bool) -> bool:
-        """Rename a complete partial file, or mark one that can never become complete."""
+        """Rename a partial file that is complete, or mark one that can never become complete."""
         size_here = self._received_bytes()
         self.most = max(self.most, size_here)
         end = jpeg_end(self.part.read_bytes()) if size_here else None
@@ -250,7 +250,11 @@ class _Transfer:
         return False
 
     def _spoil(self) -> None:
-        """Record a full-length but invalid download; raise if the same data comes twice."""
+        """Record a full-length but invalid download.
+
+        Raises:
+            DownloadFailed: If the same data arrives twice.
+        """
         self.stale = True
         digest = bytes.fromhex(sha256_of(self.part))
         if digest in self.spoiled:
@@ -262,7 +266,7 @@ class _Transfer:
         self.spoiled.add(digest)
 
     def _insists(self, size_here: int, clean: bool) -> bool:
-        """Return whether the camera sent this length twice, although its list states another."""
+        """Return whether the camera sent this length twice, although it lists another length."""
         if not clean:
             return False
         self.clean_lengths.append(size_here)
@@ -333,7 +337,7 @@ def _continues(incoming: Incoming, start: int, size: int) -> bool:
 
 
 class _Watch:
-    """Aborts a connection that only trickles, since it would neither time out nor end."""
+    """Aborts a connection that sends only a trickle, since it would neither time out nor end."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock, self.since, self.bytes = clock, clock.now(), 0

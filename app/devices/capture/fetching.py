@@ -79,11 +79,11 @@ def fetch(job: CaptureJob) -> None:
     """Download the frames listed in the journal.
 
     A file that fails does not stop the others. Three complete frames with different exposures are
-    enough, with a warning; the others stay open in the journal.
+    enough, with a warning. The other frames stay incomplete in the journal.
 
     Raises:
         DownloadFailed: If the connection is lost, the disk cannot be written, or too few frames are
-            complete. The received data stays and can be resumed.
+            complete. The received data stays on disk, and the download can be resumed.
         CameraRefused: If the camera refuses the files and too few are complete.
         Cancelled: If the token is cancelled.
     """
@@ -194,7 +194,7 @@ def _thumbnails(job: CaptureJob, view: _StatusRows, frames: tuple[SessionFrame, 
 
 
 def _again(job: CaptureJob, view: _StatusRows, number: int, entry: FileEntry) -> DeviceError | None:
-    """Download again a file with the right length but damaged image data."""
+    """Download a file again because its length is right but its image data is damaged."""
     path = job.session.originals / job.session.local_name(entry)
     _set_aside(job, job.session.journal.frames[number])
     view.set(number, done=False)
@@ -215,8 +215,8 @@ def _one(
 ) -> DeviceError | None:
     """Download one file, and resume it after reconnecting.
 
-    By default only its structure is checked, because it is decoded while the next file arrives.
-    Returns an error that concerns this file alone, and raises any other.
+    By default only the file's structure is checked, because the file is decoded while the next one
+    arrives. An error that concerns this file alone is returned; any other is raised.
     """
 
     def report(received: int, size: int, rate: float) -> None:

@@ -49,7 +49,7 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
     """Compare the frames with the plan. The files are kept in any case.
 
     Returns:
-        Sentences about frames with other exposures; their actual values are used.
+        Sentences about frames whose exposures differ from the plan. Their actual values are used.
 
     Raises:
         CaptureFailed: If the frames are not a bracket because the exposures are equal, or the
@@ -97,7 +97,9 @@ def _check_different(headers: Sequence[Header]) -> None:
     number = _NUMBERS.get(len(stops), str(len(stops)))
     raise CaptureFailed(
         tr("The camera took {number} equal exposures instead of a bracket.", number=number),
-        tr("Restart it, close other apps that use it, and shoot again. The files were kept."),
+        tr(
+            "Restart the camera, close other apps that use it and shoot again. The files were kept."
+        ),
         "equal-exposures",
     )
 
@@ -121,7 +123,7 @@ def _differences(headers: Sequence[Header], plan: Plan) -> list[str]:
         elif number < len(exposures):
             sentences.append(
                 tr(
-                    "{name} was taken with {taken} instead of {planned}; its true values are used.",
+                    "{name} was taken at {taken} instead of {planned}; its actual values are used.",
                     name=name,
                     taken=_words(exposure),
                     planned=_words(exposures[number]),

@@ -1,7 +1,7 @@
 """A capture for a place: its folder, the camera, the capture itself, and its progress.
 
-It runs in the caller's thread and puts its progress into a mailbox, from which a screen reads the
-latest.
+The capture runs in the caller's thread and puts its progress into a mailbox, from which a screen
+reads the latest entry.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class CapturedPlace:
 
 
 class Recording:
-    """The state of a capture, kept even after a failure; written by its thread."""
+    """The state of a capture, which its thread updates and which is kept even after a failure."""
 
     def __init__(self, order: CaptureOrder) -> None:
         self.box: Mailbox[CaptureProgress] = Mailbox()
@@ -131,7 +131,7 @@ class Recording:
         self._open, self._pack = session, pack
 
     def show(self, status: Status) -> None:
-        """Put a status into the mailbox; called in the capture thread."""
+        """Put a status into the mailbox. This is called in the capture thread."""
         session = self._open
         if session is None:
             return

@@ -83,7 +83,7 @@ def check_ready(job: CaptureJob) -> None:
     if state.plugin_running:
         raise CameraNotReady(
             tr("A plug-in is running on the camera."),
-            tr("Close it with the camera's Mode button or in its app, then try again."),
+            tr("Close the plug-in with the camera's Mode button or in its app, then try again."),
             "plug-in",
         )
     _check_storage(job)
@@ -114,7 +114,7 @@ def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
 
 
 def explain_error(job: CaptureJob, error: DeviceError) -> DeviceError:
-    """Return the cause of a refusal or a stop from the camera's state, or else the error itself."""
+    """Return the cause that the camera's state shows for a refusal or a stop, or else the error."""
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
     try:
@@ -135,7 +135,7 @@ def _check_firmware(info: Info, profile: ModelProfile) -> None:
                 firmware=info.firmware_text,
                 version=version,
             ),
-            tr("Update it with Ricoh's app for the computer."),
+            tr("Update the firmware with Ricoh's app for computers."),
             "firmware",
         )
 
@@ -157,7 +157,7 @@ def _check_state(state: State) -> None:
     if level is not None and level < _LOW_BATTERY and not charging:
         raise CameraNotReady(
             tr("The camera's battery is too low for a bracket ({level:.0%}).", level=level),
-            tr("Charge it, or connect it to power, then try again."),
+            tr("Charge the battery or connect the camera to power, then try again."),
             "battery",
         )
 

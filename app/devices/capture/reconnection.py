@@ -93,7 +93,7 @@ _OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParam
 _FIRST_S: Final = 60.0
 _SILENCES: Final = 1000  # Timeouts are limited by the total time instead.
 _TRIES: Final = 8
-_LONGEST_PAUSE_S: Final = 2.0  # The request before it has already waited.
+_LONGEST_PAUSE_S: Final = 2.0  # The request before the pause has already waited.
 _SWITCHES: Final = 2
 _BUSY_S: Final = 30.0
 _NOT_NOW_S: Final = 8.0
@@ -153,7 +153,7 @@ class Contact:
         self._shooting_s = _SHOOTING_S
 
     def unstoppable(self, rejoin_s: float) -> Contact:
-        """Return a contact for the final steps: not cancellable, with a shorter time limit."""
+        """Return a contact for the final steps, which cannot be cancelled and have less time."""
         other = copy(self)
         other.token, other._rejoin_s, other._patience_s = None, rejoin_s, PATIENCE_S
         other._shooting_s = _LAST_SHOOTING_S
@@ -192,7 +192,7 @@ class Contact:
                     )
 
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
-        """Make a call that must not be repeated after a loss, only while the camera is busy.
+        """Make a call that is repeated while the camera is busy, but never after a loss.
 
         Raises:
             DeviceError: Any error of the call that is not temporary.
@@ -241,7 +241,7 @@ class Contact:
         """Identify the camera and switch it to API 2.1.
 
         Raises:
-            DeviceError: If nothing answers, or a different camera than before.
+            DeviceError: If nothing answers, or another camera than before answers.
         """
         info = self.client.info()
         if self.serial and info.serial_number != self.serial:
@@ -251,7 +251,7 @@ class Contact:
                     model=info.model,
                     serial=info.serial_number,
                 ),
-                tr("Join the Wi-Fi of the camera that took this place, or use a new folder."),
+                tr("Join the Wi-Fi of the camera that captured this place, or use a new folder."),
                 "other-camera",
             )
         if info.uptime_s is not None:
@@ -387,8 +387,9 @@ def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
     """Return the URL of the newest file, or "" if there is none.
 
     Args:
-        entries: Files, the newest first.
-        stated_url: URL of the newest file in the camera's state; the file may be deleted already.
+        entries: Files, newest first.
+        stated_url: URL of the newest file in the camera's state. That file may already have been
+            deleted.
     """
     if any(_path(entry.url) == _path(stated_url) for entry in entries):
         return stated_url
@@ -397,7 +398,7 @@ def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
 
 
 def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
-    """Return the entries newer than `previous`, or with higher URLs if it has been deleted."""
+    """Return the entries newer than `previous`, or those with higher URLs if it was deleted."""
     path = _path(previous)
     if not any(_path(entry.url) == path for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]
@@ -405,7 +406,7 @@ def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
 
 
 def _one_folder(entries: Sequence[FileEntry], count: int) -> list[FileEntry]:
-    """Return the entries of the most common folder, or all if that has fewer than `count`."""
+    """Return the entries of the most common folder, or all if it has fewer than `count` of them."""
     folders = Counter(_place(entry.url)[0] for entry in entries)
     if not folders:
         return []
@@ -427,7 +428,7 @@ def _path(url: str) -> str:
 
 
 def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:
-    """Sort by URL; cameras count up and start a new folder when the numbers run out."""
+    """Sort by URL, since cameras count up and start a new folder when the numbers run out."""
     return tuple(sorted(entries, key=lambda entry: _place(entry.url)))
 
 

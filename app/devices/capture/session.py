@@ -64,8 +64,8 @@ _TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
 class Session:
     """The folder of one capture, with its journal.
 
-    Use `create`, `open` or `open_or_create`. Safe for several threads, but not for several
-    processes at once.
+    Use `create`, `open` or `open_or_create`. A session may be used by several threads, but not by
+    several processes at once.
     """
 
     def __init__(self, folder: Path, journal: SessionJournal, notices: Iterable[str] = ()) -> None:
@@ -167,7 +167,7 @@ class Session:
         return journal.plan is not None and journal.exposed and here
 
     def update(self, **changes: Any) -> None:
-        """Change the journal, on disk first; call this before the step that it records.
+        """Change the journal, on disk first. Call this before the step that the change records.
 
         Args:
             **changes: Fields of `SessionJournal`. Text from a camera is truncated, and its control
@@ -272,7 +272,7 @@ class Session:
 
     def _prepare(self) -> None:
         """Create the folders, and remove temporary files of a killed process."""
-        sentence = tr("Cannot make a session in {folder}: {reason}.")
+        sentence = tr("Cannot create a session in {folder}: {reason}.")
         hint = tr("Choose another folder.")
         with os_errors_as(CoreError, sentence, hint, folder=self.folder):
             for folder in (self.folder, self.originals, self.thumbnails):
@@ -324,7 +324,10 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
         ) from error
     except Newer as error:
         raise CoreError(
-            tr("The session in {folder} was made by a newer Turnlight.", folder=folder),
+            tr(
+                "The session in {folder} was created by a newer version of Turnlight.",
+                folder=folder,
+            ),
             tr("Update Turnlight."),
         ) from error
     except Unfit:
@@ -373,7 +376,7 @@ def _on_camera(url: str) -> str:
 
 
 def camera_time(text: str) -> datetime | None:
-    """Parse a date from the camera's clock without its time zone; return None if it is invalid."""
+    """Parse a date from the camera's clock without its time zone, or return None if invalid."""
     match = _DATE.match(text)
     with suppress(ValueError):
         return None if match is None else datetime(*map(int, match.groups()))  # type: ignore[arg-type]

@@ -47,14 +47,14 @@ class Status:
     Attributes:
         fraction: Completed fraction of the whole, 0 to 1; it never decreases, except after a failed
             start.
-        shot, shots: Number of the current exposure, counted from 1, and their total; 0 before the
-            first.
+        shot, shots: Number of the current exposure, counted from 1 (0 before the first), and the
+            total number.
         seconds_left: Seconds until the last exposure, the last byte, or the time limit for
             reconnecting, or None if unknown.
         seeking: Whether the camera is unreachable and the program is reconnecting.
         may_move: Whether all exposures are done, so that people may walk about again.
-        timer_s: Seconds until the self-timer ends, at the time of this status; 0 without one.
-        metered: JPEG thumbnail of the metering photo, unchecked; empty at first.
+        timer_s: Seconds from this status until the self-timer ends, or 0 if no timer is running.
+        metered: JPEG thumbnail of the metering photo, not checked, or empty before there is one.
     """
 
     stage: Stage = Stage.IDLE
@@ -102,11 +102,11 @@ _SPANS: Final = {
     Stage.MERGING: (0.9, 1.0),
     Stage.DONE: (1.0, 1.0),
 }
-"""Range of `fraction` for each stage; a stage that ends a capture early does not change it."""
+"""Range of `fraction` for each stage. A stage that ends a capture early keeps the fraction."""
 
 
 class Board:
-    """The current status, which reports every change."""
+    """Holds the current status and reports every change."""
 
     def __init__(self, tell: Callable[[Status], None]) -> None:
         self._tell = tell

@@ -1,4 +1,4 @@
-"""Captures whose camera settings still have to be restored, so that the next capture can do it.
+"""Captures whose camera settings the next capture has to restore.
 
 A capture is recorded here before it changes anything on the camera. The settings themselves are in
 the journal of its session.
@@ -33,13 +33,13 @@ _LONGEST: Final = 4000
 
 
 class Debts:
-    """A file that lists the folders of captures with settings to restore, the oldest first."""
+    """A file that lists the folders of captures with settings to restore, oldest first."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def note(self, session: Session) -> None:
-        """Add a capture; ignore a file that cannot be written."""
+        """Add a capture. A file that cannot be written is ignored."""
         folder = str(session.folder.resolve())
         self._write([*(each for each in self._read() if each != folder), folder])
 
@@ -50,7 +50,7 @@ class Debts:
             self._write([each for each in folders if each != folder])
 
     def of(self, serial: str, besides: Session) -> list[Session]:
-        """Open the other sessions with settings to restore on this camera, the newest first."""
+        """Open the other sessions with settings to restore on this camera, newest first."""
         sessions: list[Session] = []
         for folder in reversed(self._read()):
             if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():

@@ -38,10 +38,10 @@ class CameraBody:
     """A camera's parts, settings and address.
 
     Args:
-        date: Date and time of its clock; noon on a summer day by default.
-        host: Address and port used in its URLs, from the last request.
+        date: Date and time of the camera's clock, or None for noon on a summer day.
+        host: Address and port used in the camera's URLs, taken from the last request.
         battery: Battery charge, 0 to 1.
-        temperature_c: Temperature of its board in degrees Celsius.
+        temperature_c: Temperature of the camera's board in degrees Celsius.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class CameraBody:
 
     @property
     def port(self) -> int:
-        """The port of its address."""
+        """The port in the camera's address."""
         digits = self.host.rpartition("]")[2].rpartition(":")[2]
         return int(digits) if digits.isdecimal() and len(digits) < 6 and ":" in self.host else 80
 
@@ -121,7 +121,7 @@ class CameraBody:
         return self.storage.free_bytes
 
     def stated_url(self, file: StoredFile) -> str:
-        """Return the URL of a file for a reply."""
+        """Return the URL of a file as stated in a reply."""
         return self.url(file)
 
     def listing(

@@ -106,10 +106,10 @@ class SimulatedCamera(CameraBody):
 
     Args:
         clock: Clock of the camera. On a `VirtualClock`, frames are rendered at their first use,
-            otherwise in a thread while the camera shoots (`close` ends it).
-        rate_mbit: Transfer rate of files in megabits per second; unlimited by default.
-        shape: Rows and columns of all frames, for quick tests; by default those of the options.
-        date: Date and time of its clock; noon on a summer day by default.
+            otherwise in a thread while the camera shoots (`close` ends the thread).
+        rate_mbit: Transfer rate of files in megabits per second, or None for no limit.
+        shape: Rows and columns of all frames, for quick tests, or None for those of the options.
+        date: Date and time of the camera's clock, or None for noon on a summer day.
 
     Raises:
         ValueError: If the personality does not exist.
@@ -141,7 +141,7 @@ class SimulatedCamera(CameraBody):
 
         The pieces of a reply are created while they are sent; the server calls `pieces.close` if it
         exists. Without a Content-Length, chunked transfer or the end of the connection marks the
-        end.
+        end of the body.
         """
         with self._lock:
             self.note(request)

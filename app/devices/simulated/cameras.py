@@ -131,7 +131,8 @@ class Personality:
     Attributes:
         api_levels: (1, 2) for models that start with API 2.0 and must be switched.
         sizes: Rows and columns of its photos, the default first.
-        previews: Width, height and frames per second; empty if the camera reports zeros.
+        previews: Width, height and frames per second of each preview, or an empty tuple if the
+            camera reports zeros.
         status_ids: Whether status replies have an id; Ricoh's own examples of API 2.1 do not.
         snaps: Whether automatic exposure times are limited to the list of the manual program.
         lens_stops: Difference between the lenses' ISO in automatic programs, in stops.
@@ -270,7 +271,7 @@ PERSONALITIES: Final = tuple((_OWN | _TABLE | _OWN).values())
 def personality_named(
     name: str, personalities: Iterable[Personality] = PERSONALITIES
 ) -> Personality:
-    """Return a camera by name, ignoring case: "S", "SC", "Z1", "generic" ...
+    """Return a camera by name, such as "S", "SC", "Z1" or "generic", ignoring case.
 
     Raises:
         ValueError: If the name is unknown.

@@ -28,10 +28,10 @@ _FILES: Final = frozenset(
 
 
 def begin_picture(camera: CameraBody) -> Reply:
-    """Take a single photo; return the reply "inProgress" with an id.
+    """Take a single photo, and return the reply "inProgress" with an id.
 
     Raises:
-        CommandRefused: In another mode, with the code disabledCommand.
+        CommandRefused: With the code disabledCommand if the camera is in another mode.
     """
     if camera.options["captureMode"] != "image" or camera.store.method != "normal":
         raise CommandRefused("disabledCommand")
@@ -39,14 +39,14 @@ def begin_picture(camera: CameraBody) -> Reply:
 
 
 def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
-    """Start a bracket; return the reply "inProgress" with an id.
+    """Start a bracket, and return the reply "inProgress" with an id.
 
     Args:
         mode: The parameter `_mode`, or None if it is missing.
 
     Raises:
-        CommandRefused: For another series, or a model without a bracket, with the code
-            invalidParameterValue.
+        CommandRefused: With the code disabledCommand if the camera is set to single photos or
+            videos, or invalidParameterValue for another series or a model without a bracket.
     """
     rules = camera.personality.bracket
     mode = camera.store.method if mode is None else mode

@@ -83,7 +83,7 @@ class CommandRefused(Exception):
     """A refused command, with an OSC error code.
 
     Args:
-        message: Message for people; empty for the default sentence of the code.
+        message: Message for people, or "" for the default sentence of the code.
     """
 
     def __init__(self, code: str, message: str = "") -> None:
@@ -107,7 +107,7 @@ def refusal(name: str, code: str, message: str = "", *, status: int | None = Non
     """Return a reply with an OSC error.
 
     Args:
-        status: HTTP status; by default the one that belongs to the code.
+        status: HTTP status, or None for the one that belongs to the code.
     """
     words = message or _SENTENCES.get(code, "Something is wrong.")
     body: dict[str, JsonValue] = {

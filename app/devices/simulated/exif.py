@@ -114,7 +114,7 @@ def pose_segment(tags: Tags) -> bytes:
 
 
 def with_segments(jpeg: bytes, segments: Sequence[bytes]) -> bytes:
-    """Insert segments at the start of a JPEG file, instead of its JFIF segment."""
+    """Insert segments at the start of a JPEG file in place of its JFIF segment."""
     if not segments:
         return jpeg
     start = 2

@@ -70,8 +70,9 @@ class ShotOptions:
         shape: tuple[int, int] or None. Rows and columns, or None for those of the environment.
             `CameraModel.shape` gives a full frame.
         scale: Luminance in cd/m2 of one unit of the environment.
-        lens_gain: Sensitivity of the front lens (centre half of the columns) and the back lens;
-            also stated per lens in the maker note. They blend over 10 degrees at the seam.
+        lens_gain: Sensitivity of the front lens (centre half of the columns) and the back lens. The
+            values are also recorded per lens in the maker note, and blend over 10 degrees at the
+            seam.
     """
 
     shape: tuple[int, int] | None = None

@@ -99,11 +99,11 @@ def meter(
 
     Args:
         environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, not all black.
-        scale: Luminance in cd/m2 of one unit.
+        scale: Luminance in cd/m2 of one unit of the environment.
         target: Mean of the encoded values, 0 to 1.
 
     Returns:
-        An exposure with that mean within 0.001, if the environment allows it.
+        An exposure whose mean is within 0.001 of `target`, if the environment allows it.
     """
     height, width = environment.shape[:2]
     step = max(height // 256, 1)
@@ -136,7 +136,7 @@ def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float
 
 
 Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
-"""Per pixel: the first of two neighbouring texels, and the weight of the second."""
+"""The first of two neighbouring texels for each pixel, and the weight of the second."""
 
 
 @dataclass(frozen=True, slots=True)

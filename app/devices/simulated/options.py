@@ -17,7 +17,7 @@ _READ_ONLY: Final = frozenset(
     {"remainingPictures", "remainingSpace", "remainingVideoSeconds", "totalSpace"}
 )
 _WHICH_PROGRAMS: Final = {"iso": (1, 9), "shutterSpeed": (1, 4), "aperture": (1, 3)}
-"""Exposure programs in which the user sets each value; elsewhere the value is 0, automatic."""
+"""Exposure programs in which the user sets each value; in others the value is 0 (automatic)."""
 
 
 class OptionStore:
@@ -142,7 +142,7 @@ class OptionStore:
         return person.isos if name == "iso" else person.apertures
 
     def allows(self, name: str, value: JsonValue) -> bool:
-        """Return whether an option accepts a value; without a list it accepts any."""
+        """Return whether an option accepts a value. An option without a list accepts any value."""
         if name == "_autoBracket":
             return self.allows_bracket(value)
         has_list = name in _WHICH_PROGRAMS or name in _supports(self._person)

@@ -21,7 +21,7 @@ from app.devices.clock import Clock, SystemClock, wait
 from app.devices.simulated.exchange import Pause, Piece, Reply, Request, head_of
 
 MAX_BODY_BYTES: Final = 1 << 20
-"""Maximum length of a request body in bytes; longer ones are refused."""
+"""Maximum length of a request body in bytes; longer bodies are refused."""
 
 _HOST: Final = "127.0.0.1"
 _IDLE_S: Final = 60.0  # seconds that an idle connection is kept open
@@ -31,14 +31,14 @@ _LAG_S: Final = 0.05
 
 
 class Answering(Protocol):
-    """Maps requests to replies; called from several threads."""
+    """Maps requests to replies, and is called from several threads."""
 
     def answer(self, request: Request) -> Reply:
         """Return the reply to a request."""
 
 
 class CameraServer:
-    """Serves a camera over HTTP/1.1 until it is stopped; also a context manager.
+    """Serves a camera over HTTP/1.1 until stopped, and can be used as a context manager.
 
     Raises:
         OSError: If the port is in use.
@@ -60,7 +60,7 @@ class CameraServer:
 
     @property
     def port(self) -> int:
-        """The port on which it listens."""
+        """The port on which the server listens."""
         return int(self._http.server_address[1])
 
     @property

@@ -66,7 +66,7 @@ class CameraDate:
 
     @property
     def offset(self) -> str:
-        """Offset from UTC, "+02:00"."""
+        """Offset from UTC, such as "+02:00"."""
         return self._offset
 
 
@@ -76,7 +76,7 @@ class StoredFile:
 
     Attributes:
         shape: Rows and columns.
-        makers: Functions that return the bytes of its "file" and "thumb".
+        makers: Functions that return the bytes of the file ("file") and its thumbnail ("thumb").
     """
 
     name: str
@@ -96,7 +96,7 @@ class StoredFile:
 
     @property
     def thumb(self) -> bytes:
-        """The bytes of its thumbnail, a JPEG."""
+        """The bytes of the file's thumbnail, a JPEG."""
         return self._get("thumb")
 
     @property
@@ -112,7 +112,7 @@ class StoredFile:
 
 
 class Storage:
-    """All files, the oldest first."""
+    """All files, oldest first."""
 
     def __init__(self, person: Personality) -> None:
         self._person = person
@@ -142,7 +142,7 @@ class Storage:
         """Delete files, all or none.
 
         Args:
-            urls: URLs of files, or one of "all", "image", "video".
+            urls: URLs of files, or a single word: "all", "image" or "video".
 
         Raises:
             CommandRefused: With the code invalidParameterValue if a file is missing, there are too
@@ -237,7 +237,7 @@ class ShootingJob:
 
     @property
     def ended(self) -> float:
-        """The time when the last frame was written, or minus infinity without frames."""
+        """The time when the last frame was written, or minus infinity if there are no frames."""
         return self.frames[-1].end if self.frames and not self.cancelled else float("-inf")
 
     def completion(self, now: float) -> float:

@@ -1,7 +1,7 @@
-"""Cameras that announce themselves in the network through multicast DNS.
+"""Cameras that announce themselves on the network through multicast DNS.
 
 A Ricoh Theta that has joined a network announces itself as "THETA" and its serial number under
-``_osc._tcp.local.``, without further data. Any device in the network can announce anything, so
+``_osc._tcp.local.``, without further data. Any device on the network can announce anything, so
 names and addresses are only hints.
 """
 
@@ -45,7 +45,7 @@ def browse_network(
     *,
     interfaces: Sequence[str] | None = None,
 ) -> None:
-    """Listen to announcements, blocking until at most half a second after `stop` is set.
+    """Listen for announcements, blocking until at most half a second after `stop` is set.
 
     Raises:
         Unreachable: With the code "no-mdns" if this computer cannot listen because it has no

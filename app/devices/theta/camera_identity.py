@@ -24,7 +24,7 @@ Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
 
 @dataclass(frozen=True, slots=True)
 class FoundCamera:
-    """A camera that answers, or one that is identified but requires a password first."""
+    """A camera that answers, or a camera that is identified but requires a password first."""
 
     name: str
     endpoint: Endpoint
@@ -82,9 +82,9 @@ def serial_in(announced: str) -> str:
 def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
     """Keep each camera once, with its best address.
 
-    Addresses that work without a password come first, then typed, access point, remembered and
-    network; the result has the same order. Missing data is filled in from the other addresses of
-    the same camera.
+    Addresses that work without a password come first. Otherwise the order is typed, access point,
+    remembered and network. The result has the same order. Missing data is filled in from the other
+    addresses of the same camera.
     """
     ranked = sorted(
         cameras, key=lambda camera: (camera.needs_password, _ORDER.index(camera.source))

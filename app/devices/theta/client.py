@@ -44,7 +44,7 @@ MAX_DELETED: Final = 128
 """Maximum number of files that a camera deletes in one command."""
 
 MAX_THUMBNAIL: Final = 1_000_000
-"""Maximum size of a thumbnail in bytes; real ones have about ten thousand."""
+"""Maximum size of a thumbnail in bytes; real thumbnails have about ten thousand."""
 
 _PREVIEW: Final = ("width", "height", "framerate")
 _MULTIPART: Final = {"Accept": "multipart/x-mixed-replace"}
@@ -77,7 +77,7 @@ class OscClient:
 
     All methods raise the same errors as `Link.get`, and `CameraRefused` also for an error object
     with status 200. A request to a busy camera is repeated after `BUSY_PAUSES_S`. After a timeout,
-    the repeated request has twice the time.
+    the repeated request is given twice the time.
     """
 
     def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
@@ -85,7 +85,7 @@ class OscClient:
         self.link = link
         self.clock = clock
         self._token = token
-        # To delete a file, a camera needs its own URL, which may name another host.
+        # To delete a file, a camera needs its own form of the URL, which may name another host.
         self._originals: OrderedDict[str, str] = OrderedDict()
         self._late: dict[str, int] = {}
 
@@ -150,7 +150,7 @@ class OscClient:
         return self.execute("camera._stopSelfTimer")
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
-        """List each photo with a usable name and URL once, the newest first."""
+        """List each photo with a usable name and URL once, newest first."""
         entries: dict[str, FileEntry] = {}
         position = 0
         while position < count:
@@ -259,7 +259,7 @@ class OscClient:
             Whether a switch was necessary.
 
         Raises:
-            CameraNotReady: With the code "old-api" if the camera stays with the old API.
+            CameraNotReady: With the code "old-api" if the camera keeps the old API.
         """
         if self.state().api_version != 1:
             return False

@@ -1,9 +1,9 @@
-"""Search for cameras: in their own Wi-Fi, at the last address, and announced in the network.
+"""Search for cameras on their own Wi-Fi, at the last address and by network announcements.
 
 All addresses are queried at once, each in a separate thread, since an unused address may silently
 drop everything sent to it. Only devices that describe themselves as OSC cameras count, or that are
-announced as such and require a password. Only local addresses are tried unless the user types
-them.
+announced as such and require a password. Addresses outside the local network are tried only if the
+user types them.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _MOST: Final = 16
 _PER_ADVERT: Final = 4
 _JOIN: Final = tr(
     "Switch on the camera's Wi-Fi and join it on this computer (its name ends in "
-    '".OSC"), or type the camera\'s address in your network.'
+    '".OSC"), or type the camera\'s address on your network.'
 )
 _ROUTER: Final = tr(
     "The device at 192.168.1.1 is not a camera but probably your router. To use a "
@@ -139,7 +139,7 @@ def look_at(
 ) -> FoundCamera:
     """Identify the camera at an address that the user typed.
 
-    A cut or garbled reply is requested again, see `FirstContact`; a second timeout ends the search.
+    A cut or garbled reply is requested again (see `FirstContact`). A second timeout is final.
 
     Raises:
         DeviceError: As in `Link.get`.
@@ -212,7 +212,7 @@ class _Search:
         self._run(lambda: self._put(endpoint, answer))
 
     def listen(self, browse: Callable[[Callable[[Advert], None], threading.Event], None]) -> None:
-        """Listen to announcements and identify the cameras at their addresses."""
+        """Listen for announcements and identify the cameras at their addresses."""
 
         def run() -> None:
             try:
@@ -267,7 +267,7 @@ class _Search:
             return None
         if answer.announced:
             return described(endpoint, source, None, answer.announced)
-        # Cameras never require a password in their own Wi-Fi; routers do.
+        # Cameras never require a password on their own Wi-Fi; routers do.
         if source == "remembered" and self.last_camera is not None and endpoint != ACCESS_POINT:
             return _as_known(self.last_camera, source)
         return None

@@ -29,7 +29,7 @@ _ZONE: Final = re.compile(r"[A-Za-z0-9._-]{1,32}")
 _PATH: Final = re.compile(r"/(?:[A-Za-z0-9._~!$&'()*+,;=:@/-]|%[0-9A-Fa-f]{2})*")
 _QUERY: Final = re.compile(r"(?:[A-Za-z0-9._~!$&'()*+,;=:@/?-]|%[0-9A-Fa-f]{2})*")
 _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
-_HINT: Final = tr('Type it like "192.168.1.1" or "THETAYL00105377.local".')
+_HINT: Final = tr('Type an address such as "192.168.1.1" or "THETAYL00105377.local".')
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Endpoint:
                     most=_LAST_PORT,
                     port=self.port,
                 ),
-                tr("Leave it out; cameras use 80."),
+                tr("Leave the port out; cameras use 80."),
                 "bad-address",
             )
 
@@ -66,7 +66,7 @@ class Endpoint:
         """Parse an address typed by the user.
 
         Raises:
-            DeviceError: With the code "bad-address" if the text is not an address, uses https or
+            DeviceError: With the code "bad-address" if the text is not an address, uses HTTPS or
                 contains a password.
         """
         address = text.strip()
@@ -76,7 +76,7 @@ class Endpoint:
         if "@" in rest:
             raise DeviceError(
                 tr("An address with a user name or password in it is not accepted."),
-                tr("Type the address alone, and the password where it is asked for."),
+                tr("Type only the address, and enter the password when you are asked for it."),
                 "bad-address",
             )
         if _is_ipv6(rest):
@@ -103,7 +103,7 @@ class Endpoint:
 
         Raises:
             BadReply: With the code "bad-url" if the URL is longer than `LONGEST_URL`, has a scheme
-                other than http, a password, a fragment, an invalid character, or "." or ".." in its
+                other than HTTP, a password, a fragment, an invalid character, or "." or ".." in its
                 path, in any spelling.
         """
         if len(url) > LONGEST_URL:
@@ -118,7 +118,7 @@ class Endpoint:
         except ValueError as error:
             raise _bad_url(tr("it is not a URL")) from error
         if parts.scheme != "http" or not netloc or "@" in netloc or "#" in whole:
-            raise _bad_url(tr("it is not a plain http address"))
+            raise _bad_url(tr("it is not a plain HTTP address"))
         _check_path(parts.path)
         if not _QUERY.fullmatch(parts.query):
             raise _bad_url(tr("it contains invalid characters"))
@@ -143,8 +143,8 @@ def _without_scheme(text: str) -> str:
     scheme = match.group(1).lower()
     if scheme == "https":
         raise DeviceError(
-            tr("Cameras of this kind do not support https."),
-            tr("Type the address with http:// or without anything in front."),
+            tr("Cameras of this kind do not support HTTPS."),
+            tr("Type the address with http:// or nothing in front."),
             "bad-address",
         )
     if scheme != "http":
@@ -207,14 +207,14 @@ def _bad_address(text: str) -> DeviceError:
 
 def _bad_url(why: str) -> BadReply:
     return BadReply(
-        tr("The camera gave an address that cannot be used: {why}.", why=why),
+        tr("The camera sent an address that cannot be used: {why}.", why=why),
         tr("Restart the camera; if that does not help, update its firmware."),
         "bad-url",
     )
 
 
 ACCESS_POINT: Final = Endpoint("192.168.1.1")
-"""Address of every Ricoh Theta in its own Wi-Fi."""
+"""Address of every Ricoh Theta on its own Wi-Fi."""
 
 
 _NEAR: Final = tuple(
@@ -267,7 +267,7 @@ def check_address(text: str) -> Endpoint:
     if everybody or (address and (address.is_multicast or address.is_unspecified)):
         raise DeviceError(
             tr("{host} is not the address of a single camera.", host=endpoint.host),
-            tr('Type it like "192.168.1.1" or "THETAYL00105377.local".'),
+            tr('Type an address such as "192.168.1.1" or "THETAYL00105377.local".'),
             "bad-address",
         )
     return endpoint

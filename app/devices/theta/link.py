@@ -53,7 +53,7 @@ class Link:
     """The connection to one camera.
 
     Args:
-        adapter: Adapter that sends the requests; real connections by default. It must return bytes
+        adapter: Adapter that sends the requests, or None for real connections. It must return bytes
             as they arrive.
     """
 
@@ -96,7 +96,11 @@ class Link:
     def post(
         self, path: str, body: Mapping[str, Any] | None, patience_s: float | None = None
     ) -> JsonValue:
-        """Send JSON, or an empty body for None, and read JSON; raises the same errors as `get`."""
+        """Send JSON, or an empty body for None, and read the reply as JSON.
+
+        Raises:
+            DeviceError: As in `get`.
+        """
         return self._exchange(self._request("POST", path, body), patience_s)
 
     @contextmanager

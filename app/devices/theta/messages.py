@@ -46,7 +46,8 @@ class FileEntry:
 
     Attributes:
         name: 1 to 64 characters of A-Z a-z 0-9 _ . - without a leading dot, safe in a path.
-        date_time: "2026:11:21 14:05:09+09:00", or without the offset; "" if not stated.
+        date_time: Date such as "2026:11:21 14:05:09+09:00", possibly without the offset, or "" if
+            not stated.
     """
 
     name: str
@@ -121,7 +122,8 @@ class Info:
     """Reply to /osc/info.
 
     Attributes:
-        firmware: Version such as (2, 10, 3) for "2.10.3"; empty if it does not consist of numbers.
+        firmware: Version such as (2, 10, 3) for "2.10.3", or an empty tuple if the version does not
+            consist of numbers.
         api_level: (1, 2) for S and SC, (2,) for later models.
     """
 
@@ -140,7 +142,7 @@ class State:
     Attributes:
         battery_level: Charge from 0 to 1.
         battery_state: "charging", "charged", "disconnect" or another word.
-        capture_status: "idle", "shooting", "bracket shooting" or another word; "" if not stated.
+        capture_status: "idle", "shooting", "bracket shooting" or another word, or "" if not stated.
     """
 
     battery_level: float | None = None

@@ -22,7 +22,7 @@ NOBODY: Final = "connection-refused"
 """Code of an address that refuses the connection because no program is listening."""
 
 NO_SUCH_NAME: Final = "no-such-name"
-"""Code of a host name that does not exist in the network."""
+"""Code of a host name that does not exist on the network."""
 
 # UnicodeError and ValueError cover invalid host names and invalid chunk lengths.
 NETWORK_ERRORS: Final = (
@@ -34,7 +34,9 @@ NETWORK_ERRORS: Final = (
 )
 """All exceptions raised by `requests`, `urllib3` and the sockets below them."""
 
-_WIFI: Final = tr("Check that the camera is on and this computer is in its Wi-Fi, then try again.")
+_WIFI: Final = tr(
+    "Check that the camera is on and this computer has joined its Wi-Fi, then try again."
+)
 _NEARER: Final = tr("Move closer to the camera, then try again. Finished downloads are kept.")
 _TIMEOUTS: Final = (
     requests.Timeout,
@@ -66,7 +68,7 @@ def no_camera() -> NotACamera:
         tr("The device at this address is not a 360 camera."),
         tr(
             'It is probably your router: join the camera\'s Wi-Fi (its name ends in ".OSC"), '
-            "or type the camera's address in this network."
+            "or type the camera's address on this network."
         ),
     )
 
@@ -82,7 +84,7 @@ def failure(error: BaseException) -> DeviceError:
     # urllib3 derives its errors for unknown names and refused connections from its timeouts.
     if any(isinstance(link, (urllib3_errors.NameResolutionError, UnicodeError)) for link in chain):
         return Unreachable(
-            tr("There is no camera with this name in the network."),
+            tr("There is no camera with this name on the network."),
             tr("Check the spelling, or type the camera's IP address."),
             NO_SUCH_NAME,
         )

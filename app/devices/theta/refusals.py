@@ -32,7 +32,10 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         "tooManyParameters": (tr("The request to the camera had too many parameters."), _UPDATE),
         "disabledCommand": (
             tr("The camera cannot do this at the moment."),
-            tr("Wait until it has finished, close plug-ins, set it to photos, then try again."),
+            tr(
+                "Wait until it has finished, close plug-ins, set the camera to photos, then try "
+                "again."
+            ),
         ),
         "corruptedFile": (
             tr("A file on the camera is damaged."),
@@ -61,7 +64,7 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         "invalidSessionId": (tr("The camera closed the connection."), tr("Reconnect the camera.")),
         "cameraInExclusiveUse": (
             tr("Another app is using the camera."),
-            tr("Close it on the other device, or switch the camera's Wi-Fi off and on."),
+            tr("Close that app on the other device, or switch the camera's Wi-Fi off and on."),
         ),
         "unactivated": (
             tr("The camera is not activated yet."),
@@ -71,13 +74,13 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
 )
 """A sentence and a hint for each of the camera's error codes."""
 
-_UNKNOWN: Final = (tr("The camera refused."), _WAIT)
+_UNKNOWN: Final = (tr("The camera refused the request."), _WAIT)
 _CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
 _BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterValue", 503: BUSY})
 
 
 def refused(value: JsonValue, status: int) -> CameraRefused | None:
-    """Return the error contained in a message, or None."""
+    """Return the error contained in a message, or None if there is none."""
     message = table(value)
     error = message.get("error")
     if not isinstance(error, dict) and message.get("state") != "error":
@@ -95,7 +98,7 @@ def refusal(code: str, status: int, message: str = "") -> CameraRefused:
     """Return the error for a camera's error code.
 
     Args:
-        code: The camera's code; anything that does not look like a code becomes "unexpected".
+        code: The camera's code. Anything that does not look like a code becomes "unexpected".
         message: The camera's own sentence, shown only if the code is not in `REFUSALS`.
     """
     sound = code if _CODE.fullmatch(code) else "unexpected"

@@ -105,7 +105,7 @@ class Incoming:
             if len(data) > most:
                 raise BadReply(
                     tr("The camera's answer is too large."),
-                    tr("Restart it, then try again."),
+                    tr("Restart the camera, then try again."),
                     "too-large",
                 )
         return bytes(data)
@@ -149,7 +149,7 @@ class Incoming:
 
 
 def _raw_pieces(response: requests.Response, size: int) -> Iterator[bytes]:
-    """Yield bytes as they arrive; `iter_content` would wait until a piece is full."""
+    """Yield bytes as they arrive, whereas `iter_content` would wait until a piece is full."""
     if not isinstance(response.raw, BaseHTTPResponse):
         yield from (piece for piece in response.iter_content(size) if piece)
         return
@@ -181,7 +181,7 @@ def judge_json(reply: Incoming, data: bytes) -> JsonValue:
     Raises:
         CameraRefused: If the reply is an HTTP error, with the camera's code if it sent one.
         NotACamera: If the reply is a web page or a redirect, or the path is unknown.
-        BadReply: If the reply is anything else but JSON.
+        BadReply: If the reply is anything other than JSON.
     """
     if _OK <= reply.status < _NOT_OK:
         if _is_page(reply, data):

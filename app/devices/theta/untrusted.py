@@ -46,7 +46,7 @@ def parse_json(data: bytes) -> JsonValue:
     if len(data) > MAX_BYTES:
         raise BadReply(tr("The camera's answer is too large."), _HINT, "too-large")
     if data.count(b",") + data.count(b"[") + data.count(b"{") > MAX_VALUES:
-        raise BadReply(tr("The camera's answer holds too many values."), _HINT, "too-large")
+        raise BadReply(tr("The camera's answer contains too many values."), _HINT, "too-large")
     try:
         value = json.loads(
             data.decode("utf-8-sig", "replace"),
@@ -73,11 +73,11 @@ def _real(digits: str) -> float:
 
 
 def _refuse(word: str) -> float:
-    raise ValueError(f"{word} is no number")
+    raise ValueError(f"{word} is not a number")
 
 
 def _sound(value: Any, depth: int) -> JsonValue:
-    """Copy a value without lone surrogates, which no file and no screen can hold."""
+    """Copy a value without lone surrogates, which can be neither saved nor displayed."""
     if isinstance(value, str):
         return value if value.isascii() else _sound_text(value)
     if not isinstance(value, (list, dict)):
@@ -126,7 +126,7 @@ def _dump(value: Any) -> str:
 
 def _written_table(value: Mapping[str, Any]) -> str:
     if not all(isinstance(key, str) for key in value):
-        raise TypeError("keys of JSON are texts")
+        raise TypeError("JSON keys must be strings")
     return "{" + ",".join(f"{json.dumps(key)}:{_dump(value[key])}" for key in value) + "}"
 
 
@@ -136,14 +136,17 @@ def table(value: object) -> dict[str, JsonValue]:
 
 
 def words(value: object, longest: int = _TEXT) -> str:
-    """Return a text truncated to `longest`, stripped and without control characters, or else ""."""
+    """Return a printable, stripped string of at most `longest` characters, or "" for other types.
+
+    Longer strings are truncated, and control characters are removed.
+    """
     if not isinstance(value, str):
         return ""
     return "".join(sign for sign in value[:longest] if sign.isprintable()).strip()
 
 
 def texts(value: object, most: int = 100) -> tuple[str, ...]:
-    """Return the non-empty texts of a list, cleaned as by `words`."""
+    """Return the non-empty strings of a list, each cleaned by `words`."""
     items = (words(item) for item in value[:most]) if isinstance(value, list) else ()
     return tuple(text for text in items if text)
 

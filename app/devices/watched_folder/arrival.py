@@ -24,7 +24,7 @@ from app.devices.theta.untrusted import words
 UNTIMED: Final = tr("{name} is skipped: it has no exposure time.")
 TOO_LARGE: Final = tr("{name} is too large for a photo.")
 MAX_BYTES: Final = 2_000_000_000
-"""Size limit of a file in bytes; a JPEG may have a quarter of it."""
+"""Size limit of a file in bytes; a JPEG may have only a quarter of this size."""
 
 _TEMPORARY: Final = re.compile(
     r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
@@ -42,7 +42,7 @@ class Arrival:
     Attributes:
         shape: Rows and columns.
         kind: Format of its pixels.
-        taken_s: EXIF time in seconds, comparable only within one camera.
+        taken_s: EXIF time in seconds, comparable only within one camera, or None if not recorded.
     """
 
     path: Path
@@ -113,7 +113,10 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
 
 def _check_whole(path: Path, size: int) -> None:
     incomplete = ProbeError(
-        tr("{name} is damaged or incomplete; it is checked again when it changes.", name=path.name)
+        tr(
+            "{name} is damaged or incomplete; it will be checked again when it changes.",
+            name=path.name,
+        )
     )
     if size > MAX_BYTES:
         raise ProbeError(TOO_LARGE.format(name=path.name))

@@ -105,7 +105,9 @@ class Grouping:
             return tr("A bracket has at most {most} frames.", most=MAX_FRAMES)
         gap = _gap_s(group.frames, arrival)
         if gap > self._quiet_s:
-            return tr("{name} was taken {gap:.0f} s apart from the others.", name=name, gap=gap)
+            return tr(
+                "{name} was taken {gap:.0f} s away from the other frames.", name=name, gap=gap
+            )
         return ""
 
     def _close(self, key: tuple[object, ...], reason: str) -> None:

@@ -1,6 +1,6 @@
 """A folder watched for new photos from a camera.
 
-Any camera is supported whose files arrive in a folder by cable, by Wi-Fi or from a card. The folder
+Any camera is supported if its files arrive in a folder by cable, Wi-Fi or memory card. The folder
 is listed repeatedly, and nothing in it is changed. A file counts once it has been unchanged for
 some seconds and is a complete photo with an exposure time.
 """
@@ -63,7 +63,7 @@ class WatchedFolder:
 
     Args:
         quiet_s: Seconds without arrivals after which a bracket is complete.
-        still_s: Seconds after which a file with unchanged size and modification time counts.
+        still_s: Seconds without a change in size or modification time after which a file is read.
 
     Raises:
         Unreachable: With the code "no-folder" if the folder does not exist or cannot be read.

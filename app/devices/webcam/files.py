@@ -38,7 +38,7 @@ _BEHIND_S: Final = 0.5
 class VideoFile(CaptureStream):
     """A video file as a live camera.
 
-    It applies the file's rotation. If the file disappears with its drive, playback waits for it.
+    The file's rotation is applied. If the file disappears with its drive, playback waits for it.
 
     Args:
         width: Maximum columns of a frame, or 0 to keep its size.

@@ -1,4 +1,4 @@
-"""Network cameras: JPEG frames over http or https, or RTSP.
+"""Network cameras: JPEG frames over HTTP or HTTPS, or RTSP.
 
 RTSP uses OpenCV's FFmpeg. FFmpeg does not report why it cannot open a stream, so the program sends
 a request of its own first. FFmpeg has timeouts for opening and for each frame, so that no thread
@@ -27,14 +27,15 @@ from app.devices.webcam.opencv import CaptureStream, VideoDevice
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
-"""Function that returns the user name and password; called in the webcam's thread, since a keyring
-may be slow.
+"""Function that returns the user name and password.
+
+It is called in the webcam's thread, since a keyring may be slow.
 """
 
 NETWORK: Final = Manner(
     noun=tr("network camera"),
-    revive=tr("Check that its app is running and in the same Wi-Fi."),
-    quicken=tr("Move closer to the Wi-Fi, or choose a smaller picture size in its app."),
+    revive=tr("Check that its app is running and on the same Wi-Fi."),
+    quicken=tr("Move closer to the Wi-Fi router, or choose a smaller picture size in its app."),
     pauses_s=(0.5, 1.0, 2.0, 5.0, 10.0),
     silence_s=6.0,
 )
@@ -62,7 +63,7 @@ def no_keys() -> Credentials | None:
 
 
 class MjpegWebcam(Webcam):
-    """A camera at an http or https address that sends a stream of JPEG frames.
+    """A camera at an HTTP or HTTPS address that sends a stream of JPEG frames.
 
     Digest and basic authentication work; redirects are refused. If several frames have arrived,
     only the newest is decoded.
@@ -173,7 +174,7 @@ class MjpegWebcam(Webcam):
 
 
 def _chunk(response: HTTPResponse) -> bytes:
-    """Return the received bytes, or none at the end of the stream."""
+    """Return the received bytes, or no bytes at the end of the stream."""
     try:
         return response.read1(_CHUNK)
     except FAILURES:
@@ -217,7 +218,7 @@ def _check_status(status: int, missing: str, hint: str) -> None:
         raise no_stream(missing, hint)
     if status != _OK:
         sentence = tr("The camera answers with error {status}.", status=status)
-        raise no_stream(sentence, tr("Start its app again."))
+        raise no_stream(sentence, tr("Restart its app."))
 
 
 def no_stream(message: str, hint: str) -> WebcamError:
@@ -239,7 +240,7 @@ def password_error(*, is_refused: bool) -> WebcamError:
 
 
 class RtspWebcam(CaptureStream):
-    """A camera at an rtsp address.
+    """A camera at an RTSP address.
 
     Args:
         width: Maximum columns of a frame, or 0 to keep its size.
@@ -285,7 +286,14 @@ class RtspWebcam(CaptureStream):
         return None if picture is None else fitted(picture, self._width)
 
     def _ask_status(self) -> int:
-        """Request the status of the address: 200 or 401; raise an error for any other."""
+        """Request the status of the address.
+
+        Returns:
+            200 or 401.
+
+        Raises:
+            WebcamError: For any other status, or if nothing answers.
+        """
         wire = Wire(self._address, self._clock)
         wire.connect()
         try:

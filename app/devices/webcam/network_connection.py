@@ -82,7 +82,7 @@ class Address:
         if scheme not in _PORTS:
             raise _bad(
                 tr("“{scheme}” cannot be used to reach a camera.", scheme=scheme[:20]),
-                tr("The address begins with http://, https:// or rtsp://."),
+                tr("The address must begin with http://, https:// or rtsp://."),
             )
         rest = address[match.end() :] if match else address
         host, path = _divided(rest)
@@ -192,19 +192,31 @@ class Wire:
         return cast("BoundedTls", context.wrap_socket(plain, server_hostname=host))
 
     def send(self, lines: list[str]) -> None:
-        """Send the head of a request without its final empty line; raises one of `FAILURES`."""
+        """Send the head of a request without its final empty line.
+
+        Raises:
+            OSError, HTTPException, ValueError: If the connection fails (`FAILURES`).
+        """
         if self._socket is None:
             raise OSError("not connected")
         self._socket.sendall(_request(lines))
 
     def readline(self, most: int) -> bytes:
-        """Read a line of at most `most` bytes; raises one of `FAILURES`."""
+        """Read a line of at most `most` bytes.
+
+        Raises:
+            OSError, HTTPException, ValueError: If the connection fails (`FAILURES`).
+        """
         if self._file is None:
             raise OSError("not connected")
         return self._file.readline(most)
 
     def get(self, path: str, headers: Mapping[str, str]) -> HTTPResponse:
-        """Send a GET request and read the head of the reply; raises one of `FAILURES`."""
+        """Send a GET request and read the head of the reply.
+
+        Raises:
+            OSError, HTTPException, ValueError: If the connection fails (`FAILURES`).
+        """
         host = self._address.host
         lines = [f"GET {path} HTTP/1.1", f"Host: {host}", "Accept: */*", "Connection: close"]
         lines += ["User-Agent: Turnlight", "Accept-Encoding: identity"]
@@ -216,7 +228,7 @@ class Wire:
         return response
 
     def makefile(self, mode: str = "rb") -> io.BufferedReader:
-        """Return the stream as a socket would; called by `HTTPResponse`."""
+        """Return the stream as a socket would. This is called by `HTTPResponse`."""
         del mode
         if self._file is None:
             raise OSError("not connected")
@@ -241,7 +253,7 @@ class Wire:
 
 def _request(lines: list[str]) -> bytes:
     if any(ord(sign) < 0x20 for line in lines for sign in line):
-        raise ValueError("a line of a request cannot hold control characters")
+        raise ValueError("a line of a request cannot contain control characters")
     return ("\r\n".join(lines) + "\r\n\r\n").encode()
 
 
@@ -251,14 +263,14 @@ def unreachable(error: BaseException) -> WebcamError:
         message = tr("The network camera’s certificate is not trusted by this computer.")
         hint = tr("On your own network, type its address with http:// instead.")
     elif isinstance(error, ssl.SSLError):
-        message = tr("The device at this address does not support https.")
+        message = tr("The device at this address does not support HTTPS.")
         hint = tr("Type the address with http:// instead.")
     elif isinstance(error, (socket.gaierror, UnicodeError)):
-        message = tr("There is no device with this name in the network.")
+        message = tr("There is no device with this name on the network.")
         hint = tr("Type the IP address that the camera’s app shows.")
     else:
         message = tr("The network camera does not answer.")
-        hint = tr("Start its app, and join the same Wi-Fi. It resumes automatically.")
+        hint = tr("Start its app and join the same Wi-Fi. The video resumes automatically.")
     return WebcamError(message, hint, "unreachable")
 
 
@@ -266,6 +278,6 @@ def camera_gone() -> WebcamError:
     """Return the error for a stream that has stopped."""
     return WebcamError(
         tr("Network camera disconnected."),
-        tr("Check that its app is running and in the same Wi-Fi. It resumes automatically."),
+        tr("Check that its app is running and on the same Wi-Fi. The video resumes automatically."),
         "unplugged",
     )

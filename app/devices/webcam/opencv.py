@@ -130,7 +130,7 @@ class CaptureStream(Webcam):
 
 
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
-    """Return the webcams listed by Linux, without further nodes of one device that have no video.
+    """Return the webcams listed by Linux, without the additional nodes of a device without video.
 
     All names are distinct.
     """

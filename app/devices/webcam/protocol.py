@@ -41,7 +41,10 @@ _LEAVING_S: Final = 12.0
 
 _RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
 GUESS_FOV_DEG: Final = 65.0
-"""Horizontal field of view in degrees for drawing if it is unknown; most webcams have 60 to 78."""
+"""Horizontal field of view in degrees to draw with if the true one is unknown.
+
+Most webcams have 60 to 78 degrees.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,19 +136,19 @@ class Webcam(ABC):
         self._clock.sleep(self._due_s - self._clock.now())
 
     def cut(self) -> None:
-        """Interrupt a blocking read from another thread; does nothing by default."""
+        """Interrupt a blocking read from another thread. By default, this does nothing."""
         return
 
     @property
     def state(self) -> WebcamState:
-        """The current state, which is lost even while a read hangs."""
+        """The current state, which becomes ``lost`` even while a read hangs."""
         with self._lock:
             silent = self._clock.now() - self._last_s > LOST_S
             return WebcamState.LOST if self._state is WebcamState.LIVE and silent else self._state
 
     @property
     def error(self) -> WebcamError | None:
-        """The current error, or None."""
+        """The current error, or None if there is none."""
         if self.state is WebcamState.LOST and self._error is None:
             return self._silent()
         return self._error
@@ -157,7 +160,7 @@ class Webcam(ABC):
             return self._rate(self._clock.now())
 
     def open(self) -> None:
-        """Start the thread; has no effect while it runs."""
+        """Start the thread. This has no effect while the thread is running."""
         with self._switching:
             if self._thread is not None and self._thread.is_alive():
                 return
@@ -171,7 +174,7 @@ class Webcam(ABC):
             self._thread.start()
 
     def close(self, wait_s: float = 0.5) -> None:
-        """Stop; no frame arrives afterwards, even if the device hangs in a read.
+        """Stop the thread. No frame arrives afterwards, even if the device hangs in a read.
 
         Args:
             wait_s: Seconds of real time to wait for the device.
@@ -294,14 +297,14 @@ class Webcam(ABC):
                 noun=self._manner.noun,
                 seconds=LOST_S,
             ),
-            tr("{revive} It resumes automatically.", revive=self._manner.revive),
+            tr("{revive} The video resumes automatically.", revive=self._manner.revive),
             "silent",
         )
 
 
 @atexit.register
 def _leave() -> None:
-    """Wait for threads in a blocking read, since one that returns during exit would abort."""
+    """Wait for threads in a blocking read, since a read that returns during exit would abort."""
     running = dict(_RUNNING)
     for token, cut in running.values():
         token.cancel()
@@ -326,7 +329,7 @@ class WebcamError(DeviceError):
 def no_webcam() -> WebcamError:
     """Return the error for a missing webcam."""
     return WebcamError(
-        tr("No webcam is connected."), tr("Plug one in and it starts by itself."), "no-webcam"
+        tr("No webcam is connected."), tr("Plug one in; it starts automatically."), "no-webcam"
     )
 
 

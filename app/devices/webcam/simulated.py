@@ -35,7 +35,8 @@ class _SourceView:
     """One view separated into layers.
 
     Attributes:
-        behind: (H, W, 3) uint8. Background; behind the sitter, the nearest visible pixels.
+        behind: (H, W, 3) uint8. Background, filled behind the sitter with the nearest visible
+            pixels.
         visible: (H, W) uint8. 255 where the background is visible.
         sitter: (H, W, 4) uint8. Sitter premultiplied by alpha, and alpha.
         depth: (h, w) float32. Depth along the optical axis in metres at half size; behind the
@@ -150,7 +151,7 @@ class DemoViews:
         )
 
     def _shift(self, view: _SourceView, by_deg: float) -> tuple[Bytes, Bytes]:
-        """Return a view's background from a camera `by_deg` further, and a visibility mask."""
+        """Return a view's background for a camera `by_deg` further on, and a visibility mask."""
         rows, columns = view.depth.shape
         focal = self._focal / 2.0
         x = ((np.arange(columns) + 0.5 - columns / 2.0) / focal).astype(np.float32)

@@ -116,7 +116,7 @@ class LiveSource:
 def make_source(
     source: LiveSource, clock: Clock, *, width: int = 0, keys: Keys = no_keys
 ) -> Webcam:
-    """Create the camera of a source, not yet open; webcams of this computer are not supported.
+    """Create the camera for a source, not yet open. Webcams of this computer are not supported.
 
     Args:
         width: Maximum columns of a frame, or 0 for the default.
@@ -152,7 +152,7 @@ class SourceView:
 
 @dataclass(frozen=True, slots=True)
 class SourceViews:
-    """The settings of recent sources, the most recent last."""
+    """The settings of recent sources, most recent last."""
 
     views: dict[str, SourceView] = field(default_factory=dict)
 
@@ -168,7 +168,7 @@ class SourceViews:
 
     @property
     def text(self) -> str:
-        """The settings as one line for saving, without the oldest if it is too long."""
+        """The settings as one line for saving, without the oldest if the line is too long."""
         rows = list(self.views.items())[-_MOST_KEPT:]
         while rows:
             text = json.dumps({name: _row(view) for name, view in rows}, separators=(",", ":"))

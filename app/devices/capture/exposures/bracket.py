@@ -71,7 +71,8 @@ def expose(job: CaptureJob) -> None:
     """Shoot the planned bracket and locate its files on the camera.
 
     Raises:
-        DeviceError: If the camera fails. Its photos stay on it and are recorded in the journal.
+        DeviceError: If the camera fails. Its photos stay on the camera and are recorded in the
+            journal.
         Cancelled: If the token is cancelled.
     """
     plan = job.plan
@@ -90,7 +91,7 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
     """Find the files of the bracket and record them in the journal.
 
     Args:
-        least: Minimum number of files; three by default.
+        least: Minimum number of files, or None for three.
 
     Raises:
         CaptureFailed: If there are fewer files.
@@ -118,7 +119,10 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
     if not enough:
         raise CaptureFailed(
             tr("The camera took {number} of {count} exposures.", number=len(entries), count=count),
-            tr("These photos are on the camera. Check it for an error, then shoot again."),
+            tr(
+                "These photos are still on the camera. Check the camera for an error, then "
+                "shoot again."
+            ),
             "incomplete",
         )
     job.session.update(exposed=True, group_id=group, singles=(), shot_start=None)
@@ -145,7 +149,7 @@ def stop(job: CaptureJob) -> None:
 
 
 def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
-    """Stop the shot if possible, or wait for it to end, as for a single photo."""
+    """Stop the shot if possible, or wait for it to end, as a single photo requires."""
     status = contact.ask(job.client.state).capture_status
     with suppress(DeviceError):
         if status == "self-timer countdown":
@@ -173,7 +177,7 @@ def watch(job: CaptureJob, run: Run) -> None:
         if job.contact.ask(job.client.state).idle:
             idle += 1
         else:
-            # Not if it is idle, as the time may have passed without a connection.
+            # Skipped if the camera is idle, as the time may have passed without a connection.
             _check_deadline(job, run.until)
             idle, any_progress = 0, True
         if idle >= 2 and (any_progress or job.clock.now() - began > _UNSEEN_S):
@@ -183,13 +187,13 @@ def watch(job: CaptureJob, run: Run) -> None:
 
 
 def watch_if_busy(job: CaptureJob, run: Run) -> None:
-    """Wait until the camera is idle, if it is busy."""
+    """Wait until the camera is idle if it is busy at present."""
     if not job.contact.ask(job.client.state).idle:
         watch(job, run)
 
 
 def bracket_options(profile: ModelProfile, plan: Plan, *, white: bool = True) -> dict[str, Any]:
-    """Return the options of a bracket for a camera."""
+    """Return the options that prepare a camera for a bracket."""
     keys = [key for key in profile.shot_keys if white or key != "whiteBalance"]
     shots = [{key: _value(key, shot) for key in keys} for shot in plan.shots]
     bracket = {"_bracketNumber": len(shots), "_bracketParameters": shots}
@@ -339,7 +343,7 @@ def _check_deadline(job: CaptureJob, until: float) -> None:
     if job.clock.now() > until:
         raise CaptureFailed(
             tr("The camera did not finish the bracket."),
-            tr("Restart it, then shoot again. Its photos are still on the camera."),
+            tr("Restart the camera, then shoot again. Its photos are still on the camera."),
             "deadline",
         )
 
@@ -351,7 +355,7 @@ def _tell(job: CaptureJob, completion: float | None, run: Run) -> None:
     total = max(plan.expected_s, 0.1)
     share = max(completion or 0.0, min(elapsed_s / total, 0.99))
     shots = len(plan.shots)
-    # The reported progress reveals a camera slower than planned.
+    # The reported progress reveals a camera that is slower than planned.
     if completion is not None and completion >= _TELLING:
         slower = elapsed_s / min(completion, 1.0)
         total = slower if slower > _SLOW * total else total

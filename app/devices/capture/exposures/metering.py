@@ -74,7 +74,7 @@ def make_plan(job: CaptureJob) -> None:
 
 
 def _metered_plan(job: CaptureJob) -> Plan:
-    job.board.show(Stage.METERING, tr("Setting the camera up"))
+    job.board.show(Stage.METERING, tr("Setting up the camera"))
     job.profile = camera_settings.save(job.contact, job.session, job.profile)
     camera_settings.prepare(job.contact, job.profile)
     job.board.show(Stage.METERING, tr("Metering"), 0.3)
@@ -97,7 +97,7 @@ def meter(job: CaptureJob) -> Exposure:
     the newest.
 
     Raises:
-        DeviceError: If there is no photo, or it does not state its exposure.
+        DeviceError: If there is no photo, or the photo does not record its exposure.
     """
     delete_pictures(job.contact, job.session)
     camera_settings.change(job.contact, {"exposureProgram": _AUTOMATIC})
@@ -150,7 +150,7 @@ def _most_shots(job: CaptureJob) -> int:
 
 
 def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
-    """Return the sorted numbers of a list that are within the limits; 0 means automatic."""
+    """Return the sorted numbers of a list that are within the limits, without 0 (automatic)."""
     if not isinstance(support, list) or len(support) > _MOST_VALUES:
         return ()
     numbers = {untrusted.number(value) for value in support}

@@ -50,7 +50,8 @@ class CameraPicture:
     """A photo on the camera.
 
     Attributes:
-        has_name: Whether the camera named it as the one just taken, or it comes from the file list.
+        has_name: Whether the camera named the photo as the one just taken. Otherwise, the photo was
+            found in the file list.
     """
 
     url: str
@@ -72,8 +73,9 @@ def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPict
 
     Raises:
         Unreachable: If the camera never receives the command.
-        SettingsLost: If it did not and the settings must be restored first.
-        CaptureFailed: If it takes too long, or the camera was stopped.
+        SettingsLost: If the camera did not receive the command and its settings must be restored
+            first.
+        CaptureFailed: If the photo takes too long, or the camera was stopped.
     """
     for _ in range(STARTS):
         losses = job.contact.losses
@@ -117,7 +119,7 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
                 return CameraPicture(entries[0].url, has_name=False)
             raise CaptureFailed(
                 tr("The camera did not finish the photo."),
-                tr("Restart it, then try again."),
+                tr("Restart the camera, then try again."),
                 "deadline",
             )
         job.contact.pause(job.profile.poll_s)
@@ -168,8 +170,8 @@ def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
 def shoot_singly(job: CaptureJob, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
     """Shoot the frames of a bracket one by one in the manual program.
 
-    If the camera supports it, all frames use the seam and level of the first. The self-timer runs
-    only before the first.
+    If the camera supports it, all frames use the seam and level of the first frame. The self-timer
+    runs only before the first frame.
 
     Raises:
         DeviceError: If a photo fails.
@@ -275,8 +277,8 @@ def _set_exposure(job: CaptureJob, shot: PlannedShot) -> None:
                 iso=exposure.iso,
             ),
             tr(
-                "Set it to photos in manual mode and try again, or shoot a bracket by hand and "
-                "merge the files."
+                "Set the camera to photos in manual mode and try again, or shoot a bracket by "
+                "hand and merge the files."
             ),
             "no-manual",
         )

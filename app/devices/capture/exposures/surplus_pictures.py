@@ -99,7 +99,7 @@ def _delete(contact: Contact, debt: SessionFrame) -> None:
 
 
 def find_listed(contact: Contact, url: str) -> SessionFrame | None:
-    """Search the camera's list for a file, the newest first; return None if it is missing."""
+    """Search the camera's list for a file, newest first, or return None if it is missing."""
     for count in (_MOST_ENTRIES, _MOST_LISTED):
         entries = contact.ask(partial(contact.client.list_files, count))
         for entry in entries:
