@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Set Turnlight up in this folder and start it. Needs Python 3.11 or newer and nothing else.
+"""Set up Turnlight in this folder and start it. It needs Python 3.11 or newer and nothing else.
 
 python3 run.py                  the app; without a display, the answers for a bundled courtyard
 python3 run.py --demo           the app with a simulated camera and webcam at a demo place
 python3 run.py test [ARGS]      all checks and the quick tests; ARGS go to pytest
-python3 run.py test --coverage  the same, and at least 92 % of the lines reached
-python3 run.py test --slow      the long tests; with --sweeps more cases of them
+python3 run.py test --coverage  the same, and checks that at least 92% of the lines are covered
+python3 run.py test --slow      the long tests; with --sweeps, more cases of each
 python3 run.py ARGS             everything else goes to turnlight, e.g. solve my-place.exr
 
-The first start installs into .venv/, with uv or pip; later ones need no connection.
+The first start installs into .venv/ with uv or pip; later starts need no connection.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ from pathlib import Path
 if sys.version_info < (3, 11):  # noqa: UP036 - an older Python still gets this sentence
     sys.stderr.write(
         "Turnlight needs Python 3.11 or newer; this is Python {}.{} ({}).\n"
-        "Install a newer one, for example from https://www.python.org/downloads/, "
+        "Install a newer version, for example from https://www.python.org/downloads/, "
         "and start run.py with it.\n".format(*sys.version_info[:2], sys.executable)
     )
     sys.exit(2)
@@ -35,7 +35,7 @@ SCENE = ROOT / "resources" / "demo" / "scenes" / "courtyard.exr"
 FAILED, OFFLINE, INTERRUPTED = 2, 3, 130
 
 UNSUPPORTED = "A library does not support this computer. README.md lists the supported systems."
-# What pip's log shows, the exit code, and the sentence; the first pattern that occurs counts.
+# Pattern in pip's log, exit code and sentence; the first pattern that matches counts.
 FAILURES = [
     (r"No space left|not enough space", FAILED, "The disk is full. Free 1.5 GB and try again."),
     (
@@ -57,11 +57,11 @@ FAILURES = [
 
 
 class SetupError(Exception):
-    """The environment cannot be created; its arguments are a sentence and an exit code."""
+    """Raised with a sentence and an exit code if the environment cannot be created."""
 
 
 class Environment:
-    """The virtual environment in the clone; its stamp, written last, marks it as complete."""
+    """The virtual environment in the clone, which a stamp written last marks as complete."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -71,7 +71,7 @@ class Environment:
         self.python = self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
     def ensure(self, extra: str = "") -> Path:
-        """Create, complete or repair the environment with one more extra; return its Python."""
+        """Create, complete or repair the environment with one more extra, and return its Python."""
         stamp = self.read_stamp()
         extras = sorted({*(stamp["extras"] if stamp else ()), extra} - {""})
         if stamp and stamp["source"] == self.source() and stamp["extras"] == extras:
@@ -92,7 +92,7 @@ class Environment:
         return self.python
 
     def read_stamp(self) -> "dict | None":  # type: ignore[type-arg]
-        """Read the stamp; None when the environment is missing, moved or damaged."""
+        """Return the stamp, or None if the environment is missing, moved or damaged."""
         try:
             stamp = json.loads(self.stamp.read_text(encoding="utf-8"))
             intact = all(size_of(self.folder / name) == n for name, n in stamp["sizes"].items())
@@ -121,7 +121,7 @@ class Environment:
         }
 
     def install(self, request: "list[str]", fresh: bool) -> None:
-        """Install with uv where it succeeds, else with pip; both retry and show their progress."""
+        """Install with uv, or else with pip. Both retry and show their progress."""
         uv, folder, python = shutil.which("uv"), str(self.folder), str(self.python)
         if uv:
             create = [uv, "venv", "--clear", "--python", sys.executable, folder]
@@ -129,7 +129,7 @@ class Environment:
             if not any(call(step, self.root, to_stderr=True) for step in steps):
                 return
             print_status("uv could not install the libraries; trying pip.")
-        # A Python that is itself in an environment would link to that one.
+        # A Python that is itself in an environment would link to that environment.
         base = getattr(sys, "_base_executable", None) or sys.executable
         create = [base, "-m", "venv", "--clear", "--without-pip", folder]
         steps = [create] * fresh + [[python, "-m", "ensurepip"]]
@@ -149,17 +149,17 @@ class Environment:
 
 
 def size_of(path: Path) -> int:
-    """Return the size of a file, and 0 for a folder."""
+    """Return the size of a file in bytes, or 0 for a folder."""
     return 0 if path.is_dir() else path.stat().st_size
 
 
 def print_status(text: str) -> None:
-    """Print progress on stderr: stdout is turnlight's own."""
+    """Print progress on stderr, since stdout is reserved for turnlight's answers."""
     print(text, file=sys.stderr, flush=True)
 
 
 def call(command: "list[str]", folder: "Path | None" = None, to_stderr: bool = False) -> int:
-    """Run a command to its end and return its exit code, as a shell would count it."""
+    """Run a command to its end and return its exit code as a shell would report it."""
     with subprocess.Popen(command, cwd=folder, stdout=sys.stderr if to_stderr else None) as process:
         # SIGTERM for this script is meant for the command.
         previous = signal.signal(signal.SIGTERM, lambda *_: process.terminate())
@@ -174,7 +174,7 @@ def call(command: "list[str]", folder: "Path | None" = None, to_stderr: bool = F
 
 
 def main(arguments: "list[str]") -> int:
-    """Set up, then run what the arguments name; return the exit code."""
+    """Set up, run what the arguments name, and return the exit code."""
     testing = arguments[:1] == ["test"]
     try:
         python = str(Environment(ROOT).ensure("test" if testing else ""))

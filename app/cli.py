@@ -65,14 +65,14 @@ def command_lines() -> dict[str, str]:
         "light": tr("find the turn and the position of a second light"),
         "lamp": tr("manage lamps captured in a dark room"),
         "render": tr("render the head under a panorama"),
-        "merge": tr("merge a bracket of exposures to an environment"),
+        "merge": tr("merge a bracket of exposures into an environment"),
         "stitch": tr("stitch photos taken all the way around into an environment"),
         "ball": tr("measure the light of a place with a mirror ball"),
         "capture": tr("shoot a bracket with a 360 camera and merge it"),
         "simulate-camera": tr("run a simulated 360 camera on this computer"),
         "photo": tr("read the light on the faces in a photo"),
         "film": tr("read the styles in a film of a turning sitter"),
-        "locate": tr("find where in a panorama a photo was taken"),
+        "locate": tr("find the direction of a photo in a panorama"),
         "align": tr("align two views and show how far is left to turn"),
         "styles": tr("list the styles and their lamps"),
         "bake": tr("compute the light transport of a head"),
@@ -215,7 +215,7 @@ def _obey(arguments: list[str]) -> int:
         # The matrix products here are small, so waking a second BLAS thread costs more than it
         # gains, far more on a busy machine. This must be set before numpy is imported.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Otherwise warnings about damaged files would appear before our sentence.
+    # Otherwise warnings about damaged files would appear before Turnlight's own message.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     files, arguments = _files_in(arguments, command)
     if not {"-h", "--help", "--version"} & set(arguments):
@@ -223,7 +223,7 @@ def _obey(arguments: list[str]) -> int:
     parser = build_parser(None if files else command)
     empty = next((word[:-3] for word in arguments if re.fullmatch(r"--[^=]+=--", word)), None)
     if empty is not None:
-        # Python 3.11 turns it into an empty list.
+        # Python 3.11 turns such a value into an empty list.
         parser.error(tr("argument {empty}: expected a value", empty=empty))
     args = parser.parse_args(arguments)
     if args.command is None:
@@ -235,7 +235,7 @@ def _obey(arguments: list[str]) -> int:
 def _add_window_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(tr("the window"))
     group.add_argument(
-        "--demo", action="store_true", help=tr("with a simulated camera and webcam at a demo place")
+        "--demo", action="store_true", help=tr("use a simulated camera and webcam at a demo place")
     )
     group.add_argument(
         "--screenshots",
@@ -248,7 +248,7 @@ def _add_window_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _language_in(arguments: list[str]) -> tuple[str, list[str]]:
-    """Remove the language option from a command line and return both; English by default."""
+    """Return the language of a command line ("en" by default) and the other arguments."""
     for at, word in enumerate(arguments):
         option, equals, value = word.partition("=")
         if option == "--language" and (equals or arguments[at + 1 :]):
@@ -270,7 +270,7 @@ def _command_in(arguments: list[str]) -> str | None:
 
 
 def _files_in(arguments: list[str], command: str | None) -> tuple[tuple[Path, ...], list[str]]:
-    """Split off the files that should open in the window; none if the line contains a command."""
+    """Split off the files to open in the window, or none if the line contains a command."""
     if command is None or command in COMMANDS or not os.path.exists(command):
         return (), arguments
     words = list(zip(["", *arguments], arguments, strict=False))
@@ -287,7 +287,7 @@ def _open_window(
     parser: argparse.ArgumentParser, args: argparse.Namespace, files: tuple[Path, ...]
 ) -> int:
     if args.screenshots is not None and not args.demo:
-        parser.error(tr("--screenshots needs --demo"))
+        parser.error(tr("--screenshots requires --demo"))
     from app.desktop import LaunchOptions, start
 
     missing = next((each for each in files if not each.exists()), None)

@@ -1,4 +1,4 @@
-"""Assembly of the app: its devices, its window, and what runs at start and exit."""
+"""Assembly of the app: its devices, its window, and the steps at start and exit."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def start(options: LaunchOptions, walk: Callable[[], ModuleType]) -> int:
         Exit code.
 
     Raises:
-        CoreError: If this computer cannot show a window, with what is missing, or if the program's
-            own files are damaged.
+        CoreError: If this computer cannot show a window (the message names what is missing), or if
+            the program's own files are damaged.
         DeviceError: If the display cannot be reached.
     """
     if options.screenshots is not None:

@@ -1,4 +1,4 @@
-"""``turnlight align``: compare two photos, and report how far there is still to turn."""
+"""``turnlight align``: compare two photos and report how far is left to turn."""
 
 from __future__ import annotations
 
@@ -49,12 +49,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--fov DEG",
-        tr("horizontal field of view of TARGET (default: as the file states, else 60)"),
+        tr("horizontal field of view of TARGET (default: as the file records, or else 60)"),
         type=float,
     )
     add(
         "--view-fov DEG",
-        tr("horizontal field of view of VIEW (default: as the file states, else that of TARGET)"),
+        tr(
+            "horizontal field of view of VIEW (default: as the file records, or else that of "
+            "TARGET)"
+        ),
         type=float,
     )
     add_json(parser, run)

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         tr("generic, female, male, or a closed PLY or OBJ mesh with +Y up and +Z out of the face"),
         default="generic",
     )
-    add("--eyes FILE", tr("eyes of the head file"), type=Path)
+    add("--eyes FILE", tr("file with the eyes of the head"), type=Path)
     add("--unit MM", tr("millimetres per unit of the head file"), type=float, default=100.0)
     add("--skin NAME", tr("light, medium or dark"), default="medium")
     add("--env WxH", tr("texels of the environment"), default="64x32")
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--seed", tr("random seed"), type=int, default=1)
     add("--export-scene DIR", tr("export the scene for stock Mitsuba"), type=Path)
-    add("--yaw DEG", tr("yaw of the head in that scene"), type=yaw_degrees, default=0.0)
+    add("--yaw DEG", tr("yaw of the head in the exported scene"), type=yaw_degrees, default=0.0)
     add_json(parser, run)
 
 
@@ -104,7 +104,9 @@ def _check_targets(args: argparse.Namespace) -> None:
     targets: list[Path] = []
     if args.output is not None:
         if args.output.suffix != ".npz":
-            raise BakeError(tr("A transport is an .npz file, not {name}.", name=args.output.name))
+            raise BakeError(
+                tr("A transport must be an .npz file, not {name}.", name=args.output.name)
+            )
         beside = (pack_path, shape_path, views_path)
         targets = [args.output, *(path(args.output) for path in beside)]
     if args.export_scene is not None:
@@ -122,7 +124,8 @@ def _environment(text: str) -> tuple[int, int]:
     if columns != 2 * rows or not 8 <= columns <= _LARGEST_ENVIRONMENT or columns % 4:
         raise BakeError(
             tr(
-                "--env must be twice as wide as high, 8x4 to {largest}x{largest}, not {text}.",
+                "--env must be twice as wide as it is high, from 8x4 to {largest}x{largest}, "
+                "not {text}.",
                 largest=_LARGEST_ENVIRONMENT,
                 text=text,
             )
@@ -169,8 +172,7 @@ def _bake(
         yaws=yaws,
     )
     report(0.95, tr("Writing the head"))
-    # Build the pack from the transport as rounded in the file, since the pack records that
-    # checksum.
+    # Build the pack from the transport as rounded in the file, whose checksum the pack records.
     save_transport(args.output, baked.transport)
     transport = load_transport(args.output)
     save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets, baked.shape))

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("images IMAGE", tr("the exposures, or a folder that contains them"), nargs="+", type=Path)
     add(
         "--second IMAGE",
-        tr("the exposures from another side, or their folder; they show what you hid"),
+        tr("the exposures from another side, or their folder; they show what your body hid"),
         nargs="+",
         type=Path,
         default=[],
@@ -36,8 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--from DEG",
         tr(
-            "how far you walked around the ball for them, clockwise as seen from above "
-            "(default: estimated)"
+            "how far you walked around the ball for the exposures of --second, clockwise as "
+            "seen from above (default: estimated)"
         ),
         type=degrees,
         dest="from_deg",
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--reflectance SHARE",
-        tr("share of light the ball reflects (default: %(default)s, chrome)"),
+        tr("fraction of light that the ball reflects (default: %(default)s, chrome)"),
         type=finite,
         default=REFLECTANCE,
     )
@@ -74,8 +74,8 @@ def run(args: argparse.Namespace) -> int:
 def _ball_options(args: argparse.Namespace) -> BallOptions:
     if args.from_deg is not None and not args.second:
         raise ProbeError(
-            tr("--from needs the pictures of --second."),
-            tr("Give them with --second."),
+            tr("--from requires exposures from another side."),
+            tr("Add them with --second."),
         )
     if not 0.2 <= args.reflectance <= 0.98:
         raise ProbeError(tr("--reflectance must be from 0.2 to 0.98."))

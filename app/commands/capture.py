@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "-o --output DIR",
         tr(
-            "folder of the session: new, empty, or one to resume (with --watch: "
+            "folder for the session: new, empty or to be resumed (with --watch: "
             "environment file or folder)"
         ),
         type=Path,
@@ -165,7 +165,7 @@ class StatusTeller:
 
 def _check(args: argparse.Namespace) -> None:
     if args.output is None:
-        raise CoreError(tr("A capture needs a folder for its files."), tr("Name one with -o DIR."))
+        raise CoreError(tr("Choose a folder for the captured files."), tr("Name it with -o DIR."))
     if args.output.is_dir():
         check_outputs([args.output / JOURNAL, args.output / ENVIRONMENT], [args.password_file])
     if not 0 <= args.delay <= _MOST_DELAY_S:
@@ -197,8 +197,8 @@ def _reach(
             raise
         say(
             tr(
-                "{message} All its files are here and are being merged, but the camera’s "
-                "own settings are not restored yet.",
+                "{message} All files of the session are here and are being merged, but the "
+                "camera’s own settings have not been restored yet.",
                 message=error.message,
             )
         )
@@ -211,15 +211,15 @@ def _session(folder: Path) -> Session:
     if session.journal.finished and session.owes:
         say(
             tr(
-                "The session in {folder} is finished, but the camera’s own settings are "
-                "not restored yet.",
+                "The session in {folder} is finished, but the camera’s own settings have "
+                "not been restored yet.",
                 folder=folder,
             )
         )
     elif session.journal.finished:
         raise CoreError(
             tr("The session in {folder} is already finished.", folder=folder),
-            tr("Name a new folder, or merge its files again with turnlight merge."),
+            tr("Choose a new folder, or merge the session’s files again with turnlight merge."),
         )
     if session.unfinished:
         frames = session.journal.frames
@@ -265,7 +265,7 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
         return None
     if user is None or password_file is None:
         raise CoreError(
-            tr("--user and --password-file must be given together."), tr("Give both or neither.")
+            tr("--user and --password-file must be used together."), tr("Use both or neither.")
         )
     return Credentials(user, read_password_file(password_file, say))
 
@@ -282,8 +282,8 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
     if password is None:
         hint = default_password_hint(camera.model, camera.serial)
         raise PasswordNeeded(
-            tr("{name} needs a password.", name=camera.name),
-            tr("Give --user and --password-file. {hint}", hint=hint),
+            tr("{name} requires a password.", name=camera.name),
+            tr("Use --user and --password-file. {hint}", hint=hint),
         )
     return Credentials(camera.user, password)
 
@@ -307,7 +307,7 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
 
 
 def _endpoint(address: str) -> Endpoint:
-    """Parse an address; a typing error is reported as bad usage, not as a device failure."""
+    """Parse an address. A typing error is reported as bad usage, not as a device failure."""
     try:
         return check_address(address)
     except DeviceError as error:
@@ -358,7 +358,7 @@ def _watch_folder(args: argparse.Namespace) -> int:
 
 
 def _check_watch(args: argparse.Namespace) -> None:
-    """Reject outputs that cannot be written before waiting for photos."""
+    """Check, before waiting for photos, that the output can be written."""
     options = [name for name in ("user", "password_file") if getattr(args, name) is not None]
     if options or args.delay:
         raise CoreError(tr("--user and --delay cannot be used with --watch."))
@@ -386,7 +386,7 @@ def _next_bracket(path: Path, token: Token) -> IncomingBracket:
 
 
 def _target(output: Path | None, bracket: IncomingBracket) -> Path:
-    """Return the path for the environment; an existing file is replaced only if it was named."""
+    """Return the path for the environment. Only a file that the user named is replaced."""
     if output is not None and _is_file(output):
         return output
     # Never default to the watched folder, where the result would be taken for the next photo.

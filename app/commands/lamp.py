@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_measures(parser: argparse.ArgumentParser) -> None:
-    argument(parser, "--distance M", tr("from the camera to the lamp, in metres"))
+    argument(parser, "--distance M", tr("distance from the camera to the lamp, in metres"))
     argument(parser, "--lux E", tr("light meter reading at the camera"))
 
 
@@ -81,7 +81,7 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     argument(
         add,
         "images IMAGE",
-        tr("the exposures, their folder, or one .exr or .hdr (channel A is the mask)"),
+        tr("the exposures, their folder, or one .exr or .hdr file (channel A is the mask)"),
         nargs="+",
         type=Path,
     )
@@ -90,7 +90,7 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     argument(
         add,
         "--response",
-        tr("camera curve (default: srgb, since dark rooms give mostly noise)"),
+        tr("camera curve (default: srgb, since frames of dark rooms are mostly noise)"),
         choices=("srgb", "recover", "auto"),
     )
     _add_masks(add)
@@ -208,7 +208,7 @@ def _edit(lamp: CapturedLamp, boxes: list[tuple[_Box, bool]]) -> CapturedLamp:
 
 
 def _boxes(args: argparse.Namespace) -> list[tuple[_Box, bool]]:
-    """Parse the boxes that add to the lamp and those that remove from it.
+    """Parse the boxes to add to the lamp's mask (True) and to remove from the mask (False).
 
     Raises:
         CoreError: If a box is invalid.

@@ -121,8 +121,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--lux E",
         tr(
-            "illuminance at the face, looking at the photographer, for a panorama that "
-            "does not state its brightness"
+            "illuminance at the face, facing the photographer, for a panorama that does "
+            "not record its brightness"
         ),
         type=finite,
     )
@@ -130,7 +130,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lamp-lux E",
         tr(
             "light meter reading where the camera stood, facing the lamp, for a captured "
-            "lamp that does not state its brightness"
+            "lamp whose brightness is not recorded"
         ),
         type=finite,
     )
@@ -146,7 +146,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Scale:
-    """The assumed brightness of the place."""
+    """The brightness of the place, and whether that is only assumed."""
 
     gain: float
     lux: float
@@ -209,7 +209,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
-    """Find a lamp by name; `lux` sets the illuminance of a captured lamp at its camera."""
+    """Find a lamp by name. If given, `lux` sets a captured lamp's illuminance at its camera."""
     lamp = _lamp_named(text)
     if lux is None:
         return lamp
@@ -229,7 +229,7 @@ def _lamp_named(text: str) -> _Lamp:
         say(*sentences(capture.warnings), *mask_warnings(capture.mask))
         return capture.lamp
     if "@" in text:
-        # Only lamp presets have a distance in their names; the message lists them.
+        # Only lamp presets have a distance in their names; the error message lists the presets.
         return parse(text)
     folder = lamps_folder()
     if list_lamps(folder)[0]:
@@ -252,12 +252,12 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
     if white is not None:
         return _Scale(white, white * relative, False)
     if isinstance(lamp, CapturedLamp) and lamp.white_cd_m2 is None:
-        # Neither brightness is known, so assume that both were captured alike; see `_compare`.
+        # Neither brightness is known, so assume equal scales; see `_compare`.
         return _Scale(1.0, relative, True)
     say(
         tr(
-            "This panorama does not state how bright the place is. {lux:g} lux at the "
-            "face are assumed; set it with --lux.",
+            "This panorama does not record how bright the place is. {lux:g} lux at the "
+            "face is assumed; set another value with --lux.",
             lux=ASSUMED_LUX,
         )
     )
@@ -272,14 +272,18 @@ def _compare(lamp: _Lamp, scale: _Scale) -> Comparison | None:
     comparison = compare(None if scale.is_assumed else scale.gain, lamp)
     if not comparison.possible:
         words = tr(
-            "{reason} (--lamp-lux for the lamp, --lux for the place.)",
+            "{reason} (Use --lamp-lux for the lamp and --lux for the place.)",
             reason=comparison_words(comparison),
         )
         if lamp.white_cd_m2 is None and scale.is_assumed:
-            unit_words = tr("Both are assumed to have the same scale here, as if captured alike.")
+            unit_words = tr(
+                "Both are assumed to have the same scale here, as if captured in the same way."
+            )
         else:
             unit_words = (
-                tr("Its values are assumed to be cd/m² here.") if lamp.white_cd_m2 is None else ""
+                tr("The lamp’s values are assumed to be cd/m² here.")
+                if lamp.white_cd_m2 is None
+                else ""
             )
         say(f"{words} {unit_words}".rstrip())
     return comparison
@@ -299,7 +303,7 @@ def _allow_mask(reach: str, distance_m: float | None) -> NDArray[np.bool_] | Non
     if distance_m is None:
         raise CoreError(
             tr("The distance of this lamp is unknown."),
-            tr("Leave out --reach, or capture it again."),
+            tr("Leave out --reach, or capture the lamp again."),
         )
     open_mask = above_floor(distance_m)
     return open_mask & within_arm(distance_m) if reach == "arm" else open_mask
@@ -406,9 +410,9 @@ def _table(
             f"{_points(one):>6}{whole(one.turn_refined_deg):>7}°  {hold}"
         )
     rescued = ", ".join(one.name for one in placements if one.rescued) or tr("none")
-    lines += ["", tr("Match of 100; in brackets where the style is out of reach.")]
+    lines += ["", tr("Match is out of 100, in brackets where the style is out of reach.")]
     if len(placements) == 1:
-        lines.append(tr("Hold it {where}.", where=_words(placements[0], lamp_light, shape)))
+        lines.append(tr("Hold the lamp {where}.", where=_words(placements[0], lamp_light, shape)))
     lines.append(tr("Now possible with the lamp: {rescued}.", rescued=rescued))
     return "\n".join(lines)
 

@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fov DEG",
         tr(
             "horizontal field of view of the upright photo (default: from its EXIF focal "
-            "length, else estimated)"
+            "length, or else estimated)"
         ),
         type=_fov,
     )
@@ -62,7 +62,7 @@ def _fov(text: str) -> float:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Locate the photo in the panorama; failing to find it is a valid answer."""
+    """Locate the photo in the panorama. Not finding the photo is a valid answer."""
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())

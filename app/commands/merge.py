@@ -102,7 +102,7 @@ def add_corrections(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--lamp-lux ID=LUX",
-        tr("light meter reading of a lamp, facing it; may be repeated"),
+        tr("light meter reading taken facing a lamp; may be repeated"),
         action="append",
         default=[],
     )
@@ -172,7 +172,7 @@ def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: 
 
 
 def options_of(args: argparse.Namespace, *more: Path) -> MeasureOptions:
-    """Read the options added by `add_wishes`; `more` are photos read besides `args.images`."""
+    """Read the options of `add_wishes`, where `more` are photos read besides `args.images`."""
     return replace(
         corrections(args, *more),
         times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),
@@ -184,7 +184,7 @@ def options_of(args: argparse.Namespace, *more: Path) -> MeasureOptions:
 def corrections(args: argparse.Namespace, *more: Path) -> MeasureOptions:
     """Read the options added by `add_corrections`.
 
-    Rejects unwritable outputs and unreadable masks before any merging starts.
+    Unwritable outputs and unreadable masks are rejected before any merging starts.
     """
     options = MeasureOptions(
         sun=_SUN_WORDS[args.sun],  # type: ignore[arg-type]

@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "The photo stays on this computer and is not saved."
     )
     add = partial(argument, parser)
-    add("picture PICTURE", tr("JPEG, PNG, TIFF or WebP, or a camera’s raw file"), type=Path)
+    add("picture PICTURE", tr("a JPEG, PNG, TIFF, WebP or raw file"), type=Path)
     add("--place PLACE", tr("place or panorama of the same spot"), type=Path)
     add("--style NAME", tr("the style you wanted (default: the best one for the place)"))
     add(
@@ -70,7 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Find the faces and print their light; a photo without a face is not an error."""
+    """Find the faces and print the light on each. A photo without a face is not an error."""
     photo = read_photo(args.picture)
     promise = _promise(args.place, args.style)
     location = _locate(photo, promise)
@@ -141,7 +141,7 @@ def _locate(photo: Photo, promise: Promise | None) -> PhotoLocation:
 
 
 def _facts(face: Face, check: Check, promise: Promise | None, scale: float) -> dict[str, Any]:
-    """Return a face's JSON entries; its box is in pixels of the original file."""
+    """Return a face's JSON entries, with its box in pixels of the original file."""
     light = check.light
     numbers = {
         "yaw_deg": light.pose.yaw_deg,
@@ -172,7 +172,7 @@ def _facts(face: Face, check: Check, promise: Promise | None, scale: float) -> d
 
 
 def _line(number: int, check: Check, promise: Promise | None, *, flash: bool | None = None) -> str:
-    """Describe a face in one line, and in a second line how far it is from the promised light."""
+    """Describe the light on a face, and in a second line how far it is from the promised light."""
     light = check.light
     words = [_key(light)]
     if flash:
@@ -186,7 +186,7 @@ def _line(number: int, check: Check, promise: Promise | None, *, flash: bool | N
 
 
 def _check_line(check: Check, promise: Promise) -> str:
-    """Describe how far a face is from the promised light."""
+    """Describe how far the light on a face is from the promised light."""
     light, promised_light = check.light, promise.light
     style = next(one for one in load_named_pack("generic").styles if one.name == promise.name)
     words = []

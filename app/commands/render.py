@@ -40,13 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_layer(parser)
     add(
         "--turn DEG",
-        tr("turn in degrees, positive = clockwise seen from above"),
+        tr("turn in degrees, positive clockwise as seen from above"),
         type=float,
         required=True,
     )
     add(
         "-o --output FILE",
-        tr("picture to write: .png for viewing, .exr with linear light"),
+        tr("picture to write: .png for viewing, .exr for linear light"),
         type=Path,
         required=True,
     )
@@ -56,9 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=yaw_degrees,
         default=0.0,
     )
-    add("--size N", tr("portrait N pixels high instead of the small picture"), type=int)
-    add("--plain", tr("with --size: bald, in one colour, on black"), action="store_true")
-    add("--head NAME", tr("head, or baked T.npz (default: generic)"), default="generic")
+    add("--size N", tr("render a portrait N pixels high instead of the small picture"), type=int)
+    add("--plain", tr("with --size: a bald head in one colour on black"), action="store_true")
+    add("--head NAME", tr("head, or a baked T.npz (default: generic)"), default="generic")
     add_json(parser, run)
 
 

@@ -1,6 +1,6 @@
 """``turnlight simulate-camera``: run a simulated 360 camera on this computer.
 
-Panoramas are relative: no file reliably states its unit in cd/m2. The scene is therefore scaled to
+Panoramas are relative: no file reliably records its unit in cd/m2. The scene is therefore scaled to
 a mean of 400 cd/m2 over the sphere, between a brightly lit room and an overcast sky, or to
 the value of ``--mean``. Every camera can expose for that with room on both sides.
 """

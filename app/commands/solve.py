@@ -70,8 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``solve``."""
     parser.description = tr(
         "Find how far to turn for each lighting style in an HDR panorama, and whether "
-        "the place can give it. Turns are degrees, positive clockwise as seen from "
-        "above; at turn 0 the sitter faces the centre column of the panorama."
+        "the place can provide that style. Turns are in degrees, positive clockwise as "
+        "seen from above; at turn 0 the sitter faces the centre column of the panorama."
     )
     add_questions(parser, run)
     add_lens(parser)
@@ -118,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict[str, Any]:
-    """Add to each style the doubts about its answer; painted styles are not assessed."""
+    """Add to each style the doubts about its answer. Painted styles are not assessed."""
     built_in = {style.name for style in pack.styles}
     names = {} if doubt is None else {"clipped": doubt.clipped, "unseen": doubt.unseen}
     return {
@@ -159,7 +159,7 @@ def _solve(
     head: Head | None,
     args: argparse.Namespace,
 ) -> tuple[StyleResult, ...]:
-    """Solve with the requested lens positions; straight in front, report what others would gain."""
+    """Solve with the requested lens position; if straight ahead, also report what others gain."""
     wish = asked_lens(args)
     # Heads baked by earlier versions have no views, but solving straight in front needs none.
     needs_views = wish != STRAIGHT or has_views(args.head)
@@ -204,7 +204,7 @@ def _own_styles(style_names: Sequence[str] | None, pack: StylePack) -> list[User
 
 
 def _studio_json(pack: StylePack, name: str) -> dict[str, Any]:
-    """Return the lamps of a target for JSON; a painted style has none."""
+    """Return the JSON entries of a style's lamps, or an empty dictionary for a painted style."""
     return asdict(pack.studio(name)) if any(one.name == name for one in pack.styles) else {}
 
 
@@ -278,12 +278,12 @@ def _table(
         )
         lines += ["", words]
     lines += _gain_lines(results)
-    lines += ["", tr("Match of 100; contrast as a share of the studio’s.")]
+    lines += ["", tr("Match is out of 100; contrast is a share of the studio’s.")]
     count = sum(result.attainable for result in results)
     lines += [
         "",
         tr(
-            "{count} of {all} in reach, {seconds:.2f} s",
+            "{count} of {all} within reach, {seconds:.2f} s",
             count=count,
             all=len(results),
             seconds=seconds,
@@ -339,7 +339,7 @@ def _full(result: StyleResult) -> str:
 
 
 def _caution(result: StyleResult) -> str | None:
-    """Warn if an attainable turn depends on the shape of the sitter's own head."""
+    """Return a warning if an attainable turn depends on the sitter's own head, or else None."""
     return caution_words(result.name) if result.attainable else None
 
 

@@ -19,7 +19,7 @@ from app.core.text import tr
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``stitch``."""
     parser.description = tr(
-        "Stitch photos taken from one spot to a full panorama, merge their exposures, "
+        "Stitch photos taken from one spot into a full panorama, merge their exposures "
         "and fill the gaps."
     )
     add = partial(argument, parser)

@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_add(args: argparse.Namespace) -> int:
-    """Create a style from a photo, save and print it."""
+    """Create a style from a photo, save the style and print it."""
     photo = read_photo(args.picture)
     photo = photo.flipped if args.mirrored else photo
     faces = find_faces(photo.picture)

@@ -99,7 +99,7 @@ def _add_font(path: Path) -> int:
 
 @cache
 def _application() -> QGuiApplication | None:
-    """Create the display-less application that fonts require, or return None if one exists."""
+    """Create the application without a display that fonts require, or return None if one exists."""
     if QGuiApplication.instance() is not None:
         return None
     application = QGuiApplication(["turnlight", "-platform", "offscreen"])
@@ -177,7 +177,7 @@ class Page:
         device = self._image or pdf
         assert device is not None
         if not self._painter.begin(device):
-            raise CoreError(tr("The page cannot be drawn."), tr("Free some memory, and try again."))
+            raise CoreError(tr("The page cannot be drawn."), tr("Free some memory and try again."))
         scale = SCALE if pdf is None else pdf.logicalDpiX() / 96.0
         self._painter.scale(scale, scale)
         self._painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -194,7 +194,7 @@ class Page:
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """The image so far as (H, W, 3) uint8 sRGB; not available for a PDF."""
+        """The image so far as (H, W, 3) uint8 sRGB. A PDF has none."""
         assert self._image is not None
         high, wide = self._image.height(), self._image.width()
         words = np.frombuffer(self._image.constBits(), np.uint8).reshape(high, -1, 4)
@@ -301,8 +301,7 @@ class Page:
         start = at[0] - {"left": 0.0, "middle": 0.5, "right": 1.0}[anchor] * width
         if text.strip():
             self._painter.save()
-            # Snap baselines to whole pixels, so that all letters of a line are equally sharp at the
-            # foot.
+            # Snap baselines to whole pixels, so that the feet of all letters are equally sharp.
             self._painter.translate(start, round(at[1] * SCALE) / SCALE)
             self._painter.scale(size * _SHARE, size * _SHARE)
             if self._image is None:

@@ -1,6 +1,6 @@
 """A style's card on the result sheet: target and picture, turn or reason, match and meter.
 
-Also contains small drawings shared by the rest of the sheet, such as the turn icon.
+This module also contains small drawings that the rest of the sheet shares, such as the turn icon.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ def _draw_polar(
     Args:
         curve: Match at evenly spaced turns from 0, clockwise; values below 0 are drawn as 0.
         arc_deg: tuple[float, float] or None. Tolerance arc in degrees, clockwise from the first to
-            the second; with None the style is drawn as out of reach.
+            the second, or None to draw the style as out of reach.
     """
     reach = arc_deg is not None
     canvas.stroke(circle_points(centre, radius), Dark.CTL if reach else Dark.LINE, 1.0)

@@ -72,13 +72,13 @@ def draw_sheet(
 ) -> NDArray[np.uint8]:
     """Draw the result sheet of a place.
 
-    Cards are sorted by match, first those in reach, then those out of reach, with rare styles last
-    in each group.
+    Cards are sorted by match, first those within reach, then those out of reach, with rare styles
+    last in each group.
 
     Args:
         draw: Function that renders a style by name, as for `CardData.draw`.
         front_deg: Panorama azimuth from which turns are counted, in degrees.
-        places: Origin of the light in words by style name, for styles without a side; by default
+        places: Origin of the light in words by style name, for styles without a side, or None for
             that of the built-in styles.
 
     Returns:
@@ -87,7 +87,7 @@ def draw_sheet(
     styles = load_styles()
     if places is None:
         places = {style.name: style.place for style in styles}
-    # The minimum match of a style in reach; beyond that, the rest of its signature decides.
+    # The minimum match of a style within reach; beyond that, the rest of its signature decides.
     least = {s.name: s.signature.match[1] for s in styles if s.signature.relations}
     # As in the gallery, styles that are rarely wanted on their own come last.
     order = sorted(results, key=lambda one: (not one.attainable, one.name in RARE, -one.match))
@@ -153,7 +153,7 @@ class Flag:
 
 
 def make_flags(styles: Sequence[StyleResult]) -> tuple[Flag, ...]:
-    """Place a flag for every style in reach, so that no text overlaps other text or a pole.
+    """Place a flag for every style within reach, so that no text overlaps other text or a pole.
 
     Text runs to the right of its pole. From right to left, each flag takes the first lane that is
     below all poles its text would cross and clear of the flag before it.
@@ -228,19 +228,19 @@ def _draw_front(canvas: Page, at: Point) -> None:
 
 
 def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData]) -> None:
-    """Draw the number of styles in reach and the best style."""
+    """Draw the number of styles within reach and the best style."""
     x, y = at
     reach = sum(data.style.attainable for data in cards)
     end = canvas.text((x, y + 44), str(reach), 48, 700, Dark.TEXT)
     end = canvas.text((end + 10, y + 44), tr("of {count}", count=len(cards)), 28, 600, Dark.DIM)
-    canvas.text((x, y + 74), tr("styles in reach at this place"), 16, 600, Dark.TEXT)
+    canvas.text((x, y + 74), tr("styles within reach at this place"), 16, 600, Dark.TEXT)
     canvas.panel((x, y + 96, _ASIDE_WIDTH, 1.0), Dark.LINE)
     if reach:
         _draw_best(canvas, (x, y + 97), cards[0])
         return
     words = tr(
-        "No style is in reach here, whichever way you turn. Look for a place with one strong light "
-        "and shade around it, or bring a lamp."
+        "No style is within reach here, whichever way you turn. Look for a place with one strong "
+        "light and shade around it, or bring a lamp."
     )
     _paragraph(canvas, (x, y + 132), words, _ASIDE_WIDTH, 14)
 

@@ -120,7 +120,7 @@ def _draw_tags(canvas: Page, place: Point, sheet: SetSheet) -> None:
     turn = float(whole(sheet.turn_deg))
     words = [(tr("You stand here"), turn)]
     if direction_of(turn) != "none":
-        faced = tr("2  You stand here, the sitter faces you")
+        faced = tr("2  You stand here; the sitter faces you")
         words = [
             (tr("2  You stand here") if sheet.yaw_deg else faced, turn),
             (tr("1  You stood here"), 0.0),
@@ -164,7 +164,7 @@ def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 def _outline(turn_deg: float) -> NDArray[np.float64]:
     """Return the edge of the background view as (N, 2) turns and elevations in degrees.
 
-    Turns continue past 180.
+    Turns may exceed 180 degrees.
     """
     side = np.arange(0.0, 100.0, 5.0)
     none, full = 0.0 * side, 0.0 * side + 100.0

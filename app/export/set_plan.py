@@ -63,7 +63,7 @@ def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
 
 
 def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
-    """Return the turn and radius of each lamp; no disc covers that of a stronger lamp."""
+    """Return the turn and radius of each lamp, so that no disc covers that of a stronger lamp."""
     stands: list[tuple[float, float]] = []
     for lamp in sheet.visible_lamps:
         turn, radius, middle = _turn_of(lamp, sheet), RING, (0.0, 0.0)
@@ -248,7 +248,7 @@ def _draw_head(canvas: Page, centre: Point, size: float, turn_deg: float, *, gho
     """Draw a head from above.
 
     Args:
-        turn_deg: Direction it faces, in degrees: 0 is up, clockwise to the right.
+        turn_deg: Direction that the head faces, in degrees: 0 is up, clockwise to the right.
     """
 
     def turned(points: Sequence[Point]) -> list[Point]:
@@ -300,8 +300,8 @@ def draw_curved_arrow(
     """Draw a thick arc with an arrowhead at its end.
 
     Args:
-        arc: Start and end turns in degrees, 0 up, clockwise to the right; an end below the start
-            draws the arc counter-clockwise.
+        arc: Start and end turns in degrees, 0 up, clockwise to the right. If the end is below the
+            start, the arc is drawn counter-clockwise.
     """
     start, stop = arc
     way = 1.0 if stop >= start else -1.0

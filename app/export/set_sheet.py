@@ -65,8 +65,9 @@ class SetSheet:
         front_deg: Panorama azimuth of the photographer's starting position, in degrees.
         yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
             left.
-        reason: Reason why the style is out of reach here, or None if it is in reach.
-        ratio, glare, flow: Readings of the picture and the light at this turn; None omits the line.
+        reason: Why the style is out of reach here, or None if it is within reach.
+        ratio, glare, flow: Readings of the picture and the light at this turn, or None to omit the
+            line.
         draw: Function that renders target and picture as on screen, (h, w, 3) uint8 sRGB, at a size
             given in rows and columns.
     """
@@ -111,8 +112,8 @@ def lamps_of(findings: Findings, sun: tuple[float, float] | None = None) -> tupl
     """Return the lamps of a place as the sheet marks them.
 
     Args:
-        sun: Azimuth and elevation of the sun in degrees, if known; a lamp there is labelled as the
-            sun.
+        sun: Azimuth and elevation of the sun in degrees, or None if unknown. A lamp in that
+            direction is labelled as the sun.
     """
     return tuple(
         SheetLamp(
@@ -162,11 +163,11 @@ def assemble(
         draw: Function as in `SetSheet`, whose first argument is the linear picture of the head
             here, (N, N, 3).
         front_deg: Panorama azimuth of the photographer, in degrees.
-        turn_deg: A turn other than the best one, in degrees. Match and strength are then
-            interpolated between the turns of the grid, and the arc is that of the peak it belongs
-            to.
-        sun: Panorama azimuth and elevation of the sun in degrees, if known.
-        findings: The lamps of the place; by default they are detected in `radiance`.
+        turn_deg: A turn other than the best one, in degrees, or None for the best turn. Match and
+            strength are interpolated between the turns of the grid, and the arc is that of the peak
+            to which this turn belongs.
+        sun: Panorama azimuth and elevation of the sun in degrees, or None if unknown.
+        findings: The lamps of the place, or None to detect them in `radiance`.
         catchlights: The catchlights in the eyes, or None if no picture shows the eyes.
 
     Raises:

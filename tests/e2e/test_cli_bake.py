@@ -86,7 +86,7 @@ def test_a_head_of_ones_own_without_eyes(
         (["-o", "t.npz", "--env", "wide"], "must have the form 64x32"),
         (["-o", "t.npz", "--image", "4"], "--image must be"),
         (["-o", "t.npz", "--seed", "-1"], "--seed must be"),
-        (["-o", "t.zip"], "is an .npz file"),
+        (["-o", "t.zip"], "must be an .npz file"),
         (["-o", "missing/t.npz"], "missing"),
         (["-o", "t.npz", "--skin", "green"], "no skin tone"),
         (["-o", "t.npz", "--variant", "abacus"], "no variant"),

@@ -192,7 +192,7 @@ def test_bad_usage_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path:
     assert "not from a session" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "full")
     assert "delay" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "a", "--delay", "99")
     words = ("--camera", url, "-o", tmp_path / "a", "--user", "me")
-    assert "given together" in refused(capsys, 2, *words)
+    assert "used together" in refused(capsys, 2, *words)
     assert "no password" in refused(capsys, 2, *words, "--password-file", tmp_path / "empty")
     assert "cannot be read" in refused(capsys, 2, *words, "--password-file", tmp_path / "missing")
     assert "--watch" in refused(capsys, 2, "--watch", tmp_path, "--delay", "2")
@@ -250,7 +250,7 @@ def test_a_finished_session_gives_its_camera_back_what_it_owes(
         assert main(["capture", *map(str, words)]) == 0
         told = capsys.readouterr()
         assert told.out == f"{RESTORED}\n"
-        assert "not restored yet" in told.err
+        assert "not been restored yet" in told.err
         assert Session.open(folder).journal.settings_to_restore == {}
         assert "already finished" in refused(capsys, 2, *words)
 
@@ -271,7 +271,7 @@ def test_a_camera_that_is_owed_settings_is_sought_but_does_not_stop_the_merge(
     assert reach({}) == (None, None)
     assert capsys.readouterr().err == ""
     assert reach({"sleepDelay": 300}) == (None, None)
-    assert "not restored yet" in capsys.readouterr().err
+    assert "not been restored yet" in capsys.readouterr().err
     with pytest.raises(Unreachable):
         reach({"sleepDelay": 300}, finished="yesterday")
     with pytest.raises(Unreachable):

@@ -240,7 +240,7 @@ def test_captures_of_unknown_exposure_are_taken_alike_and_that_is_said(
     assert values["assumed"] is True
     assert values["comparable"] is False
     assert "and of the place is unknown" in captured.err
-    assert "as if captured alike" in captured.err
+    assert "as if captured in the same way" in captured.err
 
 
 def test_a_lamp_of_the_library(
@@ -279,7 +279,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
     assert lines[-1].startswith("Now possible with the lamp: ")
     assert "below" in lines[-1]
     assert main([*words, "--style", "badger"]) == 0
-    assert "Hold it " in capsys.readouterr().out
+    assert "Hold the lamp " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

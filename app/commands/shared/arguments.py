@@ -41,11 +41,11 @@ _Key: TypeAlias = tuple[int, int, str]
 
 
 def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: Any) -> None:
-    """Add an argument; the first of several choices is the default unless one is given.
+    """Add an argument. The first of several choices is the default unless another is given.
 
     Args:
-        names: Names of the argument followed by a placeholder for its value: "-o --output FILE",
-            "name NAME".
+        names: Names of the argument followed by a placeholder for its value, such as
+            "-o --output FILE" or "name NAME".
     """
     if "choices" in how:
         how.setdefault("default", how["choices"][0])
@@ -91,7 +91,7 @@ def add_questions(
         "--softness SIZE",
         tr(
             "size of your studio lamps: degrees, hard, medium, large, a modifier and its "
-            "distance such as octabox@1.5, or paper for each style’s own (default)"
+            "distance such as octabox@1.5, or paper for each style’s own lamps (default)"
         ),
         type=_read(parse_softness),
     )
@@ -106,7 +106,7 @@ def add_questions(
 def add_layer(parser: argparse.ArgumentParser) -> None:
     """Add ``--layer``."""
     words = tr(
-        "layer of an OpenEXR panorama to read (default: the unnamed one, else the beauty layer)"
+        "layer of an OpenEXR panorama to read (default: the unnamed one, or else the beauty layer)"
     )
     argument(parser, "--layer NAME", words, default="")
 
@@ -135,13 +135,13 @@ def add_lens(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--background FROM:TO",
-        tr("azimuths, clockwise, for the middle of the background"),
+        tr("range of azimuths, clockwise, for the middle of the background"),
         type=_arc,
     )
 
 
 def asked_lens(args: argparse.Namespace) -> LensWish:
-    """Return the lens position requested; straight in front by default."""
+    """Return the requested lens position, or straight in front if none was requested."""
     yaw: YawAsked | None = args.yaw
     if yaw is None:
         yaw = 0.0 if args.background is None else "auto"
@@ -201,7 +201,8 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
     if own:
         say(
             tr(
-                "These styles keep their own lamps, as yours would not show them: {styles}.",
+                "These styles keep their own lamps, as your studio lamps would not show them: "
+                "{styles}.",
                 styles="; ".join(own),
             )
         )
@@ -312,7 +313,7 @@ def check_drawing() -> None:
 
 
 def head_files(head: str) -> tuple[Path, ...]:
-    """Return the files read for ``--head``; empty for a built-in head."""
+    """Return the files read for ``--head``, or an empty tuple for a built-in head."""
     if not head.endswith(".npz"):
         return ()
     path = Path(head)
@@ -338,7 +339,7 @@ def _list_inputs(inputs: Iterable[Path | str | None], members: Sequence[str]) ->
 
 
 def _keys(path: Path) -> set[_Key]:
-    """Return the keys shared by two names of one file.
+    """Return keys by which two names of the same file can be recognized.
 
     The keys are the file's inode, and its folder's inode with its name. Names are compared
     regardless of case and Unicode composition, since some file systems ignore both. Pipes and

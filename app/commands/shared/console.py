@@ -2,7 +2,7 @@
 
 File names can contain anything. Control characters and invalid text are shown as escapes such as
 ``\u001b``, which JSON decodes to the original. If standard error is closed or full, only messages
-are lost. If standard output is, the result is lost, and that is an error.
+are lost. If standard output is closed or full, the result is lost, which is an error.
 
 Ctrl-C is cooperative: a task stops at its next check. SIGTERM and SIGHUP behave the same way, so
 that partial files are removed; only the exit code differs.
@@ -43,7 +43,7 @@ class _Plain:
         return len(text)
 
     def flush(self) -> None:
-        """Flush the stream; errors are handled as in `write`."""
+        """Flush the stream, handling errors as in `write`."""
         with self._check_output():
             self._stream.flush()
 
@@ -92,7 +92,7 @@ def plain_streams(*, quiet: bool) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _apart(stream: TextIO) -> Iterator[TextIO]:
-    """Duplicate standard error for Turnlight, and silence that of C libraries."""
+    """Duplicate standard error for Turnlight, and silence the original for C libraries."""
     try:
         usual = stream.fileno() == 2
     except (OSError, ValueError):
@@ -190,7 +190,7 @@ def imports_whole() -> Iterator[None]:
 
     def handle(number: int, frame: FrameType | None) -> None:
         if not _signals or number != signal.SIGINT:
-            _signals.append(number)  # later ones come from the timer
+            _signals.append(number)  # later signals come from the timer
         if not _is_importing(frame):
             usual(signal.SIGINT, frame)
         again = threading.Timer(_LATER_S, _interrupt_main)

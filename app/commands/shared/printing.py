@@ -25,7 +25,7 @@ _PAUSE_S = 1.0  # seconds between two lines about the same step
 
 
 def answer(args: argparse.Namespace, facts: dict[str, Any], words: str) -> int:
-    """Print the answer as JSON or text; return exit code 0."""
+    """Print the answer as JSON or text, and return exit code 0."""
     print(json.dumps(facts, ensure_ascii=False) if args.json else words)
     return 0
 
@@ -71,7 +71,7 @@ def short(value: float) -> float:
 
 
 def points(value: float) -> str:
-    """Format a value rounded down, so that one below a limit never reads as the limit."""
+    """Format a value rounded down, so that a value below a limit never reads as the limit."""
     return str(max(math.floor(value), 0))
 
 

@@ -1,4 +1,4 @@
-"""The output of commands about a light probe: its frames, its lamps, and advice on them."""
+"""The output of the light-probe commands: the frames, the lamps and advice on the lamps."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PARTS: Final = {
 }
 """Steps of a capture whose duration is printed."""
 
-_UNSTATED: Final = Exposure(0.0, known=False)  # stands for a photo that states nothing
+_UNSTATED: Final = Exposure(0.0, known=False)  # stands for a photo that records no exposure
 _NAME: Final = 28  # columns for a file's name
 _FRAME_ROW: Final = f"{{:{_NAME}}}  {{:>10}}  {{:>5}}  {{:>4}}  {{:>6}}  {{}}"
 _LEAST_SHARE: Final = 0.0005  # minimum fraction of all light for a separate row in the table
@@ -100,7 +100,7 @@ def _frame_rows(probe: Measurement) -> list[str]:
         iso, aperture = (
             (f"{exposure.iso:g}", f"{exposure.aperture:g}") if exposure.known else ("", "")
         )
-        # names often begin with a date, so only the end distinguishes frames
+        # Names often begin with a date, so only the end distinguishes frames.
         name = frame.path.name[-_NAME:]
         time, share = exposure.shutter_s, f"{percent(part, 1):>7}"
         shutter = shutter_words(time) if time else ""
