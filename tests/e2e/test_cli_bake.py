@@ -82,7 +82,7 @@ def test_a_head_of_ones_own_without_eyes(
     ("words", "sentence"),
     [
         ([], "--export-scene DIR"),
-        (["-o", "t.npz", "--env", "64x64"], "twice as wide as high"),
+        (["-o", "t.npz", "--env", "64x64"], "twice as wide as it is high"),
         (["-o", "t.npz", "--env", "wide"], "must have the form 64x32"),
         (["-o", "t.npz", "--image", "4"], "--image must be"),
         (["-o", "t.npz", "--seed", "-1"], "--seed must be"),

@@ -195,13 +195,13 @@ def test_a_captured_lamp_from_a_file(
     write_exr(unknown, room)
     assert main(["light", place, "--head", head, "--lamp", str(unknown), "--lux", "9"]) == 0
     said = capsys.readouterr().err
-    assert "do not state the exposure" in said
+    assert "do not record the exposure" in said
     assert "--lamp-lux" in said
     assert "assumed to be cd/m²" in said
     unknown_words = (place, "--head", head, "--lamp", str(unknown), "--style", "badger")
     values = _light(capsys, *unknown_words, "--lux", "100")
     assert values["comparable"] is False
-    assert "Enter its illuminance" in values["comparison"]
+    assert "Enter the lamp’s illuminance" in values["comparison"]
 
 
 @pytest.mark.slow

@@ -226,5 +226,5 @@ def test_a_suggestion_says_no_more_than_it_knows() -> None:
     light, _ = tripod(scene("sunset"))
     (found,) = suggest(merged(light))
     assert isinstance(found, Clutter)
-    assert clutter_reason(found).startswith("It reaches ")
+    assert clutter_reason(found).startswith("This area reaches ")
     assert found.confidence < 1.0

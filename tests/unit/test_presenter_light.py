@@ -343,7 +343,7 @@ def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: 
     count = len(rig.hands)
     rig.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=False)])
     assert rig.state.meter.startswith("The brightness of “mine”")
-    assert "Enter its illuminance" in rig.state.meter
+    assert "Enter the lamp’s illuminance" in rig.state.meter
     assert len(rig.hands) == count
     rig.presenter.lamp_actions.answer("lux", "a lot")
     assert rig.state.meter_error.startswith("This is not a valid lux value")
