@@ -130,7 +130,7 @@ def verdict_at(match: float, strength: float) -> tuple[Verdict, str]:
         return "out", tr("out of reach, under {limit:.0f}", limit=LIMITS.match)
     if strength < LIMITS.strength:
         return "out", tr(
-            "too soft: strength {strength}, needs {least:.0f}",
+            "too soft: contrast {strength}%, needs {least:.0f}%",
             strength=whole_of(strength),
             least=LIMITS.strength,
         )

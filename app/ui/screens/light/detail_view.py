@@ -29,7 +29,7 @@ _ROWS: Final = 4
 
 
 def portrait_size(width: int, compact: bool) -> QSize:
-    """Return the size of each portrait in logical pixels: 160 x 176 in a column 376 pixels wide."""
+    """Return the size of each portrait in logical pixels, 160 x 176 in a column 376 pixels wide."""
     margin = px(16 if compact else _MARGIN)
     inner = (width - 2 * margin - px(_GAP)) // 2
     return QSize(inner, round(inner * (1.0 if compact else _SHAPE)))

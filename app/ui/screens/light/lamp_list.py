@@ -174,7 +174,7 @@ class LampList:
             self.take((path,))
 
     def _place_file(self) -> Path | None:
-        """Return the panorama file of the open place."""
+        """Return the panorama file of the open place, or None if there is none."""
         model = self._services.model
         if model.place is None or model.place_folder is None or not model.place.environment:
             return None

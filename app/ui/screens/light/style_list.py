@@ -50,7 +50,7 @@ class RowState:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A section of the list, with its title, its count, such as "3 of 9", and its styles."""
+    """A section of the list: its title, its count (such as "3 of 9") and its styles."""
 
     title: str
     count: str

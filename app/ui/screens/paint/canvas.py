@@ -1,4 +1,4 @@
-"""The view on the canvas: the weights, the target or the picture here, with the head turned."""
+"""The view on the canvas: the weights, the target or the picture here, from any angle."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class CanvasLook:
             self._changed()
 
     def turn_head(self, steps: int) -> None:
-        """Turn the head to its left by a number of views, to paint on its side. 0 is the front."""
+        """Turn the head to its left by a number of views to paint its side. 0 shows the front."""
         document = self._document
         if document is None or document.session.stroking:
             return
@@ -105,7 +105,7 @@ class CanvasLook:
         """Return the picture in place of the weights, or None while the weights are shown.
 
         Args:
-            linear: The head at the best turn here, (N, N, 3), or None without light.
+            linear: The head at the best turn here, (N, N, 3), or None if there is no light.
         """
         if self.mode is CanvasMode.WEIGHTS:
             return None

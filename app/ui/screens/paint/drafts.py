@@ -78,7 +78,7 @@ class DraftKeeper:
                         del self._waiting[path]
 
     def _replace(self, path: Path, draft: Draft | None) -> None:
-        """Save a draft, or delete its file if None, first renaming a draft from another window."""
+        """Save or delete a draft, after renaming the file of a draft from another window."""
         here = draft_version(path)
         if here and here != self._versions.get(path, here):
             self._others.append(put_draft_aside(path))

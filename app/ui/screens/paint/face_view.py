@@ -194,7 +194,7 @@ class FaceItems:
         self._panel.viewport().update()
 
     def show_ring(self, place: tuple[float, float] | None, brush: Brush) -> None:
-        """Show the brush at a canvas pixel and a paler mirror image, or hide both if it is None."""
+        """Show the brush and its paler mirror image at a canvas pixel, or hide both for None."""
         fresh, self._brush = brush != self._brush, brush
         mirrored = brush.mirror and not self.turned
         for ring, visible in ((self._ring, True), (self._twin, mirrored)):

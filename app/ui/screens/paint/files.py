@@ -63,7 +63,7 @@ class FilesView(Protocol):
         """Show why the name is invalid, or close the question if the sentence is empty."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file, and pass it to the presenter's `files` method of the same name."""
+        """Ask for a file, and pass it to the method of `PaintFiles` that `what` names."""
 
 
 def save_why(advice: Advice | None, document: PaintDocument) -> str:

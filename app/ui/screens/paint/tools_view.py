@@ -157,7 +157,7 @@ class _Common(Surface):
         self._last: ToolsState | None = None
 
     def show_state(self, state: ToolsState) -> None:
-        """Show the changes in brush, starting points and history."""
+        """Show the changes in the brush, the starting points and the history."""
         last, self._last = self._last, state
         if last is None or state.brush != last.brush:
             self._tools.show_tool(state.brush.tool)

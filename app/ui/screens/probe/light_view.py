@@ -160,7 +160,7 @@ class LightColumn(QWidget):
             self._lower.setCurrentIndex(lower)
             self._lower.setVisible(not nothing)
             self._give_height()
-        # Set the front first, so that a new picture of the same spot never appears at the old one.
+        # Set the front first, so that a new picture of the spot never appears with the old front.
         if before is None or state.front_deg != before.front_deg:
             had_picture = before is not None and before.picture is not None
             panorama.set_front(state.front_deg, glide=had_picture)

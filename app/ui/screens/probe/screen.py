@@ -149,13 +149,13 @@ class ProbePresenter(Presenter[ProbeView]):
         self._refresh()
 
     def leave(self) -> None:
-        """Stop the search and the preview; a capture continues."""
+        """Stop the search and the preview, but let a capture continue."""
         self.cameras.pause()
         self.live.stop()
         self.filming.stop()
 
     def tick(self) -> None:
-        """Update the preview, the capture's progress and the age of the light, for the view."""
+        """Update the preview, the progress of the capture and the age of the light."""
         now = self._services.clock.now()
         self.live.tick()
         self.filming.tick()

@@ -148,7 +148,7 @@ def cards_of(
 
 
 def stale_card(card: CardState) -> CardState:
-    """Dim a card whose answer is for another selection, and hide its text from screen readers."""
+    """Dim a card whose answer is for another selection. Screen readers skip its numbers."""
     words = tr("{title}, computing", title=card.title)
     return replace(card, stale=True, spoken=words, tip=words)
 
@@ -274,7 +274,7 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Return a note that an answer is rough or depends on clipped light or gaps, or ""."""
+    """Return a note if an answer is rough or depends on clipped light or gaps, or else ""."""
     question = snapshot.question
     if name not in snapshot.results:
         return ""
@@ -293,7 +293,7 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
     note = " ".join(filter(None, (lamps_note(snapshot, card.key), doubt)))
     if not note:
         return card
-    # Without an answer the tooltip is only title and side, without a full stop.
+    # Without an answer, the tooltip has only the title and side, and no full stop.
     stop = "" if card.key in snapshot.results else "."
     return replace(card, tip=f"{card.tip}{stop} {note}", spoken=f"{card.spoken}. {note}")
 

@@ -227,7 +227,7 @@ class HeldKey(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Follow the key, and report its release where the key event would be missed."""
+        """Follow the key, and report its release where the key event itself would be missed."""
         kind, down = event.type(), QEvent.Type.KeyPress
         if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
             self.held.emit(False)

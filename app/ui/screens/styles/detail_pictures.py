@@ -1,4 +1,4 @@
-"""Portraits, background and weights of the chosen style, all at the needle's turn.
+"""The portraits, the background and the weights of the chosen style at the needle's turn.
 
 Parts that do not depend on the turn are computed once.
 """
@@ -186,7 +186,7 @@ class DetailResolver:
     def _portrait_parts(
         self, snapshot: Snapshot, name: str, light: PlaceLight, turn: float
     ) -> tuple[dict[str, Any], FloatImage, tuple[float, ...]]:
-        """Return state fields, the linear picture and its exposure gains at a turn."""
+        """Return the state fields, the linear picture and its exposure gains at a turn."""
         question, head = snapshot.question, snapshot.head_for(name)
         transport = question.head.transport
         facing = wrap(turn + question.front_deg)

@@ -1,4 +1,4 @@
-"""The detail of the chosen style: pictures, plot, numbers, panorama and next steps."""
+"""The detail of the chosen style: its pictures, plot, numbers, panorama and next steps."""
 
 from __future__ import annotations
 

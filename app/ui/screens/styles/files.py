@@ -54,7 +54,7 @@ class StyleFilesView(Protocol):
         """Ask for a photo whose light should become a style."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file, and pass it to the `files` method of the same name."""
+        """Ask for a file, and pass it to the method of `files` that `what` names."""
 
     def show_folder(self, folder: Path) -> None:
         """Show a folder in the system's file manager."""
@@ -150,13 +150,13 @@ def save_sheet(
 
 
 ROUGHLY: Final = {
-    "rough": tr("A rough answer: one photo."),
+    "rough": tr("A rough answer from a single photo."),
     "film": tr("Light from a film of a face."),
 }
 
 
 def _age_words(place: Place | None, now: datetime) -> str:
-    """Return the age of the light, with the way it was measured if the light is only rough."""
+    """Return the age of the light, and how it was measured if that was only rough."""
     if place is None or place.capture is None:
         return ""
     how, where = ROUGHLY.get(place.capture.plan, ""), place.location

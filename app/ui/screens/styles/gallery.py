@@ -219,7 +219,7 @@ class Snapshot:
 
 
 def question_of(model: Model, size: Size) -> GalleryQuestion | None:
-    """Return the question for the gallery in its current state.
+    """Return the question for the current state, or None while no head is loaded.
 
     Args:
         size: Rows and columns of a card's picture.

@@ -243,7 +243,7 @@ class Gallery(QWidget):
             self.resized.emit(int(wide / theme().scale))
 
     def show_state(self, state: StylesState) -> None:
-        """Show the changes in cards, filter and order."""
+        """Show the changes in the cards, the filter and the order."""
         before, self._state = self._state, state
         for key, words in state.filters:
             self._filter.set_text(key, words)

@@ -62,7 +62,7 @@ class LikeState:
 
     Attributes:
         photo, face, head: (n, n, 3) uint8 sRGB or None. The whole photo with frames around its
-        faces, the chosen face, and the head lit by the lamps.
+        faces, the chosen face and the head lit by the lamps.
         mirrored: Whether the file is a mirror image. The photo is always shown the right way round.
         hint: Advice about a photo from a front camera.
         light: The light found in the photo, with the user's changes.

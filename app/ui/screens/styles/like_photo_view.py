@@ -1,4 +1,4 @@
-"""Like this photo: the photo, the chosen face, and the head under movable lamps."""
+"""Like this photo: the photo, the chosen face and the head under movable lamps."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from app.words.guidance import arc_words
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """The strip and the scale below it in degrees of turn, counted from the goal.
+    """The state of the strip and of the scale below it, in degrees of turn.
 
     Attributes:
         now_deg: Current turn, or None while unknown.

@@ -40,12 +40,12 @@ _NEAREST_DEG: Final = 5.0  # minimum distance that leaves room for an arrow
 
 
 class BackgroundStrip(Plot):
-    """A strip with 150° of background around the goal, above a scale of the turn left to go."""
+    """A strip with 150° of background around the goal, above a scale of the remaining turn."""
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     stepped = Signal(float)
-    """Emitted for an arrow key with the step in degrees: 1, or 10 with Shift; clockwise > 0."""
+    """Emitted for an arrow key with a step of 1 degree, or 10 with Shift, positive clockwise."""
 
     def __init__(self) -> None:
         super().__init__(tr("Background of this place"))

@@ -26,7 +26,7 @@ Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
 
 Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
 """The reason why there is no heading: the index of the panorama is being built, no picture has been
-located yet, the direction the camera looks in is unknown, or the panorama has no usable features.
+located yet, it is unknown which way the camera faces, or the panorama has no usable features.
 """
 
 PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
@@ -108,12 +108,12 @@ class GuidanceController:
 
     @property
     def looks(self) -> Looks:
-        """The person the camera looks at: the sitter or the photographer."""
+        """The person that the camera faces: the sitter or the photographer."""
         return Looks.PHOTOGRAPHER if self._camera.looks == "me" else Looks.SITTER
 
     @property
     def asking(self) -> bool:
-        """Whether to ask which way the camera looks.
+        """Whether to ask which way the camera faces.
 
         In a selfie the photographer is the sitter, so the answer makes no difference.
         """

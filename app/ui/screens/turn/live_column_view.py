@@ -92,7 +92,7 @@ class LeftColumn(QWidget):
         return self.demo
 
     def fit(self, room: QSize, bar: int) -> None:
-        """Fit the column into a space, with a scroll bar `bar` wide, all in logical pixels."""
+        """Fit the column into `room`, with a scroll bar `bar` wide, both in logical pixels."""
         self._room, self._bar = room, bar
         self._fit()
 

@@ -200,7 +200,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._services.notify.tell(f"{words}.")
 
     def answer(self, looks: str) -> None:
-        """Set who the camera looks at: ``sitter`` or ``me``."""
+        """Set the person that the camera faces: ``sitter`` or ``me``."""
         self._services.model.set("camera_looks", looks)
 
     def choose_webcam(self, index: int) -> None:

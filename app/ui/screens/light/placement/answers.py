@@ -107,7 +107,7 @@ def powers_for(answers: Answers) -> tuple[float, ...]:
 
 
 def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
-    """Return the powers to search, which is only full power for the paper's objective."""
+    """Return the powers to search. The paper's objective uses only full power."""
     if objective == "paper" or not isinstance(lamp, NumbersLamp):
         return FULL
     return powers_of(lamp.kind)

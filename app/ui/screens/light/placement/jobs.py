@@ -109,7 +109,7 @@ class LightWork:
 
     @property
     def nearer(self) -> Nearer | None:
-        """The effect of the lamp at a shorter distance, or None if it already rescues a style."""
+        """The effect of the lamp at a shorter distance, or None if it was not computed."""
         nearer = self._nearer
         return nearer if nearer is not None and nearer.answers is self.answers else None
 

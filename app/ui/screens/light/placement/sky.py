@@ -68,7 +68,7 @@ def sky_of(
     line, words = np.zeros((0, 4), np.float32), tr("Brighter is better.")
     if limit is not None:
         line = _line(fine - limit, azimuths, altitudes)
-        words = tr("Brighter is a better match. The line marks {limit}.", limit=f"{limit:.0f}")
+        words = tr("Brighter means a better match. The line marks {limit}.", limit=f"{limit:.0f}")
     closed = None
     if is_open is not None and not is_open.all():
         shut = np.roll(~is_open.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)

@@ -1,4 +1,4 @@
-"""The 360 camera: search, selection, password and status."""
+"""Finds and selects the 360 camera, and reads its status with a password if needed."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ class CameraFinder:
         self._services.runner.cancel("cameras")
 
     def begin(self) -> None:
-        """Search if there is no camera yet; otherwise refresh its status."""
+        """Search if there is no camera yet, or else refresh the camera's status."""
         if self._services.model.camera is None:
             if not self._services.runner.running("cameras"):
                 self.search()
@@ -334,7 +334,7 @@ def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: To
 
 
 def _ask(client: OscClient, camera: FoundCamera) -> CameraSeen:
-    """Read a camera's model, battery and free space, leaving out anything it does not report."""
+    """Read a camera's model, battery and free space, leaving out whatever is not reported."""
     info = client.info()
     with contextlib.suppress(DeviceError):
         client.use_api_2()
@@ -351,7 +351,7 @@ def _ask(client: OscClient, camera: FoundCamera) -> CameraSeen:
 
 def _row(camera: FoundCamera) -> ChoiceRow:
     words = [camera.endpoint.host]
-    words += [tr("last")] if camera.used_last else []
+    words += [tr("last used")] if camera.used_last else []
     words += [tr("password")] if camera.needs_password else []
     return ChoiceRow(_key(camera), camera.name, ", ".join(words))
 

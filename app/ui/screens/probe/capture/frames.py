@@ -38,7 +38,7 @@ class FrameTile:
 def tile_of(
     ev: float, shutter_s: float, clipped: float | None, picture: object = None, arrived: float = 1.0
 ) -> FrameTile:
-    """Describe an exposure, whose fraction `clipped` is None while it is unknown."""
+    """Describe an exposure. Its clipped fraction, `clipped`, is None while it is unknown."""
     words = ev_words(ev), shutter_words(shutter_s) if shutter_s else ""
     clip, brief = ("", "") if clipped is None else _clip_words(clipped)
     return FrameTile(
@@ -62,7 +62,7 @@ def _clip_words(share: float) -> tuple[str, str]:
 
 
 def frames_note(place: Place, today: datetime) -> str:
-    """Return how the frames were taken: "ISO 100, f/2, taken 14:05"."""
+    """Return how the frames were taken, such as "ISO 100, f/2, taken 14:05"."""
     capture = place.capture
     if capture is None or not capture.frames:
         return ""

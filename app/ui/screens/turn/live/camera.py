@@ -172,7 +172,7 @@ class LiveCamera:
         webcam, self._webcam = self._webcam, None
         self.frame = None
         if webcam is not None:
-            # Its thread ends by itself, and waiting would block the window.
+            # The source's thread ends by itself, and waiting would block the window.
             webcam.close(0.0)
 
     # -- saved settings ------------------------------------------------------------------------
@@ -323,7 +323,7 @@ class LiveCamera:
 
     @property
     def looks(self) -> str:
-        """The direction the camera looks in: ``sitter``, ``me``, or ``ask`` while unknown."""
+        """The person that the camera faces: ``sitter``, ``me``, or ``ask`` while unknown."""
         hint = getattr(self._webcam, "looks_at", "")
         if hint in ("sitter", "me"):
             return str(hint)

@@ -34,7 +34,7 @@ class LiveWords:
         message, brief: What is wrong and what to do about it, and only what is wrong.
         tag: State of the comparison of Live with Goal.
         dim: Whether the picture is out of date.
-        asking: Whether to ask which way the camera looks.
+        asking: Whether to ask which way the camera faces.
         aspect: Aspect ratio (width / height) of both pictures.
         quality, quality_icon: Text such as "Heading certain", and its icon.
     """
@@ -90,7 +90,7 @@ class LivePanel:
         self.aspect = ASPECT
 
     def resolve(self, guide: Guide, tag: str) -> LiveWords:
-        """Return the text on the pictures; `tag` describes the comparison of Live with Goal."""
+        """Return the text on the pictures. `tag` describes the comparison of Live with Goal."""
         quality, icon = self._quality(guide)
         return replace(
             self._words(),

@@ -123,7 +123,7 @@ class CameraQuestion(PaintedWidget):
         super().__init__(parent)
         title = Text(tr("Which way is this camera facing?"), 16, 600, elide=True)
         self._note = Text(
-            tr("Asked only once. Change it later in Settings."), 12, role="dim", elide=True
+            tr("Asked only once. Change the answer in Settings."), 12, role="dim", elide=True
         )
         grow = QSizePolicy.Policy.Expanding
         self.answers: dict[str, Pressable] = {"sitter": _Answer("sitter"), "me": _Answer("me")}

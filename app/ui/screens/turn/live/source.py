@@ -1,4 +1,4 @@
-"""The choice of the live camera: source, address, field of view and resolution."""
+"""The choice of the live camera: its source, address, field of view and resolution."""
 
 from __future__ import annotations
 

@@ -174,7 +174,7 @@ def _shot_of(
 def _face_check(
     photo: Photo, location: PhotoLocation, context: ShotContext
 ) -> tuple[Check, Promise] | None:
-    """Compare the largest face with the style, as this place should light it."""
+    """Compare the light on the largest face with the light that the style should give here."""
     faces = find_faces(photo.picture)
     if not faces or context.lamp:
         return None

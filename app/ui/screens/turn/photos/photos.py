@@ -384,7 +384,7 @@ class Shots:
 
 
 def _face_words(shot: Shot) -> str:
-    """Describe the light on the face and the style's prediction, or return "" if no face."""
+    """Return the results for the face and the style's prediction as text, or "" without them."""
     parts = []
     if shot.grade is not None:
         grade = grade_words(shot.grade, attainable=True)

@@ -69,7 +69,7 @@ class ShotsLine(QWidget):
         return self._words.text()
 
     def set_main(self, main: bool) -> None:
-        """Set whether *Check my shot* is the main button, as it is once in the light."""
+        """Set whether *Check my shot* is the main button, as it is while in the light."""
         self.opener.kind = "primary" if main else "outlined"
         self.again.kind = "outlined" if main else "primary"
         for button in (self.opener, self.again):
