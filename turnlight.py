@@ -77,7 +77,7 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
 
     Args:
         path: An equirectangular panorama, 2:1, OpenEXR (``.exr``) or Radiance (``.hdr``).
-        layer: The layer to read if the file has several; the beauty pass by default.
+        layer: The layer to read if the file has several, by default the beauty pass.
 
     Returns:
         The environment. `radiance` is (H, 2 H, 3) float32, linear Rec. 709, relative, with the
@@ -145,7 +145,7 @@ def measure(
     """Measure the light of a place from photos or a video.
 
     Args:
-        files: JPEG, PNG or TIFF photos, or one folder of them; one video for ``film``.
+        files: JPEG, PNG or TIFF photos, or one folder of them, or one video for ``film``.
         way: ``bracket``: exposures of one panorama; ``single``: one 360 photo, for a rough
             answer; ``fisheye``: frames with two fisheye circles; ``ball``: a mirror ball;
             ``photos``: photos taken all around; ``film``: a video of the sitter turning once.
@@ -183,7 +183,7 @@ def solve(
         environment: The light of the place.
         head: A built-in head (``generic``, ``generic-dark``, ``male`` ...), or the path of a baked
             ``T.npz``.
-        styles: Names of the styles to solve, such as ``left-rembrandt``; all by default.
+        styles: Names of the styles to solve, such as ``left-rembrandt``, by default all.
         objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
             quality C of the paper.
         yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left;
@@ -241,7 +241,7 @@ def render(
         turn_deg: Azimuth of the panorama that the sitter faces, in degrees.
         head: A built-in head, or the path of a baked ``T.npz``.
         yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
-            left; the nearest baked view is used.
+            left. The nearest baked view is used.
         height: Height of a portrait with hair and background, 64 to 2048 pixels, or None for the
             transport's small picture on a black background.
         plain: Whether to leave out the hair, colours and background of a portrait.
@@ -289,7 +289,7 @@ class Place:
         Args:
             files: An HDR panorama, the frames of a bracket, photos, a video, or a folder of these.
             places: Folder in which to create the place's own folder.
-            name: Name of the place; by default derived from the files.
+            name: Name of the place, by default derived from the files.
             way: How to read photos: ``camera`` for a bracket, ``photos`` for a panorama taken in
                 parts, ``ball`` for a mirror ball, ``film`` for a video.
 
@@ -343,14 +343,14 @@ class Place:
 
     @property
     def results(self) -> tuple[StyleResult, ...]:
-        """Results saved with the place; empty if it has not been solved yet."""
+        """Results saved with the place, or an empty tuple if the place has not been solved yet."""
         return self._opened.place.results
 
     def solve(self, head: str = "") -> tuple[StyleResult, ...]:
         """Solve the built-in styles with the place's lamps and lens, without saving.
 
         Args:
-            head: Name of a head; by default that of the place.
+            head: Name of a head, by default that of the place.
 
         Raises:
             CoreError: If the head is unknown.
@@ -366,7 +366,7 @@ class Place:
     def render(
         self, turn_deg: float, head: str = "", *, yaw_deg: float = 0.0, height: int | None = None
     ) -> HeadPicture:
-        """Render the head of the place at a turn; arguments as for `turnlight.render`."""
+        """Render the head of the place at a turn, with the arguments of `turnlight.render`."""
         return render(
             self.environment,
             turn_deg + self.front_deg,

@@ -112,7 +112,7 @@ def test_the_table(tmp_path: Path, panorama: Path, capsys: pytest.CaptureFixture
     [
         (["{place}", "{none}.jpg"], "There is no file"),
         (["{none}.exr", "{photo}"], "There is no file"),
-        (["{photo}", "{photo}"], "twice as wide as high"),
+        (["{photo}", "{photo}"], "twice as wide as it is high"),
         (["{place}", "{text}"], "text.jpg"),
         (["{place}", "{photo}", "--fov", "0"], "not a field of view"),
         (["{place}", "{photo}", "--fov", "nan"], "not a field of view"),

@@ -43,7 +43,7 @@ class HeadMap:
         whole: (N * N,) bool. Skin that is free of hair, beards and hats on most faces: from the
             brows to the chin and between the outer corners of the eyes, but without the eyes, brows
             and lips.
-        cheeks: (2, N * N) bool. The sitter's right cheek, then the left one.
+        cheeks: (2, N * N) bool. The sitter's right cheek, then the left cheek.
         halves: (2, M) intp. Pixels of `whole` on the sitter's right and their twins on the left,
             without the nostrils and slightly farther from the eyelids and lips, all of which are
             darker on real faces.
@@ -69,7 +69,7 @@ class HeadMap:
 
         Args:
             pictures: (n, P) float. The pictures at the transport's pixels.
-            where: Pixels of `whole` to return, as a mask or as indices; by default `skin`.
+            where: Pixels of `whole` to return, as a mask or as indices, by default `skin`.
         """
         where = self.skin if where is None else where
         inside, shape = self.whole[self.transport.pixels], (self.side, self.side)

@@ -55,7 +55,7 @@ class FacingEstimate:
     Attributes:
         azimuth_deg: Most likely azimuth in the panorama.
         azimuths: (128,) float64. Azimuths of the turns, in degrees.
-        likelihood: (128,) float64. Likelihoods of `azimuths`; they sum to 1.
+        likelihood: (128,) float64. Likelihoods of `azimuths`, which sum to 1.
     """
 
     azimuth_deg: float

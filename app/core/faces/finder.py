@@ -102,7 +102,11 @@ class FaceMesh:
 
 @lru_cache(maxsize=1)
 def face_mesh() -> FaceMesh:
-    """Load the landmark mesh; raise `CoreError` if it is missing or damaged."""
+    """Load the landmark mesh.
+
+    Raises:
+        CoreError: If the mesh is missing or damaged.
+    """
     arrays = read_arrays(resources() / "faces" / "mesh.npz", tr("face mesh"), _AGAIN)
     points = arrays["points"].astype(np.float32)
     other = points * np.array([-1, 1, 1], np.float32)

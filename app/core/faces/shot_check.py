@@ -33,10 +33,10 @@ class Promise:
     Attributes:
         pack, name: Pack of the generic head that grades the style, and the style's name. `pack` is
             None for a style without grades.
-        place: None for the studio.
+        place: Light of the place, or None for the studio.
         goal_deg: Panorama azimuth where the face should look.
         arc_deg: Panorama azimuths (from, to), clockwise, between which the face is in the light.
-        transport: Transport of the head on screen, or None for the generic one.
+        transport: Transport of the head on screen, or None for the generic head.
     """
 
     pack: StylePack | None = field(repr=False)
@@ -102,7 +102,7 @@ def promise_of_place(
     """Return the promise of a place, where only the goal itself counts if there is no arc.
 
     Args:
-        transport: Transport of the head on screen; by default the generic one.
+        transport: Transport of the head on screen, by default the generic head.
     """
     return Promise(pack, name, place, goal_deg, arc_deg or (goal_deg, goal_deg), transport)
 
@@ -131,7 +131,7 @@ class Check:
         facing_deg: Panorama azimuth in which the face looks, or None if unknown.
         turn_error_deg: Angle from `facing_deg` to the goal, positive clockwise, or None if
             unreliable.
-        key_difference_deg: Azimuth of the key light minus that of the promised one.
+        key_difference_deg: Azimuth of the key light minus that of the promised key light.
         match: Similarity of the visible skin and the style's target, 0 to 100.
     """
 

@@ -112,10 +112,10 @@ class Reading:
 
     Attributes:
         turn_deg: The sitter's turn, from the heading, or None if no heading was found.
-        time_s: Time of the reading, in seconds; any origin.
+        time_s: Time of the reading, in seconds from any origin.
         left_behind: Whether the camera stays where it is while the photographer walks, so that its
             view reveals nothing about the sitter's turn.
-        from_deg: Turn to start from without a heading: 0 at first, later the turn of the last
+        from_deg: Turn to start from if there is no heading: 0 at first, later the turn of the last
             photo.
         yaw_deg: Yaw of the face, as in `Goal`, or None if none was read.
     """
@@ -130,7 +130,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class GuideMemory:
-    """State that one call passes to the next; start with `FRESH`.
+    """State that one call passes to the next, starting with `FRESH`.
 
     Attributes:
         goal: Goal, reach of the arc on both sides and yaw, or None before the first call.

@@ -24,7 +24,7 @@ _APART_DEG: Final = 5.0  # closer marks would hide each other
 
 @dataclass(frozen=True, slots=True)
 class PlanMark:
-    """An object around the sitter; a lamp has its name in `lamp`."""
+    """An object around the sitter, with its name in `lamp` if it is a lamp."""
 
     kind: Kind
     turn_deg: float

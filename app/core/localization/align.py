@@ -42,7 +42,7 @@ _STAYS_S: Final = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyOverlay:
-    """Overlay of the live picture on the goal; start with `BARE`.
+    """Overlay of the live picture on the goal, starting with `BARE`.
 
     Attributes:
         alignment: Last alignment.
@@ -68,7 +68,7 @@ def steady_overlay(
 
     Args:
         sizes: Columns and rows of the picture, then of the goal.
-        now_s: Time of the picture, in seconds; any origin.
+        now_s: Time of the picture, in seconds from any origin.
     """
     steady = before.corners
     if alignment.homography is None:
@@ -117,14 +117,14 @@ def align(
     """Find the homography from a view to a target.
 
     Args:
-        target: (H, W, 3) uint8. sRGB; the intended view, with the goal in its middle.
-        view: (h, w, 3) uint8. sRGB; the current view, not mirrored.
+        target: (H, W, 3) uint8. The intended view in sRGB, with the goal in its middle.
+        view: (h, w, 3) uint8. The current view in sRGB, not mirrored.
         fov_deg: Horizontal field of view of the target, in the panorama's frame, in degrees, as
             from `app.core.localization.views.goal_lens`.
         sitter_deg: Angle of the sitter in the view from its axis, in degrees, positive to the
             right.
-        view_fov_deg: Horizontal field of view of the camera, in degrees; needed only if the sitter
-            is off the axis. By default that of the target.
+        view_fov_deg: Horizontal field of view of the camera, in degrees, which matters only if the
+            sitter is off the axis. By default that of the target.
         mask: (h, w) bool. True where the view shows background. By default everything except the
             usual position of a sitter (`sitter_mask`), or everything if too few points remain.
 

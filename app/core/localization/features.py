@@ -110,7 +110,7 @@ def build_index(
 
 
 def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
-    """Read the saved index of a panorama; return None if there is no valid one.
+    """Return the saved index of a panorama, or None if there is no valid index.
 
     Args:
         panorama: As for `build_index`.
@@ -192,7 +192,7 @@ class Pairs:
     """Points of one set and their matches in another.
 
     Attributes:
-        first, second: (N,) int64. Indices in the two sets; each first index occurs once.
+        first, second: (N,) int64. Indices in the two sets. Each first index occurs once.
         ratio: (N,) float32. Distance to the match over distance to the next best elsewhere: 0 is
             unique.
     """

@@ -225,7 +225,7 @@ def find_heading(
         sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
             unknown. If the field of view is unknown, the angle is that for 60 degrees along the
             longer side.
-        mask: (H, W) bool. True on the background; by default everywhere, since points on the sitter
+        mask: (H, W) bool. True on the background, by default everywhere, since points on the sitter
             match nothing.
         fine: Whether to use up to a million pixels, as for photos, which may take longer.
         away: Whether the camera looks away from the sitter, like a laptop's own camera when it is
@@ -335,7 +335,7 @@ def _evidence(
 def to_heading(
     match: HeadingMatch, least: float = LEAST_CONFIDENCE, confidence: float | None = None
 ) -> Heading:
-    """Return a heading if its confidence suffices, otherwise an unsure one."""
+    """Return a heading if its confidence suffices, otherwise an unsure heading."""
     confidence = trust(match.evidence) if confidence is None else confidence
     points = match.evidence.points
     heading, pitch, roll = match.pose.angles_deg

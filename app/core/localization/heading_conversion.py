@@ -162,7 +162,7 @@ def heading_of_turn(
     sitter_deg: float = 0.0,
     front_deg: float = 0.0,
 ) -> float:
-    """Return the heading at a turn; the inverse of `turn_of_heading`.
+    """Return the heading at a turn, the inverse of `turn_of_heading`.
 
     Args:
         turn_deg: Turn in degrees, positive clockwise.

@@ -136,7 +136,7 @@ def lined_up(
     *,
     lens_known: bool,
 ) -> Line | None:
-    """Find the best camera on the line to the sitter, and compare it with an unconstrained one.
+    """Find the best camera on the line to the sitter, and compare it with an unconstrained camera.
 
     Args:
         poses: Poses to start from.

@@ -98,8 +98,8 @@ class PhotoSearch:
 
     Attributes:
         sitter: The sitter with whom the heading was found, in the unmirrored frame, or None if it
-            was found without one.
-        stated_deg: Field of view stated in EXIF, in degrees, if it cannot be right; otherwise None.
+            was found without a sitter.
+        stated_deg: Field of view stated in EXIF, in degrees, if it cannot be right, or None.
     """
 
     heading: Heading
@@ -116,7 +116,7 @@ class ShotVerdict:
         turn_deg, goal_deg: Turns of the photo and of the goal, in whole degrees.
         to_go_deg: goal - turn by the shorter way, positive clockwise.
         outside_deg: Whole degrees to the arc, or 0 inside it.
-        match, best: Match at this turn and at the best one, 0 to 100.
+        match, best: Match at this turn and at the best turn, 0 to 100.
     """
 
     turn_deg: int
@@ -298,8 +298,8 @@ def _alike(one: Heading, other: Heading) -> bool:
 def _with_agreement(search: PhotoSearch, stated_deg: float, is_explained: bool) -> PhotoSearch:
     """Compare an estimated field of view with the one stated in EXIF.
 
-    The stated one was tried before. So a different result needs more confidence, and no camera with
-    the stated lens, in any position, may explain the picture better.
+    The stated field of view was tried before. So a different result needs more confidence, and no
+    camera with the stated lens, in any position, may explain the picture better.
     """
     heading = search.heading
     if heading.heading_deg is None:

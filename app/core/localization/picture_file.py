@@ -111,7 +111,7 @@ def _check_shape(frame: Frame) -> None:
     if columns != 2 * rows:
         raise EnvironmentFileError(
             tr(
-                "{name} is {size}, but a full panorama is twice as wide as high.",
+                "{name} is {size}, but a full panorama is twice as wide as it is high.",
                 name=name,
                 size=size,
             ),
@@ -169,8 +169,8 @@ class PictureFile:
 
     Attributes:
         picture: (H, W, 3) uint8. sRGB, upright by its EXIF orientation.
-        size: Columns and rows in the file, upright; larger than those of `picture` if it was
-            reduced.
+        size: Columns and rows in the file, upright, which are larger than those of `picture` if
+            that was reduced.
         taken_at: Time in EXIF, or None if not recorded.
         focal_mm: Equivalent focal length on a frame of 36 x 24 mm, or None if not recorded.
         front_camera: Whether the file names a phone's front camera, whose pictures may be saved
@@ -192,7 +192,7 @@ class PictureFile:
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view in degrees from the focal length; wrong for a cropped picture.
+        """Horizontal field of view in degrees from the focal length, wrong for a cropped picture.
 
         The focal length refers to the frame's diagonal (CIPA DCG-001).
         """
@@ -264,7 +264,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
 
 @contextlib.contextmanager
 def _open(path: Path) -> Iterator[ImageInput]:
-    """Open a picture after checking its size and format; its pixels are not decoded yet."""
+    """Open a picture after checking its size and format, without decoding its pixels yet."""
     _check_file(path)
     with tempfile.TemporaryDirectory() if _is_raw(path) else nullcontext("") as folder:
         picture_path = _preview(path, Path(folder)) if folder else path
@@ -334,12 +334,13 @@ def _check_file(path: Path) -> None:
     # A pipe would block, and a device has no end.
     if not stat.S_ISREG(about.st_mode):
         raise CoreError(
-            tr("{name} is not a picture file.", name=path.name), tr("Enter the name of a picture.")
+            tr("{name} is not a picture file.", name=path.name),
+            tr("Enter the name of a picture file."),
         )
     if about.st_size == 0:
         raise CoreError(tr("{name} is empty.", name=path.name), _COPY_AGAIN)
     if about.st_size > _MOST_BYTES:
-        raise CoreError(tr("{name} is too large for a photo.", name=path.name), _EXPORT)
+        raise CoreError(tr("{name} is too large to be a photo.", name=path.name), _EXPORT)
     _check_head(path)
 
 

@@ -122,7 +122,7 @@ def fit_rotation(a: Float64, b: Float64) -> Float64:
     """Return least-squares rotations from b to a (Kabsch 1976).
 
     Args:
-        a, b: (..., M, 3) float64. Directions; `a` may be weighted.
+        a, b: (..., M, 3) float64. Directions, of which `a` may be weighted.
     """
     left, _, right = np.linalg.svd(a.swapaxes(-1, -2) @ b)
     left[..., 2] *= np.linalg.det(left @ right)[..., None]
@@ -224,7 +224,7 @@ def features(picture: Bytes) -> PanoramaFeatures:
     """Find features in a panorama.
 
     Args:
-        picture: (h, 2 h, 3) uint8. sRGB, of any size; searched at 1024 x 512.
+        picture: (h, 2 h, 3) uint8. sRGB, of any size. It is searched at 1024 x 512.
     """
     shape = picture.shape
     if picture.dtype != np.uint8 or len(shape) != 3 or shape[2] != 3 or shape[1] != 2 * shape[0]:

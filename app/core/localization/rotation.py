@@ -142,7 +142,7 @@ def fit(
         rays: (N, 2) float64. Points in the camera's picture plane, x / z and y / z (right and
             down).
         bearings: (N, 3) float64. The same points in the panorama, unit vectors in its axes.
-        outlook: Prior knowledge; the default assumes a sitter in the middle.
+        outlook: Prior knowledge, which by default assumes a sitter in the middle.
         tries: Random pairs of points to try.
 
     Returns:
@@ -151,7 +151,7 @@ def fit(
     if len(rays) < _LEAST_PAIRS:
         return None
     prior = outlook or Outlook()
-    # From the camera's axes to those of one with the sitter on its axis.
+    # From the camera's axes to those of a camera with the sitter on its axis.
     facing = sphere.from_vector(np.array([0.0, -np.arctan(prior.sitter), 0.0]))
     pairs = np.random.default_rng(0).integers(0, len(rays), (tries, 2))
     start = _search(_rotate(rays, facing), bearings, prior.zoom, pairs)
@@ -188,7 +188,7 @@ def _search(
     """Try pairs of points, each of which determines a rotation and a zoom.
 
     Returns:
-        The best rotation, for a camera with the sitter on its axis; its zoom; and a mask of the
+        The best rotation, for a camera with the sitter on its axis, its zoom, and a mask of the
         points that agree.
     """
     first, second = pairs.T
@@ -288,7 +288,7 @@ def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64,
 
 
 def _deviation(rays: Float64, rotated: Float64, state: _State) -> Float64:
-    """Return each point's error in standard deviations; infinite behind the camera."""
+    """Return each point's error in standard deviations, infinite behind the camera."""
     apart = rays - state.sitter
     spread = 1.0 + state.plane[0] + rays @ state.plane[1:]
     miss = _projected(rotated) - state.sitter - apart * spread[:, None]

@@ -127,7 +127,7 @@ def find_sitter(
 
 
 def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
-    """Return the previous face if it is still there, or the largest one.
+    """Return the previous face if it is still there, or the largest face.
 
     Live pictures are searched at half size or less, since the next one follows soon.
     """
@@ -142,7 +142,7 @@ def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
 
 
 def _head_of(face: Face) -> _HeadBox:
-    """Return the head around a face; its centre is midway between the ears."""
+    """Return the head around a face, with its centre midway between the ears."""
     right, left, forehead, chin = face.landmarks[list(_HEAD_MARKS)].astype(np.float64)
     up = forehead - chin
     tall = _CROWN * float(np.linalg.norm(up))
@@ -169,7 +169,7 @@ def background_mask(sitter: Sitter, shape: tuple[int, int]) -> Bools:
     """Return a mask of the background: everything except a rough outline of head, hair and body.
 
     Args:
-        shape: Rows and columns of the mask; any size.
+        shape: Rows and columns of the mask, of any size.
 
     Returns:
         (H, W) bool. True for background.

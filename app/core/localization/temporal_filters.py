@@ -204,7 +204,7 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
 
 ASKED_DEG: Final = 8.0
-"""Minimum distance to the arc, in degrees; nobody walks for less."""
+"""Minimum distance to the arc, in degrees, as nobody walks for less."""
 
 STILL_S: Final = 4.0
 """Time for which the camera must have been still, in seconds."""
@@ -226,7 +226,7 @@ _GONE_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class _Trace:
-    """Path of a person in the picture; columns in widths of the head at its start."""
+    """Path of a person in the picture, with columns in widths of the head at the start."""
 
     unit: float
     column: float
@@ -239,7 +239,7 @@ class _Trace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stillness:
-    """Observations since the camera came to a stop; start with `STILL`."""
+    """Observations since the camera came to a stop, starting with `STILL`."""
 
     left_behind: bool = False
     since_s: float | None = None

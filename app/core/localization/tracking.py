@@ -73,7 +73,7 @@ SEEING: Final = Seeing()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackMemory:
-    """State between pictures; not for display.
+    """State between pictures, not for display.
 
     Attributes:
         steady: Azimuths of the heading and of the background behind the sitter, (2,) in degrees,
@@ -93,7 +93,7 @@ class TrackMemory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """The tracked heading; start with `LOST`.
+    """The tracked heading, starting with `LOST`.
 
     Attributes:
         status: ``tracking``: there is a heading; ``searching``: there was one, or one waits for
@@ -102,8 +102,8 @@ class Track:
             or None unless tracking.
         raw: Result of the last picture, or None before the first.
         sitter: The sitter, or another person in the picture, or None if it shows no person.
-        confidence: Probability that the turn is right to 3 degrees, 0 to 1; lower if no person is
-            detected for certain. 0 unless tracking.
+        confidence: Probability that the turn is right to 3 degrees, 0 to 1, which is lower if no
+            person is detected for certain, and 0 unless tracking.
         fov_deg: The camera's horizontal field of view, in degrees, given or estimated, or None
             while unknown.
         left_behind: Whether the camera was left behind while the photographer walks.
@@ -167,7 +167,7 @@ def track(
         frame: (H, W, 3) uint8. sRGB, not mirrored.
         fov_deg: The camera's horizontal field of view, in degrees, or None to estimate it.
         state: Track of the previous picture.
-        now_s: Time of the picture, in seconds; any origin.
+        now_s: Time of the picture, in seconds from any origin.
         sees_sitter: Whether the person in the picture is the sitter (see
             `app.core.localization.heading_conversion.sees_sitter`). A person never counts as
             background.

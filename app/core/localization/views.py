@@ -82,7 +82,7 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
     """Render a perspective view of a panorama.
 
     Args:
-        panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1; any colour space.
+        panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1, in any colour space.
             Averages are exact for linear light, and nearly so for display values.
         azimuth_deg: Azimuth of the axis, in degrees.
         pitch_deg: Elevation of the axis, in degrees, in [-90, 90].

@@ -54,7 +54,7 @@ def from_weights(transport: Transport, weights: Floats) -> Canvas:
     pixel of the face.
 
     Args:
-        weights: (P,) float, in [-1, 1]; those outside the face are not used.
+        weights: (P,) float, in [-1, 1]. Weights outside the face are not used.
 
     Raises:
         StyleError: If there is not one finite value per pixel of the head.
@@ -209,9 +209,9 @@ def make_canvas(
     """Create a canvas from layers, which are copied and validated.
 
     Args:
-        weights: (S, S) float, in [-1, 1]; slight excess is clipped.
+        weights: (S, S) float, in [-1, 1], with slight excess clipped.
         ignore: (S, S) float, in [0, 1], clipped likewise. By default nothing is ignored.
-        start_weights, start_ignore: (S, S) float. Layers to restore; by default the same layers.
+        start_weights, start_ignore: (S, S) float. Layers to restore, by default the same layers.
 
     Raises:
         StyleError: If the layers are not square, differ in size, or contain NaN.

@@ -24,7 +24,7 @@ _LAYERS: Final = ("weights", "ignore", "start_weights", "start_ignore")
 _MAX_BYTES: Final = 4 * len(_LAYERS) * MAX_SIZE**2 + 65_536
 _TEXTS: Final = ("title", "origin", "style", "head")
 _LONGEST: Final = 400
-_HINT: Final = tr("The draft’s file is unchanged; painting starts from the style itself.")
+_HINT: Final = tr("The draft file is unchanged. Painting starts from the style itself.")
 _MOST_DRAFTS: Final = 20
 _AWAY: Final = "draft.npz"
 

@@ -42,10 +42,10 @@ class Answer:
     # light helps, negative where it harms
     preintegrated: Float32 = field(repr=False)
     advice: Advice | None  # what the painting needs before it can be saved
-    # best turn, match, strength and curves here, or None without a place
+    # best turn, match, strength and curves here, or None if there is no place
     result: StyleResult | None
     # (N, N, 3), linear Rec. 709 picture at the refined best turn on black, in the unit of the
-    # environment, or None without a place or without colours
+    # environment, or None if there is no place or no colours
     picture: Float32 | None = field(repr=False)
 
 
@@ -130,7 +130,7 @@ class PaintSession:
         return self._stroke.start_regions
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
-        """Extend the current stroke, if there is one, to a point; arguments as for `begin`."""
+        """Extend the current stroke, if there is one, to a point, with arguments as for `begin`."""
         if self._stroke is None:
             return ()
         regions = self._stroke.extend(x, y, pressure)

@@ -44,7 +44,7 @@ def photo_style(
     title: str,
     note: str,
 ) -> UserStyle:
-    """Return a style for the light on a face; `library.add` names it.
+    """Return a style for the light on a face, to be named by `user_styles.add`.
 
     Args:
         name: Name of the photo.

@@ -21,7 +21,7 @@ class Tile:
     """A part of one layer before and after."""
 
     layer: str
-    # column, row: in tiles; the left edge is at 64 times the column
+    # column, row: in tiles, so that the left edge is at 64 times the column
     column: int
     row: int
     # before, after: (h, w)

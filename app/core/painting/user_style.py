@@ -97,7 +97,7 @@ def _check_file(path: Path) -> None:
         if not path.is_file():
             raise StyleError(tr("The weights {name} are missing.", name=path.name))
         if path.stat().st_size > MAX_BYTES:
-            raise StyleError(tr("{name} is too large for painted weights.", name=path.name))
+            raise StyleError(tr("{name} is too large to contain painted weights.", name=path.name))
         head = read_start(path, len(_EXR))
     if head != _EXR:
         raise _damaged(path)

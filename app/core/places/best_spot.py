@@ -17,7 +17,7 @@ def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
     stronger light. `benchmarks/best-spot.md` states how often the ranking is right.
 
     Returns:
-        Indices of `answers`, best first; ties keep their order.
+        Indices of `answers`, best first. Ties keep their order.
     """
 
     def merit(position: int) -> tuple[int, float, float, float]:

@@ -1,4 +1,4 @@
-"""A place: its name, light, answers and how it was measured."""
+"""A place: its name, its light, its answers, and the data about its measurement."""
 
 from __future__ import annotations
 

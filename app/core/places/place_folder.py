@@ -405,7 +405,7 @@ def _remarks(folder: Path, file: JsonFile, bad_parts: Sequence[LostPart]) -> lis
 
 
 def change_place(folder: Path, **changes: Any) -> Place:
-    """Change fields of a saved place; its folder keeps its name."""
+    """Change fields of a saved place, whose folder keeps its name."""
     with _alone_in(folder):
         place = replace(read_place(folder), **changes)
         write_place(folder, place)

@@ -120,7 +120,7 @@ def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
 
 
 def _entries(root: Path) -> list[tuple[datetime, Path]]:
-    """Return the entries that `delete_place` created in the trash; others are ignored."""
+    """Return the entries that `delete_place` created in the trash, ignoring all others."""
     entries = []
     with contextlib.suppress(OSError):
         for path in (root / TRASH).iterdir():

@@ -28,7 +28,7 @@ def greyed(display: FloatImage) -> FloatImage:
         display: (H, W, 3) float32. sRGB in 0..1 on the background grey.
 
     Returns:
-        (H, W, 3) float32. sRGB in 0..1; the background grey stays as it is.
+        (H, W, 3) float32. sRGB in 0..1, in which the background grey stays as it is.
     """
     grey = colour.luminance(display)[..., np.newaxis]
     well = np.float32(WELL[0] / 255.0)

@@ -233,7 +233,7 @@ def portraits(
     """Develop pictures of the head on neutral grey.
 
     Args:
-        values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge contain only
+        values: (n, N, N, 3) float. Linear Rec. 709 on black. Pixels at the head's edge contain only
             the head's own part of the light.
         coverage: (N, N) float32. Fraction of each pixel covered by the head.
         gain_list: Gains of the pictures, by default those for the pictures' own light (see
@@ -318,7 +318,7 @@ def greyed(picture: Bytes) -> Bytes:
         picture: (h, w, 3) uint8. sRGB on the background grey.
 
     Returns:
-        (h, w, 3) uint8. sRGB; the background grey stays as it is.
+        (h, w, 3) uint8. sRGB, in which the background grey stays as it is.
     """
     return colour.to_bytes(pictures.greyed(picture.astype(np.float32) / np.float32(255.0)))
 

@@ -206,7 +206,7 @@ class Head:
             close: Whether to show the head alone, without neck and shoulders.
             quick: Whether to draw from the transport, whatever the size.
             draft: Whether to draw with half as many pixels across, for moving pictures.
-            gains: Exposures; by default those of `exposures`.
+            gains: Exposures, by default those of `exposures`.
 
         Returns:
             One picture per light, (rows, columns, 3) uint8 sRGB.
@@ -385,7 +385,7 @@ def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
 
     Args:
         folder: Folder of the user's heads.
-        files: Paths of further heads; names of heads that ship are ignored.
+        files: Paths of further heads. Names of built-in heads are ignored.
     """
     own = [*map(str, own_heads(folder)), *(file for file in files if file.endswith(".npz"))]
     return (*pack_names(), *dict.fromkeys(own))

@@ -157,7 +157,8 @@ class SeenNodes:
     """The nodes that samples need, as the camera sees them.
 
     Attributes:
-        index: (M,) intp. Indices into all nodes; from the side, into all and all mirrored ones.
+        index: (M,) intp. Indices into all nodes or, from the side, into all nodes and all mirrored
+            nodes.
         normals: (M, 3) float32.
         view: (M, 3) float32. Unit vector to the camera.
         gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects into the

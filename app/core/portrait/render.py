@@ -102,7 +102,7 @@ def check_height(height: int | None) -> None:
     if height is not None and not HEIGHTS[0] <= height <= HEIGHTS[1]:
         raise CoreError(
             tr(
-                "A portrait is 64 to {most} pixels high, not {size}.",
+                "A portrait must be 64 to {most} pixels high, not {size}.",
                 most=HEIGHTS[1],
                 size=height,
             )
@@ -117,7 +117,7 @@ def _portrait(
     size: tuple[int, int],
     plain: bool,
 ) -> tuple[FloatImage, tuple[Catchlight, ...]]:
-    """Draw the portrait at full size and find its catchlights; directions are turn and yaw."""
+    """Draw the portrait at full size, at a turn and a yaw, and find its catchlights."""
     turn, yaw = directions
     hair = PLAIN if plain else HAIRS[0]
     portrait = load_portrait(transport.header.head, transport.header.skin, hair, yaw)

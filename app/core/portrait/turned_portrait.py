@@ -57,7 +57,7 @@ def with_aside(
     Args:
         arrays: Arrays of the files. "shade" is the sky hidden from nodes, relative to the front's
             own hair.
-        more: Skin of the front's nodes that are traced again, and of new ones.
+        more: Skin of the front's nodes that are traced again, and of new nodes.
 
     Returns:
         Nodes, the skin between them, and the cosines at which the skin was traced, (M,) float32.
@@ -151,7 +151,7 @@ def seen_from(
 
 
 def _project(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[Any, Any]:
-    """Project positions to columns and rows, in pixels; `yaw` in radians."""
+    """Project positions to columns and rows, in pixels, with `yaw` in radians."""
     x, y, z = (positions - np.asarray(frame["origin"])).T
     away = (x * math.sin(yaw) - z * math.cos(yaw)) * frame["step"]
     right = (x * math.cos(yaw) + z * math.sin(yaw)) / away + SIDE / 2

@@ -44,7 +44,7 @@ from app.core.text import tr
 Float16: TypeAlias = NDArray[np.float16]
 Columns: TypeAlias = Float16 | Float32
 
-# degrees of the lamp as seen from the skin, slightly more than a texel of T
+# degrees of the lamp as seen from the skin: slightly more than a texel of T
 _PIECE_DEG: Final = 7.0
 _PIECES: Final = (2, 8)  # least and most pieces along each side
 # metres from the centre of the head at which a lamp's apparent size is computed
@@ -303,7 +303,7 @@ class AddedLight:
     # (576, P), luminance of the head under the lamp alone, in the same unit
     pictures: Float32 = field(repr=False)
     # (3,), radiance of the face of a lamp from numbers, linear Rec. 709, in cd/m2, or 0 for a
-    # captured one
+    # captured lamp
     glow: Float64 = field(repr=False)
     absolute: bool  # whether all values are in cd/m2; otherwise in a unit of the capture
     hidden: HiddenTexels = field(repr=False)

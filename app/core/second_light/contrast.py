@@ -200,7 +200,7 @@ class FaceBasis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contrast:
-    """A lamp's own picture and the hidden one, in a face's basis."""
+    """The pictures of a lamp's light and of the light that it hides, in a face's basis."""
 
     face: FaceBasis = field(repr=False)
     # (33, K, 64) complex64, the rows of its basis, transformed along azimuth and conjugate

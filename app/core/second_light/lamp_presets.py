@@ -136,7 +136,7 @@ class NumbersLamp:
                     distance=self.distance_m,
                 ),
                 tr(
-                    "Hold the lamp between {nearest:g} and {farthest:g} m away.",
+                    "Hold the lamp {nearest:g} to {farthest:g} m from the head.",
                     nearest=NEAREST_M,
                     farthest=FARTHEST_M,
                 ),

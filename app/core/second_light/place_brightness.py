@@ -49,7 +49,7 @@ class Comparison:
     Attributes:
         unknown: The unknown brightness, or None if both are known.
         title: Title of the lamp.
-        cameras: Cameras of the lamp and of the place if they differ; otherwise None.
+        cameras: Cameras of the lamp and of the place, or None if they do not differ.
     """
 
     unknown: Unknown | None = None
@@ -106,7 +106,7 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     unit = replace(lamp, white_cd_m2=1.0)
     face_lux = unit.lux
     if not face_lux:
-        raise CoreError(tr("{title} gives no light.", title=lamp.title), tr("Mark the lamp."))
+        raise CoreError(tr("{title} emits no light.", title=lamp.title), tr("Mark the lamp."))
     return replace(lamp, white_cd_m2=lux / face_lux)
 
 

@@ -128,7 +128,7 @@ def _orders() -> Float64:
 def _smoothing() -> Float64:
     """Return the weight of each wave of a curve in the search for its maximum.
 
-    The fastest ones come from the texels: with them, a small lamp's turn would waver by up to 2
+    The fastest waves come from the texels: with them, a small lamp's turn would waver by up to 2
     degrees as the lamp moves from one texel to the next.
     """
     return np.exp(-((np.arange(TURNS // 2 + 1) / _FASTEST) ** 4))
@@ -269,7 +269,8 @@ def find_peaks(
 
     Args:
         objective, contrast, price: See `find_peak`.
-        is_open: (64,) bool. Turns that may be offered as the best one; rivals may be others.
+        is_open: (64,) bool. Turns that may be offered as the best turn. Rivals may be at other
+            turns.
 
     Returns:
         The chosen peak, then the others, best first, at most six in all.

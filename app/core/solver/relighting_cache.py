@@ -121,7 +121,7 @@ def light_table(
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or has another size, or
-            pictures are requested for one without colours.
+            pictures are requested for an environment without colours.
     """
     shape = transport.environment_shape
     values, scale = normalised(light, shape)

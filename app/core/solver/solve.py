@@ -188,7 +188,7 @@ def solve_on_table(
     """Solve painted weights in a prepared light, fast enough for strokes.
 
     Args:
-        counted: Result of `counted_light` for the same active pixels, if there is one.
+        counted: Result of `counted_light` for the same active pixels, if available.
     """
     measured = measure_painted(painted_curves(table, weights, counted))
     choice = choose(measured, objective, limits)

@@ -76,7 +76,7 @@ class StyleResult:
         yaw_arc_deg: Yaws (from, to) at which the picture is about as good, at the same direction of
             the nose.
         lighting: Whether the side of the face away from the lens is lit, or the side toward it.
-        gains: Gains of a turned face: a better grade, or an equal one with a better match.
+        gains: Gains of a turned face: a better grade, or the same grade with a better match.
             Empty if the style stays out of reach.
     """
 

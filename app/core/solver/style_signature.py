@@ -266,7 +266,7 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
 
 @lru_cache(maxsize=64)
 def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
-    """Return the areas that must be brighter, then the darker ones, and the number of the first."""
+    """Return the areas that must be brighter, the darker areas, and the number of the former."""
     relations = [relation for relation in signature.relations if relation.least > 0]
     bright = sorted({AREAS.index(relation.bright) for relation in relations})
     dark = sorted({AREAS.index(relation.dark) for relation in relations} - {*bright})

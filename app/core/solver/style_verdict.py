@@ -52,7 +52,7 @@ def picture_of(
 
 
 def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) -> PictureMeasure:
-    """Measure a single picture; see `app.core.solver.solve.measure` for all turns.
+    """Measure a single picture (see `app.core.solver.solve.measure` for all turns).
 
     Args:
         luminance: (P,) float. Linear, on the head's pixels, at any exposure.

@@ -87,7 +87,7 @@ class StyleMeasures:
         match: (..., n) float64. 100 x correlation of picture and target over the face.
         strength: (..., n) float64. Depth of the pattern as a percentage of that of the target.
         yes, nearly: (..., n) float64. Distance of a picture inside the limits of the grade, in
-            stops; NaN for a style without a signature. `yes` considers rival styles.
+            stops, or NaN for a style without a signature. `yes` considers rival styles.
         contrast: (..., n) float64. The contrast in match, or 1 if match is not computed over the
             face.
     """

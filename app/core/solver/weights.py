@@ -180,7 +180,7 @@ def paint(
         pixels: (n,) int. Indices among the head's P pixels, each at most once. Those outside the
             face are ignored.
         values: (n,) float. New painted values of these pixels.
-        ignored: (n,) bool. Pixels to exclude from now on; by default none.
+        ignored: (n,) bool. Pixels to exclude from now on, by default none.
 
     Returns:
         The weights after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand

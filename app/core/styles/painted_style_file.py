@@ -27,7 +27,7 @@ _SHA256: Final = re.compile(r"[0-9a-f]{64}")
 
 
 class PaintedValues(NamedTuple):
-    """Validated values of a painted style's file; its weights are in a file beside it."""
+    """Validated values of a painted style's file, whose weights are in a file beside it."""
 
     name: str
     title: str

@@ -212,7 +212,7 @@ def build_pack(
 
 
 class _PackParts(NamedTuple):
-    """Data derived from target pictures; the arrays are those of `StylePack`."""
+    """Data derived from target pictures, with arrays as in `StylePack`."""
 
     pictures: Floats  # (S, P, 3), exact mirrors of each other
     weights: Float64  # (S, P), over the face region

@@ -52,7 +52,7 @@ def own_heads(folder: Path) -> tuple[Path, ...]:
 
 
 def load_named_pack(head: str) -> StylePack:
-    """Load the style pack of a shipped head, or the one beside a transport of the user's own.
+    """Load the style pack of a shipped head, or the pack beside a transport of the user's own.
 
     Args:
         head: Name of a shipped head, e.g. ``generic`` or ``generic-dark``, or the path of a

@@ -117,7 +117,7 @@ def style_words(
     """Return the title, side, place and note of a style.
 
     Raises:
-        StyleError: If one of them is invalid.
+        StyleError: If one of these values is invalid.
     """
     side = table.get("side", "none")
     if side not in ("left", "right", "none"):

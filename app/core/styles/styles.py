@@ -40,7 +40,7 @@ def mirror_name(name: str) -> str:
 
 
 def _with_mirrors(*names: str) -> tuple[str, ...]:
-    """Return the names with, after each left one, the right one that is its mirror image."""
+    """Return the names, each left name followed by the right name that is its mirror image."""
     return tuple(each for name in names for each in dict.fromkeys((name, mirror_name(name))))
 
 

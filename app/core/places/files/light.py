@@ -67,8 +67,9 @@ def store_environment(
 
     Args:
         radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance as in
-            `environment.environment.Environment`: finite, not negative, not all 0; not changed.
-        display: (h, w, 3) uint8. The panorama as sRGB, for the thumbnail; by default made from the
+            `environment.environment.Environment`: finite, not negative, not all 0. It is not
+            changed.
+        display: (h, w, 3) uint8. The panorama as sRGB, for the thumbnail, by default made from the
             radiance.
         white_cd_m2: Luminance of radiance 1, in cd/m2, to record in the file.
         rough: Whether much of the light is estimated, to record in the file.
@@ -159,7 +160,7 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
         results were computed, which must then be computed again.
 
     Raises:
-        PlaceError: If the place has no light, or its file is missing or damaged; the hint says what
+        PlaceError: If the place has no light, or its file is missing or damaged. The hint says what
             to do.
     """
     if not place.environment:

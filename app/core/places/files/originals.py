@@ -216,7 +216,7 @@ def _check_room(folder: Path, sizes: Sequence[int]) -> None:
     if len(sizes) > _MOST_FILES:
         raise PlaceError(
             tr(
-                "{count} files are too many. A place holds at most {most}.",
+                "{count} files are too many. A place can hold at most {most}.",
                 count=len(sizes),
                 most=_MOST_FILES,
             ),
@@ -285,7 +285,7 @@ def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path
 
 
 def _pour(source: BinaryIO, out: BinaryIO, size: int, on_bytes: _OnBytes) -> tuple[str, int]:
-    """Copy up to one block more than `size`; return the SHA-256 and the number of bytes."""
+    """Copy up to one block more than `size`, and return the SHA-256 and the number of bytes."""
     total = hashlib.sha256()
     done = 0
     while done <= size and (chunk := source.read(_CHUNK)):

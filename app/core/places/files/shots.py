@@ -276,7 +276,7 @@ def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
     """Read the thumbnail of a photo.
 
     Returns:
-        (h, w, 3) uint8 sRGB, or None if there is no readable one.
+        (h, w, 3) uint8 sRGB, or None if there is no readable thumbnail.
     """
     path = folder / _FOLDER / f"{shot.key}.jpg"
     read = read_picture(path, _MOST_THUMBNAIL, _THUMBNAIL**2)

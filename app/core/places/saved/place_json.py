@@ -264,7 +264,7 @@ def answers_of(facts: Facts) -> tuple[int, int, str]:
 
 
 def unreadable(place: Place) -> list[LostPart]:
-    """Return the parts of a place that could not be read again; usually none."""
+    """Return the parts of a place that could not be read again, usually none."""
     bad: list[LostPart] = []
     _decoded(_facts_of(place), bad, place.name, place.made_at)
     return bad

@@ -37,7 +37,7 @@ class LampCapture:
 
     Attributes:
         warnings: Warnings from merging the frames or reading the panorama.
-        mask: The mask as detected, or None if the file contains one.
+        mask: The mask as detected, or None if the file contains a mask.
     """
 
     lamp: CapturedLamp
@@ -110,8 +110,8 @@ def capture_lamp(
     """Merge a bracket of a lamp in a dark room, and find the lamp in it.
 
     Args:
-        paths: Exposures, a folder of them, or one linear panorama (.exr, .hdr), whose channel A is
-            the mask if it has one.
+        paths: Exposures, a folder of them, or one linear panorama (.exr, .hdr), whose channel A, if
+            it exists, is the mask.
         options: How to merge. By default the response is sRGB, since the frames of a dark room are
             mostly noise, from which no response can be recovered.
         distance_m: Distance from the probe to the lamp, in metres, or None if unknown.

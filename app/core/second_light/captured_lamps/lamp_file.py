@@ -152,7 +152,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
 
 
 def capture_path(folder: Path, name: str, facts: Facts) -> Path:
-    """Return the capture named by the text file, or the newest one if the name is lost."""
+    """Return the capture named by the text file, or the newest capture if the name is lost."""
     sha = facts["sha256"]
     if sha:
         path = capture_named(folder, name, sha)

@@ -50,7 +50,7 @@ def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
 
     Args:
         keys_deg: (...) float64. Azimuth of the main light from the nose, positive toward the
-            sitter's left, or NaN without a main light.
+            sitter's left, or NaN if there is no main light.
 
     Examples:
         >>> [LIGHTINGS[n] for n in lighting_of(30.0, np.array([60.0, -60.0, 5.0]))]
@@ -234,7 +234,7 @@ def best_answers(place: LensSearch, wish: LensWish, scale: float) -> list[StyleR
 
 
 def _merit(choice: Choice, some: Bools) -> Float64:
-    """Rate a yaw, (S,), by grade, then match; -inf if no turn meets the wish."""
+    """Rate a yaw, (S,), by grade, then match, or -inf if no turn meets the wish."""
     match = np.take_along_axis(choice.measured.match, choice.best[:, None], axis=1)[:, 0]
     return np.where(some, choice.grade * _GRADE_POINTS + match, -np.inf)
 
