@@ -388,7 +388,7 @@ def main() -> int:
     """Run the command line.
 
     Returns:
-        Exit code.
+        The exit code.
     """
     for name in [each for each in sys.modules if each.partition(".")[0] == _PACKAGE]:
         del sys.modules[name]

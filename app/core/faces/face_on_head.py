@@ -155,8 +155,8 @@ def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
     """Return the light on a face in a picture, (H, W, 3) uint8 sRGB, at the head's pixels.
 
     Returns:
-        (N * N,) float32 linear luminance, blurred as in `HeadMap.blurred`, and (N * N,) bool, true
-        where the picture shows the pixel.
+        The linear luminance, (N * N,) float32, blurred as in `HeadMap.blurred`, and a mask, (N *
+        N,) bool, of the pixels that the picture shows.
     """
     head = head_map()
     coverage = head.coverage

@@ -126,7 +126,7 @@ def _wrapped(angles: Float64) -> Float64:
 
 
 def _logs(right: Float32, left: Float32, both: Bools) -> tuple[Float64, Float64]:
-    """Return differences and sums of the halves' logarithms, (n, M) each, 0 at hidden pixels."""
+    """Return the halves' log differences and log sums, (n, M) each, with 0 at hidden pixels."""
     bright = np.percentile(np.concatenate([right[:, both], left[:, both]], axis=1), _BRIGHT, axis=1)
     scale = np.maximum(bright, 1e-12)[:, None]
     one, other = (np.log(np.maximum(half / scale, 0) + _FLOOR) for half in (right, left))

@@ -60,7 +60,7 @@ class Face:
     Attributes:
         landmarks: (468, 3) float32. Pixels from the upper left corner, and the depth away from the
             camera in the same unit.
-        confidence: 0 to 1.
+        confidence: Confidence that this is a face, 0 to 1.
     """
 
     landmarks: Float32

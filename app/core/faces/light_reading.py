@@ -242,7 +242,7 @@ def _shading(values: Float32, visible: Bools, key: _Key, lopsided: float) -> _Sh
 
 
 def _level(pose: HeadPose, way: Float64) -> tuple[float, float]:
-    """Return azimuth and elevation in the frame of the lens, whatever the pitch of the head."""
+    """Return the azimuth and the elevation in the lens's frame, whatever the head's pitch."""
     level = pose.facing_rotation @ usual_pose().facing_rotation.T @ way
     azimuth = math.degrees(math.atan2(level[0], level[2]))
     return azimuth, math.degrees(math.asin(min(max(float(level[1]), -1.0), 1.0)))

@@ -72,8 +72,8 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
     """Return the samples of one sound.
 
     Returns:
-        (N,) int16, read-only. Mono, at `RATE`. ``steady`` is a one-second loop without a seam;
-        ``none`` is empty.
+        (N,) int16, read-only. Mono samples, at `RATE`. ``steady`` is a one-second loop without a
+        seam; ``none`` is empty.
     """
     if sound == "none":
         wave = np.zeros(0, np.int16)
@@ -93,7 +93,7 @@ def chime() -> Pcm:
     """Return the chime for "You may move now": three rising notes that fade out.
 
     Returns:
-        (N,) int16, read-only. Mono, at `RATE`, about 1.2 s.
+        (N,) int16, read-only. Mono samples, at `RATE`, about 1.2 s long.
     """
     length = round(1.2 * RATE)
     mixed = np.zeros(length)

@@ -39,8 +39,8 @@ class PlanDrawing:
         up_deg: Turn at the top of the drawing.
         nose_deg: Direction of the face in the middle.
         lens_deg: Turn of the lens.
-        way: The remaining walk, (from, signed degrees).
-        arc_deg: Turns in the light, (from, to) clockwise.
+        way: The remaining walk: the turn that it starts from, and its signed angle.
+        arc_deg: Range of the turns in the light, (from, to) clockwise.
         yaw_deg: Turn of the nose to the sitter's left of the lens at the goal.
     """
 

@@ -221,9 +221,10 @@ class Matches:
     """Points of a picture and their matches in the panorama.
 
     Attributes:
-        rays: (N, 2) float64. In the picture plane, for the assumed lens.
+        rays: (N, 2) float64. Positions in the picture plane, for the assumed lens.
         bearings: (N, 3) float64. Unit vectors in the panorama.
-        ratio: (N,) float32. As from `app.core.localization.features.pair`.
+        ratio: (N,) float32. Ratios of the matches, as returned by
+            `app.core.localization.features.pair`.
         shape: Longer over shorter side of the picture.
     """
 

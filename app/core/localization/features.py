@@ -143,7 +143,7 @@ def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
 
 
 def _seal(panorama: Bytes, values: bytes) -> bytes:
-    """Return a digest of format, panorama and content, without which a file is ignored."""
+    """Return the digest of format, panorama and content that a valid file starts with."""
     digest = hashlib.blake2b(_FORM + repr(panorama.shape).encode(), digest_size=_SEAL)
     digest.update(np.ascontiguousarray(panorama).data)
     digest.update(values)
@@ -209,7 +209,7 @@ def equalised(picture: Bytes) -> Bytes:
         picture: (H, W, 3) or (H, W) uint8. sRGB.
 
     Returns:
-        (H, W) uint8.
+        (H, W) uint8. The equalised picture.
     """
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) if picture.ndim == 3 else picture
     return np.asarray(cv2.createCLAHE(_CLIP_LIMIT, _TILES).apply(grey), np.uint8)
@@ -233,13 +233,13 @@ def root_sift(grey: Bytes, most: int, mask: Bytes | None) -> tuple[Float32, Floa
     """Find points and describe them by RootSIFT.
 
     Args:
-        grey: (H, W) uint8. With equalised contrast.
+        grey: (H, W) uint8. Picture with equalised contrast.
         most: Largest number of points.
         mask: (H, W) uint8. Non-zero where points are allowed.
 
     Returns:
-        (N, 2) float32 columns and rows, where the centre of the first pixel is (0, 0); and (N, 128)
-        float32 of unit length.
+        The points, (N, 2) float32 columns and rows, where the centre of the first pixel is (0, 0),
+        and their descriptors, (N, 128) float32 of unit length.
     """
     finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
     points, descriptors = finder.detectAndCompute(grey, mask)
@@ -274,8 +274,8 @@ def pair(
     """Match descriptors by the ratio test (D. Lowe, IJCV 2004), against rivals elsewhere only.
 
     Args:
-        first: (N, 128) float32. Of unit length.
-        second: (M, 128) float32. Of unit length.
+        first: (N, 128) float32. Descriptors of unit length.
+        second: (M, 128) float32. Descriptors of unit length.
         spots: (M, K) float32. Positions of the second set's points, in any coordinates.
         apart: Distance in these coordinates from which a point counts as elsewhere.
         limit: Largest ratio of a match.

@@ -70,7 +70,7 @@ def support(
         index_descriptors: (M, 128) float32. Their descriptors.
 
     Returns:
-        Standard deviations above chance: about 0 for a wrong pose.
+        The support in standard deviations above chance, which is about 0 for a wrong pose.
     """
     axis = pose.rotation[:, 2].astype(np.float32)
     near = np.flatnonzero(spots @ axis > math.cos(_AROUND_RAD))

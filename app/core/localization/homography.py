@@ -46,13 +46,13 @@ class Alignment:
     """Alignment of a view with a target.
 
     Attributes:
-        homography: (3, 3) float64. From the view's pixels to the target's, with 1 as the bottom
+        homography: (3, 3) float64. Maps the view's pixels to the target's, with 1 as the bottom
             right element. (0, 0) is the corner of the first pixel. None if unsure.
         inliers: Number of points that agree.
         overlap: Fraction of the target that the view covers, 0 to 1.
         turn_error_deg: Goal minus view: the rest of the turn, positive clockwise, in degrees, or
             None if unsure.
-        confidence: 0 to 1.
+        confidence: Confidence in the alignment, 0 to 1.
     """
 
     status: Literal["found", "unsure"]
@@ -102,7 +102,7 @@ def sound(matrix: Float64, size: Size, target: Size) -> bool:
     """Return whether a homography is possible for the turn of a handheld camera.
 
     Args:
-        matrix: (3, 3) float64. From the view's pixels to the target's.
+        matrix: (3, 3) float64. Maps the view's pixels to the target's.
         size, target: Columns and rows of the view and of the target.
 
     Returns:
@@ -210,10 +210,10 @@ def apply_homography(matrix: Float64, points: Float64) -> Float64:
 
     Args:
         matrix: (3, 3) float64. The homography.
-        points: (N, 2) float64. In front of the camera.
+        points: (N, 2) float64. Points in front of the camera.
 
     Returns:
-        (N, 2) float64.
+        (N, 2) float64. The mapped points.
     """
     full = np.column_stack([points, np.ones(len(points))]) @ matrix.T
     return np.asarray(full[:, :2] / full[:, 2:], np.float64)

@@ -78,7 +78,7 @@ class PhotoLocation:
         sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
             no sitter was detected, in which case the middle is assumed.
         fov_deg: Horizontal field of view, in degrees, stated or estimated, or None if unsure.
-        confidence: 0 to 1.
+        confidence: Confidence in the result, 0 to 1.
         mirrored: Whether only the photo's mirror image shows this place; the angles are those of
             the mirror image.
     """
@@ -131,7 +131,7 @@ def is_panorama(path: Path) -> bool:
     """Return whether a file has the shape of a whole panorama, without decoding its pixels.
 
     Raises:
-        CoreError: If it cannot be read.
+        CoreError: If the file cannot be read.
     """
     columns, rows = picture_size(path)
     return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA
@@ -141,7 +141,7 @@ def read_photo(path: Path, token: Token | None = None) -> Photo:
     """Read a photo, at most 1,600 pixels on its longer side.
 
     Raises:
-        CoreError: If it is missing, damaged, not a photo, or too large.
+        CoreError: If the file is missing, damaged, not a photo, or too large.
         Cancelled: If the token is cancelled.
     """
     photo = read_picture(path, _LONGEST, token)

@@ -232,8 +232,8 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
         longest: Length of the longer side that is sufficient, in pixels, or 0 to keep all pixels.
 
     Raises:
-        CoreError: If it is missing, not a regular file, not a picture of these kinds, damaged, too
-            small or too large.
+        CoreError: If the file is missing, not a regular file, not a picture of these kinds,
+            damaged, too small or too large.
         Cancelled: If the token is cancelled.
     """
     path = Path(path)

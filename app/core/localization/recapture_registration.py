@@ -119,7 +119,7 @@ def _angles(a: Float64, b: Float64) -> Float64:
 
 
 def fit_rotation(a: Float64, b: Float64) -> Float64:
-    """Return least-squares rotations from b to a (Kabsch 1976).
+    """Return the least-squares rotations from b to a (Kabsch 1976).
 
     Args:
         a, b: (..., M, 3) float64. Directions, of which `a` may be weighted.
@@ -148,7 +148,7 @@ def _epipolar(a: Float64, b: Float64, rotation: Float64) -> tuple[Float64, Float
 def _linear(
     a: Float64, b: Float64, rotation: Float64, move: Float64
 ) -> tuple[Float64, Float64, Float64, Float64]:
-    """Return errors, Tukey weights, derivatives by rotation and move, and two axes of the move."""
+    """Return errors, Tukey weights, derivatives by rotation and by move, and the move's axes."""
     rotated = b @ rotation.T
     normals = np.cross(a, rotated)
     error: Float64 = normals @ move

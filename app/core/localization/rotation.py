@@ -106,7 +106,7 @@ class CameraPose:
             bearings: (N, 3) float64. As in `fit`.
 
         Returns:
-            (N,) float64.
+            (N,) float64. The enlargements.
         """
         there = _projected(bearings @ self.rotation)
         along, _, far = _directions(rays - self.sitter)
@@ -252,7 +252,7 @@ def _refine(
 
 
 def _priors(state: _State, prior: Outlook) -> tuple[Float64, Float64]:
-    """Return mean and standard deviation of plane and sitter, who is near the horizon."""
+    """Return the means and deviations of the plane and the sitter, who is near the horizon."""
     level = float(np.clip(state.rotation[1, 2], -0.7, 0.7))
     horizon = level / np.sqrt(1.0 - level * level)  # up in the world is down in the picture
     mean = np.array([prior.likely[0] - 1.0, 0.0, 0.0, prior.sitter, horizon])

@@ -71,7 +71,7 @@ class Sitter:
         box: Head from crown to chin and cheek to cheek: left, top, right, bottom as fractions of
             width and height. It may extend beyond the picture.
         kind: "face" for a visible head, "person" for a body without one.
-        confidence: 0 to 1.
+        confidence: Confidence that this is a head, 0 to 1.
         face: The landmarks, or None if no face was found.
     """
 

@@ -235,10 +235,10 @@ def resized(layer: Floats, size: int) -> Float32:
     """Resize a layer, averaging when it shrinks.
 
     Args:
-        layer: (S, S) float.
+        layer: (S, S) float. Layer of a canvas.
 
     Returns:
-        (size, size) float32.
+        (size, size) float32. The resized layer.
     """
     values = np.ascontiguousarray(layer, np.float32)
     if len(values) == size:
@@ -251,7 +251,7 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
     """Average a canvas layer over the head's pixels.
 
     Args:
-        layer: (S, S) float32.
+        layer: (S, S) float32. Layer of a canvas.
         region: Region to which the result is limited, in the head's pixels rather than the
             canvas's.
 

@@ -119,10 +119,10 @@ class PaintSession:
 
         Args:
             x, y: Position in canvas pixels from the upper left corner.
-            pressure: 0 to 1.
+            pressure: Pressure of the pen, 0 to 1.
 
         Returns:
-            Changed regions.
+            The changed regions.
         """
         self.abort()
         self._stroke = Stroke(self._canvas, brush, x, y, pressure)

@@ -46,7 +46,7 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
         plan: "paper", "full", "files", or "rough" for a single photo.
 
     Returns:
-        Facts with the frames in order of exposure, brightest first. EV is relative to the
+        The facts, with the frames in order of exposure, brightest first. EV is relative to the
         metered frame: the first shot of a planned bracket, otherwise the middle one.
     """
     merged, audit = probe.merged, probe.finished.audit
@@ -96,7 +96,7 @@ def place_of_capture(
     Args:
         places: Folder of places, in which the name of the new place must not be in use.
         name: The user's name for the place, or "" to name the place after its light.
-        camera, plan: See `capture_facts`.
+        camera, plan: Title of the camera and plan, as in `capture_facts`.
         naming: Function that creates a name if the user has not chosen one.
     """
     before = read_place(folder)

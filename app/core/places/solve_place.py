@@ -60,7 +60,7 @@ def solve_styles(
     head: Head | None = None,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Solve built-in styles in the order of the pack, then painted ones.
+    """Solve built-in styles in the order of the pack, then painted styles.
 
     Args:
         light: As in `solve_all`.

@@ -60,7 +60,7 @@ def catchlights(
     """Find catchlights: reflections three times as bright as the surrounding iris.
 
     Args:
-        picture: (rows, columns, 3) float32. From `portrait_picture`.
+        picture: (rows, columns, 3) float32. Portrait, as returned by `portrait_picture`.
         turn_deg: Azimuth in the panorama that the nose points to, in degrees.
         findings: Lamps of the place, which name the catchlights.
     """

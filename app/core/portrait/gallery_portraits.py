@@ -218,7 +218,7 @@ def exposures(
     as in `portraits`. The heads in these are bald, so that hair does not count as part of the face.
 
     Args:
-        gains: See `skin_gains`.
+        gains: Factors for the skin tone, as returned by `skin_gains`.
     """
     face = coverage >= _FACE_COVERAGE
     return tuple(

@@ -233,7 +233,7 @@ class Head:
         return self.pack.coverage.astype(np.float32)
 
     def _behind(self, light: Facing, frame: Framing) -> Float32:
-        """Return the view past the head."""
+        """Return the view of the place past the head."""
         place = light.light.environment.radiance
         return background(place, light.turn_deg + self.yaw_deg, frame, self.transport.header)
 

@@ -163,7 +163,7 @@ def cheeks(transport: Transport) -> tuple[Indices, Indices]:
 
 
 def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
-    """Return half the distance between the eyes, and their row, in pixels.
+    """Return half the distance between the eyes, and the row of the eyes, in pixels.
 
     Eyes are found by their colour in even light: white and iris are bluer than any skin.
     """

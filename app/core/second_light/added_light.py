@@ -413,7 +413,7 @@ def _check(lamp: PlacedLamp) -> None:
 
 
 def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
-    """Return coordinates, (K, 576), and squared norms outside the basis, (576,), of pictures."""
+    """Return pictures' coordinates, (K, 576), and their squared norms outside the basis, (576,)."""
     centred = less_mean(pictures, face.root)
     basis = face.pixels.astype(np.float64)
     coefficients: Float64 = (centred @ basis).T

@@ -72,7 +72,8 @@ def refine(
         gate: Values of the same shape that, interpolated alike, must stay at 0 or above.
 
     Returns:
-        Distance from the spot: turn, azimuth and altitude, at most half a step of the grid each.
+        The distances from the spot in turn, azimuth and altitude, each at most half a step of the
+        grid.
     """
     cube = _around(objective, spot)
     free = _free(_around(eligible, spot))

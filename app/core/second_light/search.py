@@ -1,4 +1,4 @@
-"""Search turn and lamp placement: eq. 7 of the paper, exactly, for both objectives.
+"""Search the turn and the lamp placement: eq. 7 of the paper, exactly, for both objectives.
 
 All 64 turns times 576 placements are evaluated for every style. As without a lamp, the decision
 does not depend on the exposure: the place's light is divided by its mean luminance, and the lamp by
@@ -249,7 +249,7 @@ def _light_shortfall(
         most: Largest power of the lamp.
 
     Returns:
-        None if a missing relation of the style's signature is the better reason.
+        The shortfall, or None if a missing relation of the style's signature is the better reason.
     """
     spot, mean = best.spot, tables.count
     strongest = most * float(tables.lamp_products[mean].max()) / place.scale

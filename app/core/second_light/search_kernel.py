@@ -164,7 +164,7 @@ def _choose(
     """Choose among all combinations by the rule for turns (`app.core.solver.turn_choice`).
 
     Returns:
-        Grade and match, by which powers are compared, and the best combination.
+        The grade and the match, by which powers are compared, and the best combination.
     """
     pack = sight.parts.tables.pack
     product = sight.value(sight.parts.tables.face(row))

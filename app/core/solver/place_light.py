@@ -79,8 +79,8 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
         shape: Rows and columns of the result.
 
     Returns:
-        (rows, columns, 3) float32. Linear Rec. 709 radiance, panorama coordinates with the sitter's
-        front in the centre.
+        (rows, columns, 3) float32. Linear Rec. 709 radiance in panorama coordinates, with the
+        sitter's front in the centre.
     """
     return reduce_light(light.fine, shape, turn_deg)
 
@@ -142,7 +142,7 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
         facing_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
-        Azimuth relative to the face, positive toward the sitter's left, in degrees, or None if
+        The azimuth relative to the face, positive toward the sitter's left, in degrees, or None if
         light comes evenly from all around.
     """
     azimuth = main_azimuth(light.searched)

@@ -181,7 +181,7 @@ def counted_light(table: LightTable, active: Bools) -> CountedLight:
 def painted_curves(
     table: LightTable, weights: PaintedWeights, counted: CountedLight | None = None
 ) -> PaintedCurves:
-    """Return quality, mean and contrast of painted weights at all turns (eq. 5).
+    """Return the quality, mean and contrast of painted weights at all turns (eq. 5).
 
     Args:
         counted: Result of `counted_light` for the same active pixels, if already computed.

@@ -304,7 +304,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
     """Return the curves of several lights at once, which is faster than one by one.
 
     Args:
-        lights: (N, H, W) float. As in `curves`.
+        lights: (N, H, W) float. Search lights, as in `curves`.
 
     Returns:
         The curves, each with an axis for the N lights in front.
@@ -344,7 +344,7 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
 
 
 def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
-    """Return cosine and sine coefficients of the lights times a table's columns, (M, N, n) each."""
+    """Return the cosine and sine parts of the lights times a table's columns, (M, N, n) each."""
     product = spectra.astype(table.dtype, copy=False) @ table
     lights = spectra.shape[1] // 2
     return product[:, :lights], product[:, lights:]

@@ -99,7 +99,7 @@ class AreaShortfall:
 
 @dataclass(frozen=True, slots=True)
 class LightShortfall:
-    """Match or contrast of the picture as a whole is too low.
+    """The match or the contrast of the picture as a whole is too low.
 
     Attributes:
         value, limit: Value of the measure, and its limit, 0 to 100.

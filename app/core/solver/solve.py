@@ -147,7 +147,7 @@ def quality_scale(light: Floats, picture: int) -> float:
 
 
 def measure(pack: StylePack, curve_set: Curves) -> StyleMeasures:
-    """Return match, strength and grades of all styles, among their rivals."""
+    """Return the match, strength and grades of all styles, among their rivals."""
     return among_rivals(pack, measure_alone(pack, curve_set))
 
 
@@ -158,7 +158,7 @@ def among_rivals(pack: StylePack, alone: StyleMeasures) -> StyleMeasures:
 
 
 def measure_alone(pack: StylePack, curve_set: Curves) -> StyleMeasures:
-    """Return exposure-free match and strength of each style, without its rivals.
+    """Return the match and strength of each style, free of exposure and without its rivals.
 
     Match is Pearson's correlation of target and picture over the face region. Strength is their
     covariance over the mean of the face, relative to the target picture. Curves of several lights
@@ -198,7 +198,7 @@ def solve_on_table(
 
 
 def measure_painted(curve_set: PaintedCurves) -> StyleMeasures:
-    """Return match and strength of painted weights (see `measure`)."""
+    """Return the match and strength of painted weights (see `measure`)."""
     ratio = curve_set.quality / np.maximum(curve_set.mean, 1e-30)
     strength = 100.0 * ratio / curve_set.studio if curve_set.studio > 0 else np.zeros(TURNS)
     match, none = (

@@ -59,8 +59,9 @@ class StyleResult:
             step of 5.625 degrees apart, in degrees, positive clockwise. See
             `app.core.solver.peaks.find_peak`.
         direction: Direction of the refined turn: clockwise, counter-clockwise or none.
-        quality_curve, match_curve, strength_curve: (64,) float64. At turns of 5.625 k degrees.
-            Quality is in the unit of the environment; the others are 100 for the studio picture.
+        quality_curve, match_curve, strength_curve: (64,) float64. Values at turns of 5.625 k
+            degrees. Quality is in the unit of the environment; the others are 100 for the studio
+            picture.
         attainable: Whether the grade is yes or nearly or, for a style without a signature, whether
             match and strength reach their limits.
         arc_deg: Tolerance arc (from, to) around the best turn, clockwise, in degrees. It ends where

@@ -150,7 +150,7 @@ class Signatures:
 
     @cached_property
     def _limits(self) -> Float64:
-        """Least, most and the band of nearly, (3, R)."""
+        """Lower limits, upper limits and the bands of nearly, (3, R)."""
         rows = [(relation.least, relation.most, relation.nearly) for relation in self._relations]
         return np.array(rows, np.float64).reshape(-1, 3).T
 
@@ -172,16 +172,16 @@ class Signatures:
         """Return the values of all relations of all styles, concatenated.
 
         Args:
-            stops: (..., A, n) float64. From `stops_of`.
+            stops: (..., A, n) float64. Means of `AREAS` in stops, from `stops_of`.
 
         Returns:
-            (..., R, n) float64, in stops.
+            (..., R, n) float64. The values, in stops.
         """
         bright, dark = self._pairs
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
-        """Replace match and strength of styles judged with areas, in place.
+        """Replace the match and strength of styles judged with areas, in place.
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
@@ -198,12 +198,12 @@ class Signatures:
         """Return how far pictures are inside the limits for "yes" and "nearly", negative outside.
 
         Args:
-            stops: (..., A, n) float64. From `stops_of`.
+            stops: (..., A, n) float64. Means of `AREAS` in stops, from `stops_of`.
             match: (..., S, n) float64. 0 to 100.
             even: (..., S) bool. Whether the light is even all around; by default it is not.
 
         Returns:
-            (..., S, n) float64 each, in stops, or nan for styles without a signature.
+            (..., S, n) float64 each. The slacks in stops, or nan for styles without a signature.
         """
         signed, rows = self._signed
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
@@ -241,7 +241,7 @@ class Signatures:
 
 
 def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float64]:
-    """Return match and strength of a style judged by areas, such as a silhouette.
+    """Return the match and strength of a style judged by areas, such as a silhouette.
 
     The target pattern comes from its relations: areas that must be brighter are 1, those that must
     be darker are 0. Areas are compared by their square root, close to perceived brightness.

@@ -332,7 +332,7 @@ class StudioPacks:
         return np.ascontiguousarray(pictures.transpose(2, 1, 0))
 
     def _relations(self, luminance: Float64) -> Float64:
-        """Return relations of each style in its own picture, (R,), from luminance (S, P)."""
+        """Return the relations of each style in its own picture, (R,), from luminance (S, P)."""
         stops = stops_of(self._face.areas @ luminance.T)
         return np.concatenate(
             [
@@ -361,7 +361,7 @@ class StudioPacks:
 
 
 def _luminance(transport: Transport, pictures: Floats) -> Float64:
-    """Return luminance, (S, P), of (S, P, 3) linear Rec. 709."""
+    """Return the luminance, (S, P), of pictures, (S, P, 3) linear Rec. 709."""
     weights = np.asarray(transport.header.luminance_weights)
     return np.asarray(pictures.astype(np.float64) @ weights)
 

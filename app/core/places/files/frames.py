@@ -66,7 +66,7 @@ def small_picture(path: Path) -> Bytes | None:
     """Read a thumbnail of a picture file.
 
     Returns:
-        (128, w, 3) uint8 sRGB, or None if it cannot be read.
+        (128, w, 3) uint8 sRGB, or None if the file cannot be read.
     """
     data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
     if data is None:

@@ -303,7 +303,7 @@ def purge_shots(folder: Path) -> int:
     """Delete removed photos and their copies for good.
 
     Returns:
-        Number of deleted photos. Photos that cannot be deleted stay on disk.
+        The number of deleted photos. Photos that cannot be deleted stay on disk.
     """
     shots, remarks, file_facts, version = _read(folder)
     purge = [shot for shot in shots if shot.removed]

@@ -225,7 +225,7 @@ def placed_at(
     """Rotate a lamp to one placement.
 
     Returns:
-        Light, (H, W, 3) float32, and alpha, (H, W) float32, as in `PlacedLamp`.
+        The light, (H, W, 3) float32, and the alpha, (H, W) float32, as in `PlacedLamp`.
     """
     light, alpha, ahead = _fine(lamp)
     return _rotate(light, alpha, rotation(-azimuth_deg, altitude_deg) @ ahead, shape)

@@ -233,8 +233,8 @@ def _at_half(view: Float32, mask: Bools) -> Float32:
     """Move the edge to half of the step in brightness.
 
     Returns:
-        (H, W, 4) float32: alpha, soft over one texel; whether both sides of the edge are known, 0
-        or 1; the lamp's light inside; the room's light outside.
+        (H, W, 4) float32. The alpha, soft over one texel; whether both sides of the edge are known,
+        0 or 1; the lamp's light inside the edge; and the room's light outside the edge.
     """
     radius = max(round(_RING_DEG * view.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)
@@ -261,7 +261,7 @@ def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> F
 
 
 def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
-    """Return alpha, (H, W), in the frame of the capture, from an edge of `_at_half`.
+    """Return the alpha, (H, W), in the frame of the capture, from an edge of `_at_half`.
 
     The levels on both sides of an edge vary slowly, so rotating them does no harm; between them,
     the brightness of each texel in the original capture gives the fraction of the lamp.
