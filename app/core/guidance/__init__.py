@@ -1,1 +1,1 @@
-"""From the camera's heading to the next step of a turn."""
+"""Guidance through a turn: from the camera's heading to the next step."""

@@ -208,7 +208,7 @@ class Guide:
 
     @property
     def further(self) -> int:
-        """Degrees that the face alone still has to turn to the sitter's left; 0 to hold."""
+        """Degrees that the face alone still has to turn to the sitter's left, or 0 to hold."""
         # Toward the sitter's left is counter-clockwise.
         number = self.number or 0
         return -number if self.direction == "clockwise" else number
@@ -299,7 +299,7 @@ def _settled(turn_deg: float, shown_deg: int | None) -> int:
 
 
 def _looked_at(target: _Target, reading: Reading, memory: GuideMemory) -> GuideMemory:
-    """Add the yaw of the face to the memory; a face missing for a moment changes nothing."""
+    """Add the yaw of the face to the memory, which a briefly missing face does not change."""
     now, yaw, before = reading.time_s, reading.yaw_deg, memory.faces
     if not target.yaw or yaw is None:
         expired = not before or now - before[0][0] >= LOST_AFTER_S
@@ -321,7 +321,7 @@ def _mean_yaw(faces: tuple[tuple[float, float], ...]) -> float:
 
 
 def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
-    """Return how many degrees the nose still has to turn left: 0 if lit, None if unsure."""
+    """Return how many degrees the nose still has to turn left, 0 if lit, or None if unsure."""
     past, faces = wrap(memory.turn_deg - target.goal), memory.faces
     off = target.yaw - faces[0][1]
     within = target.within(past + off)
@@ -432,7 +432,7 @@ def _silent(target: _Target, phase: Phase) -> Guide:
 
 
 def _without(target: _Target, reading: Reading) -> Guide:
-    """Return the whole turn, to be made by eye without a heading."""
+    """Return a guide for the whole turn, to be made by eye when there is no heading."""
     if reading.source is HeadingSource.AWAY:
         return _silent(target, Phase.AWAY)
     start = whole(reading.from_deg)

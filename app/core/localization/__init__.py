@@ -1,1 +1,1 @@
-"""Localization of a camera in the panorama: headings, the sitter, views, alignment."""
+"""Localization of a camera in the panorama: headings, the sitter, views and alignment."""

@@ -120,7 +120,7 @@ class Looks(StrEnum):
 
 
 def sees_sitter(looks: Looks, mode: Mode) -> bool:
-    """Return whether a camera sees the sitter; in a selfie, the photographer is the sitter."""
+    """Return whether a camera sees the sitter, who in a selfie is the photographer."""
     return looks is Looks.SITTER or mode is Mode.SELFIE
 
 

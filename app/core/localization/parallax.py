@@ -1,4 +1,4 @@
-"""Find the direction from a camera to the probe's position from parallax.
+"""Find the direction from a camera to the probe's position by parallax.
 
 Each point lies in one plane with its match in the panorama and the direction from the camera to the
 probe. So matches alone determine the camera's rotation and that direction (D. Nister, PAMI 2004),
@@ -411,7 +411,7 @@ def _beside(way: Float64) -> tuple[Float64, Float64]:
 
 
 def _cross(first: Float64, second: Float64) -> Float64:
-    """Return the cross product of (..., 3), five times as fast as `numpy.cross`."""
+    """Return the cross product of vectors, (..., 3), five times as fast as `numpy.cross`."""
     a, b, c = first[..., 0], first[..., 1], first[..., 2]
     x, y, z = second[..., 0], second[..., 1], second[..., 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)

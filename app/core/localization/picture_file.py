@@ -97,7 +97,7 @@ def shows_circles(file: Path, token: Token | None = None) -> bool:
 
 
 def _is_picture(file: Path) -> bool:
-    """Return whether a file starts like an ordinary picture; unreadable files count as pictures."""
+    """Return whether a file starts like an ordinary picture, or cannot be read."""
     try:
         with open_file(file) as stream:
             return stream.read(8).startswith(_PICTURES)
@@ -187,7 +187,7 @@ class PictureFile:
 
     @property
     def flipped(self) -> PictureFile:
-        """The mirror image."""
+        """The mirror image of the picture."""
         return replace(self, picture=np.ascontiguousarray(self.picture[:, ::-1]))
 
     @property

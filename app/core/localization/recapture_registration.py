@@ -47,7 +47,7 @@ _SECTORS: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class PanoramaPose:
-    """A rotation from the second panorama to the first, and its evidence."""
+    """A rotation from the second panorama to the first, and the evidence for it."""
 
     rotation: Float64  # (3, 3), from directions in the second panorama to directions in the first
     error_deg: float  # standard error, in degrees: jackknife over eight sectors of the horizon
@@ -84,7 +84,7 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
 
 
 def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
-    """Return the rotation of an upright camera that fits most pairs, and their number."""
+    """Return the rotation of an upright camera that fits most pairs, and the number of these."""
     count = len(a)
     if count < 8:
         return None
@@ -304,12 +304,12 @@ class Registration:
 
     @property
     def turned(self) -> bool:
-        """Whether the camera was turned, by more than chance."""
+        """Whether the camera was turned by more than chance."""
         return abs(self.yaw_deg) >= _TURNED_DEG
 
     @property
     def tilted(self) -> bool:
-        """Whether the camera leaned differently, by more than chance."""
+        """Whether the camera's lean differed by more than chance."""
         return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:

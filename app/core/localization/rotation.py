@@ -85,7 +85,7 @@ class CameraPose:
 
     @property
     def zoom(self) -> float:
-        """Angles in the panorama over those in the picture, in its middle."""
+        """Angles in the panorama divided by those in the picture, at the picture's middle."""
         return 1.0 + float(self.plane[0])
 
     @property

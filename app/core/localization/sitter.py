@@ -85,7 +85,7 @@ class Sitter:
 
 @dataclass(frozen=True, slots=True)
 class _HeadBox:
-    """A head in pixels of the picture: centre, height from crown to chin, likelihood."""
+    """A head in pixels of the picture: centre, height from crown to chin, and likelihood."""
 
     x: float
     y: float

@@ -1,4 +1,4 @@
-"""Filters over live pictures: steady numbers, lens, sitter, stationary camera.
+"""Filters over live pictures: steady numbers, lens, sitter and stationary camera.
 
 A number should not move when nothing moves, and should follow at once when something does. An
 average long enough to remove the jitter of a measurement lags behind a motion; a shorter one

@@ -242,7 +242,7 @@ def _width_due(memory: TrackMemory, now_s: float) -> bool:
 
 
 def _near(memory: TrackMemory, now_s: float) -> float | None:
-    """Return the heading to search around first, or None for everywhere."""
+    """Return the heading to search around first, or None to search everywhere."""
     if memory.rival is not None:
         return memory.rival[0]
     if memory.steady is None or memory.misses >= _PATIENCE:

@@ -41,7 +41,7 @@ _MOST_SAMPLES: Final = 4  # in each direction of a pixel
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """An ideal camera: square pixels, the axis through the middle.
+    """An ideal camera, with square pixels and its axis through the middle of the picture.
 
     Attributes:
         fov_deg: Horizontal field of view, in degrees, in (0, 180).

@@ -290,7 +290,7 @@ def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
 
 
 def advice(canvas: Canvas, weights: PaintedWeights) -> Advice | None:
-    """Return what the canvas needs before it can be saved as a style, or None if nothing."""
+    """Return what the canvas still needs before it can be saved as a style, or None."""
     if not canvas.touched:
         return Advice.NOTHING_PAINTED
     values = weights.values[weights.active]

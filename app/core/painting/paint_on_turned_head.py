@@ -134,7 +134,7 @@ def solve_painted(
 
 @dataclass(frozen=True, eq=False)
 class _PaintedLight:
-    """A head in a place, in all its views."""
+    """A head in the light of a place, in all views."""
 
     head: PaintedHead
     front: LightTable

@@ -36,7 +36,7 @@ from app.core.solver.weights import PaintedWeights, paint
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """Answer for the painted weights."""
+    """The answer for the painted weights."""
 
     # (H, W), pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where
     # light helps, negative where it harms

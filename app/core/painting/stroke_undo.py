@@ -18,7 +18,7 @@ _LAYERS: Final = ("weights", "ignore")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tile:
-    """A part of one layer before and after."""
+    """A part of one layer before and after a stroke."""
 
     layer: str
     # column, row: in tiles, so that the left edge is at 64 times the column

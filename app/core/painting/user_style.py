@@ -239,7 +239,7 @@ def write_user_style(folder: Path, style: UserStyle) -> None:
 
 
 def not_saved(error: OSError | CoreError) -> StyleError:
-    """Return the error for something that was not saved."""
+    """Return the error for a style that was not saved."""
     trouble = disk_trouble(error)
     if trouble is DiskTrouble.FULL:
         return StyleError(

@@ -1,4 +1,4 @@
-"""Listing, deleting and restoring the places of a folder.
+"""Listing, deleting and restoring the places in a folder.
 
 A deleted place is moved as a whole to ``ROOT/.trash``. The trash is in the same folder as the
 places, so that the move is a single rename on any disk, and so that no folder of the user is

@@ -1,4 +1,4 @@
-"""Solving a place for all styles, built in and painted."""
+"""Solving a place for all styles, built-in and painted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prepare pictures and panoramas for display: exposure, tone mapping, scaling."""
+"""Prepare pictures and panoramas for display: exposure, tone mapping and scaling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The portrait at full size: soft light from many directions, sharp shadows, sheen, wet eyes.
+"""The portrait at full size: soft light from many directions, sharp shadows, sheen and wet eyes.
 
 Light scattered by skin is computed at nodes and distributed by the results of the bake; the
 surface's reflections come from the panorama, blurred by the surface's own lobe.

@@ -1,4 +1,4 @@
-"""Light of a place for a portrait: soft light, lamps with sharp shadows, sheen.
+"""Light of a place for a portrait: soft light, lamps with sharp shadows, and sheen.
 
 Everything here is computed once for a place. A turn only shifts columns.
 """

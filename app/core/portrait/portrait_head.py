@@ -54,7 +54,7 @@ class Hair:
     glass_gain: Float32 = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
 
     def halved(self, half: int) -> Hair:
-        """Average two by two pixels; `half` is the number of columns of the left half."""
+        """Average two by two pixels, where `half` is the number of columns of the left half."""
         row, column = np.divmod(self.pixel, half)
         pixel, place = np.unique(row // 2 * (half // 2) + column // 2, return_inverse=True)
 
@@ -137,7 +137,7 @@ class SkinNodes:
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Number of nodes, of small patches and of large ones."""
+        """Numbers of nodes, small patches and large patches."""
         return len(self.normals), *(len(starts) for _, starts, _ in self.patch_shares)
 
     @cached_property
@@ -280,7 +280,7 @@ class PortraitHead:
 
     @cached_property
     def close(self) -> PortraitHead:
-        """`halved` without neck and shoulders, which stay black: for many thumbnails."""
+        """`halved`, for many thumbnails, without neck and shoulders, which stay black."""
         head, (rows, half) = self.halved, self.halved.inside.shape
         mask = np.zeros((rows, half), bool)
         beside = round((1 - CLOSE_COLUMNS) * half / (3 - len(self.halves)))
@@ -298,7 +298,7 @@ class PortraitHead:
         return first
 
     def _of(self, inside: Bools, edge: Bools, first: Indices) -> PortraitHead:
-        """Return a subset of the pixels, with the nodes that they need; `first` as in `_first`."""
+        """Return a subset of the pixels with the nodes that they need, given `_first`."""
         four = first[edge][:, None] + np.arange(4)
         samples = np.concatenate([first[inside], four.ravel()])
         place = np.full(len(self.three), -1)
@@ -334,7 +334,7 @@ class PortraitHead:
 
     @cached_property
     def combed(self) -> tuple[Indices, Float32, Float32]:
-        """Hair: flat positions in the picture, (2, Q), transmittance, (Q, 3), colour, (Q, 6)."""
+        """The hair's flat positions, (2, Q), transmittance, (Q, 3), and colour, (Q, 6)."""
         assert self.hair is not None
         keep = 1 - self.hair.cover
         if self.yaw_deg:

@@ -1,1 +1,1 @@
-"""From a panorama to the best turn: transport, search, grades and choice."""
+"""The steps from a panorama to the best turn: transport, search, grades and choice."""

@@ -167,7 +167,7 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
 
 
 def value_at(curve: Float64, turn_deg: float) -> float:
-    """Interpolate a curve between grid turns, band-limited.
+    """Interpolate a curve between grid turns by its band-limited continuation.
 
     Args:
         curve: (64,) float64. Values at turns of 5.625 k degrees.
@@ -390,7 +390,7 @@ def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> floa
 
 
 def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
-    """Return the steps from `index` to the permitted grid turn nearest to an offset, at most one.
+    """Return the steps, at most one, from `index` to the permitted grid turn nearest an offset.
 
     Of two equally near turns, the one nearer to `index` counts, so that mirrored curves give
     mirrored turns.

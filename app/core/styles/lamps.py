@@ -40,7 +40,7 @@ _WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 @dataclass(frozen=True, slots=True)
 class Studio:
-    """Lamps of a photographer's studio. The default is each style's own, as in the paper.
+    """Lamps of a photographer's studio. By default, each style has its own, as in the paper.
 
     Attributes:
         softness_deg: Diameter of every lamp as the sitter sees it, or None for the style's own
@@ -117,7 +117,7 @@ def parse_softness(text: str) -> float | None:
 
 
 def parse_ratio(text: str) -> float | None:
-    """Parse a lighting ratio: "4:1", or "none".
+    """Parse a lighting ratio, such as "4:1", or "none".
 
     Raises:
         StyleError: If the text is not a lighting ratio.

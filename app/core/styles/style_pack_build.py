@@ -342,7 +342,7 @@ class StudioPacks:
         )
 
     def _show_themselves(self, parts: _PackParts, styles: Sequence[Style]) -> Bools:
-        """Return whether targets have their full signature, and no other style fits, (S,)."""
+        """Return a mask, (S,), of the targets with their full signature that fit no other style."""
         face, luminance = self._face, _luminance(self.transport, parts.pictures)
         centred = luminance - (luminance @ face.region / face.region.sum())[:, None]
         norms = np.outer(parts.weight_norm, np.sqrt(centred**2 @ face.region))
@@ -367,7 +367,7 @@ def _luminance(transport: Transport, pictures: Floats) -> Float64:
 
 
 def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Floats) -> Floats:
-    """Average every target picture with the mirror image of its mirrored style's."""
+    """Average every target picture with the mirror image of the mirrored style's target."""
     flipped = transport.mirror_pixels
     if flipped is None:
         return targets

@@ -1,1 +1,1 @@
-"""The files in the folder of a place: light, originals, frames, photos."""
+"""The files in the folder of a place: light, originals, frames and photos."""

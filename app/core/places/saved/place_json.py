@@ -1,4 +1,4 @@
-"""The record of a place as JSON, as in ``place.json``; floats are exact."""
+"""The record of a place as JSON, as in ``place.json``, with exact floats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The results of a place as JSON, checked when they are read again; floats are exact."""
+"""The results of a place as JSON with exact floats, checked when they are read again."""
 
 from __future__ import annotations
 

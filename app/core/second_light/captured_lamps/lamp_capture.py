@@ -33,7 +33,7 @@ _FINEST: Final = 4 * LARGEST[1]  # columns
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampCapture:
-    """A lamp from files.
+    """A lamp read from files.
 
     Attributes:
         warnings: Warnings from merging the frames or reading the panorama.

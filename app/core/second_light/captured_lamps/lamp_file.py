@@ -49,7 +49,7 @@ AGAIN: Final = tr("Free some space or make the folder writable, then try again."
 
 
 def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Write a lamp's files, the text last.
+    """Write a lamp's files, with the text last.
 
     Raises:
         CoreError: If a file cannot be written.
