@@ -121,7 +121,7 @@ def merge(
         full: Whether to keep the size of the frames instead of merging at 2048 x 1024 pixels.
 
     Returns:
-        The light, with its lamps, its warnings, and the styles that depend on clipped light;
+        The light, with its lamps, its warnings, and the styles that depend on clipped light.
         `environment(name)` converts it to an environment that can be solved.
 
     Raises:
@@ -186,7 +186,7 @@ def solve(
         styles: Names of the styles to solve, such as ``left-rembrandt``, by default all.
         objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
             quality C of the paper.
-        yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left;
+        yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left,
             or ``short``, ``broad`` or ``auto`` to search for the best yaw.
         front_deg: Azimuth of the photographer in the panorama, in degrees, from which turns are
             counted.

@@ -80,7 +80,7 @@ def find_facing(
 
     Args:
         grey, visible: Results of `on_head`.
-        light: (H, W, 3) float. Linear Rec. 709 radiance of the place, panorama coordinates.
+        light: (H, W, 3) float. Linear Rec. 709 radiance of the place, in panorama coordinates.
 
     Returns:
         The estimate, or None if too little of the face is visible or its light fits no direction in

@@ -74,13 +74,13 @@ class FaceLight:
             behind or an unknown key.
         key: "behind" for light from beyond about 95 degrees, whose direction a face does not show;
             "flat" for light that shades the face too little to have a direction.
-        error_deg: Angle to the true direction of the key that is not exceeded in 70% of all cases.
+        error_deg: Angle within which the true direction of the key lies in 70% of all cases.
         softness_deg: Diameter of the key, in degrees.
         fill_ratio: Ratio of key plus frontal fill to the fill alone, or None if no fill was
             detected.
         ratio_stops: Ratio of the brighter cheek to the darker one, in stops, or None if unknown.
         styles: Names of the possible styles with their likeness, 0 to 1, likeliest first.
-        reason: Why there is no direction, or None if there is one.
+        reason: The reason why there is no direction, or None if there is a direction.
     """
 
     pose: HeadPose

@@ -34,7 +34,7 @@ class Promise:
         pack, name: Pack of the generic head that grades the style, and the style's name. `pack` is
             None for a style without grades.
         place: Light of the place, or None for the studio.
-        goal_deg: Panorama azimuth where the face should look.
+        goal_deg: Panorama azimuth toward which the face should look.
         arc_deg: Panorama azimuths (from, to), clockwise, between which the face is in the light.
         transport: Transport of the head on screen, or None for the generic head.
     """
@@ -128,7 +128,7 @@ class Check:
 
     Attributes:
         light: Light on the face, whatever the place.
-        facing_deg: Panorama azimuth in which the face looks, or None if unknown.
+        facing_deg: Panorama azimuth toward which the face looks, or None if unknown.
         turn_error_deg: Angle from `facing_deg` to the goal, positive clockwise, or None if
             unreliable.
         key_difference_deg: Azimuth of the key light minus that of the promised key light.
@@ -158,7 +158,8 @@ def check_face(
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
         focal_px: Focal length, in pixels, or None if unknown.
-        lens_deg: Panorama azimuth of the lens from the sitter, if the background shows it.
+        lens_deg: Panorama azimuth of the lens from the sitter, or None if the background does not
+            show it.
         key: Whether to read the key light and the ratio as well as the pose and the grade.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)

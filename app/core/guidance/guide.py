@@ -117,7 +117,7 @@ class Reading:
             view reveals nothing about the sitter's turn.
         from_deg: Turn to start from if there is no heading: 0 at first, later the turn of the last
             photo.
-        yaw_deg: Yaw of the face, as in `Goal`, or None if none was read.
+        yaw_deg: Yaw of the face, as in `Goal`, or None if no yaw was read.
     """
 
     turn_deg: float | None
@@ -176,16 +176,16 @@ class Guide:
             goal - now except for full circles.
         number: The large number, in whole degrees in `direction`: to the goal, back to the light,
             or for the nose; without a webcam, the whole turn. None if no number may be shown.
-        has_arc: Whether there is light to be in; false for a style out of reach and for a turn
-            chosen by the user.
+        has_arc: Whether there is light to turn into, which is false for a style out of reach and
+            for a turn chosen by the user.
         inside: Whether the turn is inside the arc.
         hold: Whether the turn is at the goal.
         beyond: Whether the turn went through the arc and out at its far end.
         until_light: Whole degrees to the arc in the direction on screen; 0 inside the arc, and
             until the arc counts as left.
         lamp: As in `Goal`.
-        nose: Whole degrees that the nose still has to turn toward the sitter's left, or None if it
-            should point to the lens, or no face was read.
+        nose: Whole degrees that the nose still has to turn toward the sitter's left, or None if the
+            nose should point to the lens or no face was read.
         yaw: As in `Goal`, but in whole degrees.
         start: Turn, in whole degrees, from which the whole turn is counted if there is no heading.
     """

@@ -119,8 +119,8 @@ def align(
     Args:
         target: (H, W, 3) uint8. The intended view in sRGB, with the goal in its middle.
         view: (h, w, 3) uint8. The current view in sRGB, not mirrored.
-        fov_deg: Horizontal field of view of the target, in the panorama's frame, in degrees, as
-            from `app.core.localization.views.goal_lens`.
+        fov_deg: Horizontal field of view of the target, in the panorama's frame, in degrees, as in
+            the result of `app.core.localization.views.goal_lens`.
         sitter_deg: Angle of the sitter in the view from its axis, in degrees, positive to the
             right.
         view_fov_deg: Horizontal field of view of the camera, in degrees, which matters only if the
@@ -148,7 +148,7 @@ def sitter_mask(shape: tuple[int, ...]) -> Bools:
     """Return a mask of the usual background: everything except head and shoulders in the middle.
 
     Args:
-        shape: Rows and columns.
+        shape: Rows and columns of the mask.
 
     Returns:
         (rows, columns) bool. False on the sitter.

@@ -225,7 +225,7 @@ class Matches:
         bearings: (N, 3) float64. Unit vectors in the panorama.
         ratio: (N,) float32. Ratios of the matches, as returned by
             `app.core.localization.features.pair`.
-        shape: Longer over shorter side of the picture.
+        shape: Longer side of the picture divided by the shorter side.
     """
 
     rays: Float64

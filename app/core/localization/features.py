@@ -46,7 +46,7 @@ class HeadingIndex:
     """The described feature points of a panorama.
 
     Attributes:
-        descriptors: (N, 128) float32. RootSIFT.
+        descriptors: (N, 128) float32. RootSIFT descriptors.
         bearings: (N, 3) float32. Unit vectors in the panorama's axes.
         azimuths: (N,) float32. Azimuths in degrees, ascending.
     """
@@ -77,7 +77,7 @@ def build_index(
 
     Args:
         panorama: (H, W, 3) uint8. Equirectangular, 2:1, display sRGB
-            (`app.core.measure.finish.display.display_panorama`); best with 2,048 to 4,096 columns.
+            (`app.core.measure.finish.display.display_panorama`), best with 2,048 to 4,096 columns.
 
     Raises:
         CoreError: If the panorama has too few points, as with blank walls all around.
@@ -174,9 +174,9 @@ class Features:
     """Described feature points of a picture.
 
     Attributes:
-        places: (N, 2) float32. Columns and rows in pixels; the centre of the first pixel is (0.5,
-            0.5).
-        descriptors: (N, 128) float32. RootSIFT, of unit length.
+        places: (N, 2) float32. Columns and rows in pixels, where the centre of the first pixel is
+            (0.5, 0.5).
+        descriptors: (N, 128) float32. RootSIFT descriptors of unit length.
     """
 
     places: Float32 = field(repr=False)
@@ -193,8 +193,8 @@ class Pairs:
 
     Attributes:
         first, second: (N,) int64. Indices in the two sets. Each first index occurs once.
-        ratio: (N,) float32. Distance to the match over distance to the next best elsewhere: 0 is
-            unique.
+        ratio: (N,) float32. Distance to the match divided by the distance to the next best match
+            elsewhere, where 0 is unique.
     """
 
     first: Int64
@@ -301,7 +301,7 @@ def pair_near(
     picture has about twice as many matches.
 
     Args:
-        positions: (N, 3) float32. Predicted positions of the first set's points, unit vectors.
+        positions: (N, 3) float32. Predicted positions of the first set's points, as unit vectors.
         reach: Largest distance from the prediction, in radians.
     """
     around = np.flatnonzero(spots @ positions.mean(axis=0) > _AROUND)

@@ -65,9 +65,9 @@ def support(
     Args:
         rays: (N, 2) float64. All points of the picture, in its picture plane as in
             `app.core.localization.rotation.fit`.
-        own_descriptors: (N, 128) float32. Their descriptors, of unit length.
-        spots: (M, 3) float32. Points of the panorama, unit vectors in its axes.
-        index_descriptors: (M, 128) float32. Their descriptors.
+        own_descriptors: (N, 128) float32. Descriptors of these points, of unit length.
+        spots: (M, 3) float32. Points of the panorama, as unit vectors in its axes.
+        index_descriptors: (M, 128) float32. Descriptors of the panorama's points.
 
     Returns:
         The support in standard deviations above chance, which is about 0 for a wrong pose.
@@ -98,8 +98,9 @@ def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) ->
 
     Args:
         rays: (N, 2) float64. Points in the picture plane with a certain match.
-        bearings: (N, 3) float64. Their matches in the panorama, unit vectors in its axes.
-        inside: (N,) bool. Whether they agree with the pose.
+        bearings: (N, 3) float64. Matches of these points in the panorama, as unit vectors in its
+            axes.
+        inside: (N,) bool. Whether the points agree with the pose.
 
     Returns:
         The number of these matches as a fraction of them and the agreeing points together, 0 to 1.
@@ -181,7 +182,7 @@ class Sight:
     """The features of a camera's picture.
 
     Attributes:
-        size: Columns and rows of the picture that contains them.
+        size: Columns and rows of the picture that contains the features.
         fine: Whether the picture was described in full detail.
     """
 
@@ -229,8 +230,8 @@ def find_heading(
             match nothing.
         fine: Whether to use up to a million pixels, as for photos, which may take longer.
         away: Whether the camera looks away from the sitter, like a laptop's own camera when it is
-            carried around them. It is then nearer to the background than the probe was, and
-            `sitter_deg` is that of the holder, who is roughly on the line from the sitter.
+            carried around the sitter. The camera is then nearer to the background than the probe
+            was, and `sitter_deg` is that of the holder, who is roughly on the line from the sitter.
     """
     effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:

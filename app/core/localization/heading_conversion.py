@@ -66,9 +66,10 @@ def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False)
 
     Args:
         zooms: (N,) float64. Enlargement of each point, or nan where it is undefined.
-        shape: Longer over shorter side of the picture.
-        away: Whether the camera looks away from the sitter. It is then nearer to the background
-            than the probe was, so near objects look smaller in the panorama, and none look larger.
+        shape: Longer side of the picture divided by the shorter side.
+        away: Whether the camera looks away from the sitter. The camera is then nearer to the
+            background than the probe was, so near objects look smaller in the panorama, and none
+            look larger.
     """
     plausible = zooms[(zooms > _WITHIN[0]) & (zooms < _WITHIN[1])]
     if len(plausible) < _FEWEST:
@@ -189,7 +190,7 @@ def offset_angle(column: float, width: int, fov_deg: float) -> float:
     """Return the horizontal angle of a picture's column from the camera's axis, in degrees.
 
     Args:
-        column: Position from the left edge in pixels; the centre of the first pixel is 0.5.
+        column: Position from the left edge in pixels, where the centre of the first pixel is 0.5.
         width: Columns of the picture.
         fov_deg: Horizontal field of view, in degrees, in (0, 180).
     """

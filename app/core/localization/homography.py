@@ -242,7 +242,7 @@ def corners_of(size: Size) -> Float64:
     """Return a picture's corners, (4, 2) pixels, clockwise from the top left.
 
     Args:
-        size: Columns and rows.
+        size: Columns and rows of the picture.
     """
     width, height = size
     return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])

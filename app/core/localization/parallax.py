@@ -62,7 +62,7 @@ class Line:
     """A camera on the line to the sitter.
 
     Attributes:
-        rotation: (3, 3) float64. From the camera's axes to the panorama's.
+        rotation: (3, 3) float64. Rotation from the camera's axes to the panorama's.
         lens: (3,) float64. Logarithm of the scale of the picture plane, distortion, and skew.
         probe: (2,) float64. Position of the probe in the picture plane.
         inside: (N,) bool. Points that agree.

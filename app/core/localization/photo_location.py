@@ -79,8 +79,8 @@ class PhotoLocation:
             no sitter was detected, in which case the middle is assumed.
         fov_deg: Horizontal field of view, in degrees, stated or estimated, or None if unsure.
         confidence: Confidence in the result, 0 to 1.
-        mirrored: Whether only the photo's mirror image shows this place; the angles are those of
-            the mirror image.
+        mirrored: Whether only the photo's mirror image shows this place, in which case the angles
+            are those of the mirror image.
     """
 
     status: Literal["found", "unsure"]
@@ -204,8 +204,8 @@ def search_photo(
     """Search for a photo in the panorama, first with all metadata, then with less of it.
 
     Args:
-        fov_deg: Horizontal field of view, in degrees, if the user stated it. That of EXIF is only
-            tried first: the photo may be cropped.
+        fov_deg: Horizontal field of view, in degrees, if the user stated it. The field of view in
+            EXIF is only tried first, as the photo may be cropped.
         mirrored: Whether the photo is a mirror image, or None to try both.
 
     Raises:

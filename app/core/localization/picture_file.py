@@ -60,7 +60,7 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
 
     Args:
         path: OpenEXR or Radiance environment, or a JPEG, PNG or TIFF picture of a whole
-            equirectangular panorama. It is levelled if its metadata state the tilt.
+            equirectangular panorama. The panorama is levelled if its metadata record the tilt.
 
     Returns:
         (H, 2 H, 3) uint8. sRGB, 512 to 4,096 columns.
@@ -216,7 +216,7 @@ def picture_size(path: Path | str) -> tuple[int, int]:
         Columns and rows as stored.
 
     Raises:
-        CoreError: As `read_picture`.
+        CoreError: As for `read_picture`.
     """
     with _open(Path(path)) as source:
         spec = source.spec()

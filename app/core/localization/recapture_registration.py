@@ -63,8 +63,8 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
     """Find the rotation between two panoramas.
 
     Args:
-        a, b: (M, 3) float64. Unit vectors to the same objects in the first and the second panorama;
-            many may be wrong.
+        a, b: (M, 3) float64. Unit vectors to the same objects in the first and the second panorama,
+            many of which may be wrong.
     """
     start = _by_trial(a, b)
     if start is None:

@@ -69,7 +69,8 @@ class CameraPose:
     """A camera's rotation.
 
     Attributes:
-        rotation: (3, 3) float64. From the camera's axes (right, down, front) to the panorama's.
+        rotation: (3, 3) float64. Rotation from the camera's axes (right, down, front) to the
+            panorama's.
         sitter: (2,) float64. Position of the line to the probe in the picture plane.
         plane: (3,) float64. Enlargement minus 1 in the middle of the picture, and its slopes to the
             right and down.
@@ -141,9 +142,9 @@ def fit(
     Args:
         rays: (N, 2) float64. Points in the camera's picture plane, x / z and y / z (right and
             down).
-        bearings: (N, 3) float64. The same points in the panorama, unit vectors in its axes.
+        bearings: (N, 3) float64. The same points in the panorama, as unit vectors in its axes.
         outlook: Prior knowledge, which by default assumes a sitter in the middle.
-        tries: Random pairs of points to try.
+        tries: Number of random pairs of points to try.
 
     Returns:
         The pose, or None if no rotation explains even a few of the points.

@@ -66,11 +66,11 @@ class Sitter:
 
     Attributes:
         column: Middle of the head as a fraction of the width, 0 at the left edge.
-        angle_deg: The same as a horizontal angle from the camera's axis, in degrees, positive to
-            the right in the unmirrored picture.
-        box: Head from crown to chin and cheek to cheek: left, top, right, bottom as fractions of
-            width and height. It may extend beyond the picture.
-        kind: "face" for a visible head, "person" for a body without one.
+        angle_deg: Middle of the head as a horizontal angle from the camera's axis, in degrees,
+            positive to the right in the unmirrored picture.
+        box: Head from crown to chin and cheek to cheek: left, top, right and bottom, as fractions
+            of width and height. The box may extend beyond the picture.
+        kind: "face" for a visible head, "person" for a body without a visible head.
         confidence: Confidence that this is a head, 0 to 1.
         face: The landmarks, or None if no face was found.
     """
@@ -103,8 +103,8 @@ def find_sitter(
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
         fov_deg: Horizontal field of view, in degrees, in (0, 180).
-        near: The previous result: the search starts there, at a quarter of the cost, and continues
-            everywhere if the head is gone.
+        near: The previous result. The search starts at that head, at a quarter of the cost, and
+            continues everywhere if the head is gone.
         keen: Whether this is a single photo of somebody. A head as large as one 1 to 3 m away then
             needs less certainty.
 
@@ -312,7 +312,7 @@ def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
     """Return heads of 14 to 46 pixels, most certain first, in pixels of the given picture.
 
     Args:
-        grey: (H, W) uint8.
+        grey: (H, W) uint8. Picture in grey.
         network: The head detector, as read by OpenCV.
     """
     answers = _answers(grey, network)

@@ -83,7 +83,7 @@ def read(width: Width, fov_deg: float, now_s: float) -> Width:
     """Add an estimate of the field of view.
 
     Args:
-        fov_deg: Horizontal, in degrees.
+        fov_deg: Horizontal field of view, in degrees.
         now_s: Time of the estimate, in seconds.
     """
     return Width((*width.estimates, fov_deg)[-_ESTIMATES:], now_s)
@@ -176,7 +176,7 @@ class Steady:
         """Start with a measurement.
 
         Args:
-            measured: (...) float64. Also becomes the steadied value.
+            measured: (...) float64. The measurement, which also becomes the steadied value.
         """
         value = np.array(measured, np.float64)
         return cls(value, value, np.zeros_like(value), time_s)
@@ -269,7 +269,7 @@ def watch(
         asked_deg: Distance to the tolerance arc, in degrees, in either direction, 0 inside the arc,
             or None if no turn is wanted.
         heading_deg: Heading of the camera, in degrees, or None if unknown.
-        sitter: Person in the picture.
+        sitter: Person in the picture, or None if there is none.
     """
     if asked_deg is None or abs(asked_deg) < ASKED_DEG or min(frame.shape[:2]) < 4 * _SEARCHED_PX:
         return STILL

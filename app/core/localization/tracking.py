@@ -78,7 +78,7 @@ class TrackMemory:
     Attributes:
         steady: Azimuths of the heading and of the background behind the sitter, (2,) in degrees,
             unwrapped, or None if unknown.
-        misses: Pictures since the last heading.
+        misses: Number of pictures since the last heading.
         rival: Heading that waits for confirmation, in degrees, with its time in seconds, or None if
             there is none.
     """
@@ -96,12 +96,12 @@ class Track:
     """The tracked heading, starting with `LOST`.
 
     Attributes:
-        status: ``tracking``: there is a heading; ``searching``: there was one, or one waits for
-            confirmation; ``lost``: not found.
+        status: ``tracking``: there is a heading; ``searching``: there was a heading, or a heading
+            waits for confirmation; ``lost``: no heading was found.
         heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], steadied,
             or None unless tracking.
         raw: Result of the last picture, or None before the first.
-        sitter: The sitter, or another person in the picture, or None if it shows no person.
+        sitter: The sitter or another person in the picture, or None if the picture shows nobody.
         confidence: Probability that the turn is right to 3 degrees, 0 to 1, which is lower if no
             person is detected for certain, and 0 unless tracking.
         fov_deg: The camera's horizontal field of view, in degrees, given or estimated, or None

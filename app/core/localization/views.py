@@ -61,8 +61,8 @@ def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) 
     """Return the directions of pixels of a view.
 
     Args:
-        azimuth_deg, pitch_deg: Direction of the axis: panorama azimuth, and up, in degrees.
-        pixels: (N, 2) float64. Columns and rows; the centre of the first pixel is (0.5, 0.5).
+        azimuth_deg, pitch_deg: Panorama azimuth and elevation of the axis, in degrees.
+        pixels: (N, 2) float64. Columns and rows, where the centre of the first pixel is (0.5, 0.5).
 
     Returns:
         (N, 3) float64. Unit vectors in the panorama's axes (see `app.core.base.sphere`).
@@ -109,7 +109,7 @@ def strip_view(
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1.
         azimuth_deg: Azimuth of the strip's middle, in degrees.
-        size: Columns and rows.
+        size: Columns and rows of the strip.
         wide_deg: Width of the strip, in degrees, at most 360.
 
     Returns:
@@ -155,8 +155,8 @@ def goal_view(
     farther ones too small. The azimuth behind the sitter is exact at any distance.
 
     Args:
-        panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1. The view is sharp if it has at
-            least 360 / fov times the view's columns.
+        panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1. The view is sharp if the
+            panorama has at least 360 / fov times the view's columns.
         goal_deg: Turn to reach, in degrees.
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
@@ -179,8 +179,8 @@ def background_view(
     Args:
         panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1.
         turn_deg: Turn, in degrees, positive clockwise.
-        size: Columns and rows; 128 x 136 beside the panorama, 272 x 136 on its own tab. A wider
-            view shows more at the same scale.
+        size: Columns and rows of the view: 128 x 136 beside the panorama, 272 x 136 on its own tab.
+            A wider view shows more at the same scale.
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:

@@ -82,7 +82,7 @@ def apply(canvas: Canvas, change: TileChange) -> Canvas:
     The canvas is then the same as after the change, to the last bit.
 
     Raises:
-        ValueError: If the canvas is not the one before the change.
+        ValueError: If the canvas is not in the state before the change.
     """
     return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
 

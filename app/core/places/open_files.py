@@ -51,10 +51,11 @@ def open_paths(
     """Open a place, a panorama, a bracket, a video, or a folder with one of these.
 
     Args:
-        unsaved: Returns the changes to the place in a folder that are not on disk yet.
+        unsaved: Function that returns the changes to the place in a folder that are not on disk
+            yet.
 
     Raises:
-        CoreError: If there is nothing usable, or it cannot be read or measured.
+        CoreError: If there is nothing usable, or the files cannot be read or measured.
         Cancelled: If the token was cancelled.
     """
     intake = sort_out(paths, options.way or options.settings.measure_with)

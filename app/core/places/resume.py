@@ -29,7 +29,7 @@ class UnfinishedPlace:
     """A place without light.
 
     Attributes:
-        session: Folder of its capture, or None if the photos were opened from files.
+        session: Folder of the place's capture, or None if the photos were opened from files.
         here, total: Number of frames on disk, and number of all frames.
     """
 

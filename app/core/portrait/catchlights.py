@@ -36,7 +36,7 @@ class Catchlight:
     """A bright reflection on an iris.
 
     Attributes:
-        eye: "left" or "right", the sitter's own.
+        eye: The sitter's own eye, "left" or "right".
         clock: Position in the picture as on a clock, in hours from 0 to 12.
         share: Area of the reflection divided by that of the iris.
         what: Source, as in the list of the place's lamps.
@@ -62,7 +62,7 @@ def catchlights(
     Args:
         picture: (rows, columns, 3) float32. Portrait, as returned by `portrait_picture`.
         turn_deg: Azimuth in the panorama that the nose points to, in degrees.
-        findings: Lamps of the place, which name the catchlights.
+        findings: Lamps of the place, after which the catchlights are named.
     """
     mean = float(luminance(np.array(cv2.mean(picture)[:3])))
     least = (

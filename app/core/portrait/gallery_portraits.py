@@ -126,7 +126,8 @@ def framing(
         picture: Side of the head's square picture, in pixels.
         size: Rows and columns of the result, both at least 1.
         close: Whether the head alone fills the picture, without neck and shoulders.
-        room: Height of the picture over that of a transport's, which ends at the crown.
+        room: Height of the picture divided by that of a transport's picture, which ends at the
+            crown.
         above: Visible room for hair, in the unit of `room`, or None for the value of `room`.
     """
     height, width = size

@@ -57,7 +57,7 @@ class HeadView:
 
     Attributes:
         transport: Transport of the view, for light at the turn of the nose.
-        shape: Positions behind its pixels.
+        shape: Positions behind the view's pixels.
         targets: (S, P) float32. Luminance of the styles under their own lamps, with a largest value
             of 1.
     """
@@ -117,7 +117,7 @@ class HeadViews:
         """Return the view at one of `yaws` except 0.
 
         Args:
-            styles: Styles of the head's pack, in its order.
+            styles: Styles of the head's pack, in the order of the pack.
         """
         if yaw_deg in self.parts:
             return self._view(yaw_deg, **self.parts[yaw_deg])

@@ -79,7 +79,7 @@ class SkinNodes:
     """Points on skin and eyes where light is computed.
 
     Attributes:
-        normals: (N, 3) float32.
+        normals: (N, 3) float32. Normals of the surface.
         horizon: (32, 64, N) int8. Distance of a direction (texel of a panorama at turn 0) inside
             the sky that a node sees, negative if the direction is hidden by the head. A texel's
             width is `SPREAD`.
@@ -130,7 +130,7 @@ class SkinNodes:
         """Return the fraction of a lamp that each node of the left half sees, (N,) float32.
 
         Args:
-            azimuth: Radians, from the sitter's facing.
+            azimuth: Azimuth of the lamp from the sitter's facing, in radians.
         """
         wide = np.float32(max(2 * lamp.radius / (np.pi / SKY[0]) * SPREAD, 1.0))
         return np.asarray(np.clip(0.5 + self.visibility(azimuth, lamp.elevation) / wide, 0, 1))
@@ -159,7 +159,7 @@ class SeenNodes:
     Attributes:
         index: (M,) intp. Indices into all nodes or, from the side, into all nodes and all mirrored
             nodes.
-        normals: (M, 3) float32.
+        normals: (M, 3) float32. Normals of the surface.
         view: (M, 3) float32. Unit vector to the camera.
         gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects into the
             camera, and its direction.
@@ -219,8 +219,8 @@ class PortraitHead:
         glass: (G,) intp. Samples on the eyes.
         glass_gain, glass_way: (G,), (G, 3) float32. Reflection of these samples, as in `SeenNodes`.
         hair: The hair, or None for a bald head without details.
-        yaw_deg: Turn of the face toward the sitter's left. If it is not 0, "half" is the whole
-            picture, and below 0 everything is mirrored, light and picture.
+        yaw_deg: Turn of the face toward the sitter's left. If the yaw is not 0, "half" is the whole
+            picture. If the yaw is negative, both light and picture are mirrored.
     """
 
     nodes: SkinNodes = field(repr=False)

@@ -87,7 +87,7 @@ class LightingRatio:
         stops: Ratio of the lit cheek to the shadow cheek, in stops, never negative.
         key_side: Brighter side.
         lit: Whether light reaches the "cheeks", only other parts of the "face", such as rims, or
-            "none".
+            "none" of it.
     """
 
     stops: float
@@ -204,7 +204,7 @@ class Flow:
     Attributes:
         azimuth_deg: Main direction of the light relative to the face, positive toward the sitter's
             left, in degrees. 0 for even light.
-        elevation_deg: Positive up, in degrees. 0 for even light.
+        elevation_deg: Elevation of this direction, positive up, in degrees. 0 for even light.
         strength: Length of the light vector divided by the scalar illuminance, 0 to 4.
     """
 

@@ -186,7 +186,7 @@ def mirrored(
 
     Args:
         index: (n,) intp. Indices into all nodes and all mirrored ones.
-        normals, view: (n, 3) float32.
+        normals, view: (n, 3) float32. Normals of the surface, and directions to the camera.
 
     Returns:
         The fraction, (n,) float32, and the direction, (n, 3) float32.

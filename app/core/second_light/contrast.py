@@ -131,7 +131,7 @@ def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
     """Reorder values from turn minus azimuth to turn.
 
     Args:
-        values: (F, 9, 64, 64) float. Per altitude, turn minus azimuth, and azimuth.
+        values: (F, 9, 64, 64) float. Values per altitude, turn minus azimuth, and azimuth.
 
     Returns:
         (F, 64, 576) of the same type, per turn and placement.

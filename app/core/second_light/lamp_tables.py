@@ -141,7 +141,7 @@ def left_everywhere(
 
     Returns:
         (len(rows), 64, 576) float, or (len(rows), 1, 576) at one turn, in the unit of
-        `place.light`; float64 if a target over the whole head is among the rows.
+        `place.light`, and float64 if a target over the whole head is among the rows.
     """
     indices = np.asarray(rows, np.intp)
     is_whole = indices < tables.count

@@ -57,7 +57,7 @@ def seek(
 
     Args:
         is_open: (576,) bool, placements within reach.
-        powers: Powers of the lamp to try, fractions of full power.
+        powers: Powers of the lamp to try, as fractions of full power.
         turn: Index of the only turn to evaluate, or None for all.
 
     Raises:

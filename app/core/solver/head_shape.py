@@ -87,8 +87,8 @@ def load_shape(path: Path) -> HeadShape:
     """Load a head's shape.
 
     Raises:
-        TransportError: If the file is missing, damaged, made by a newer version, or not a head's
-            shape.
+        TransportError: If the file is missing, damaged, made by a newer version, or not a
+            head-shape file.
     """
     names = [name for name, _ in _KINDS]
     header, arrays = read_sealed(

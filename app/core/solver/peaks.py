@@ -63,10 +63,10 @@ class Peak:
     """A local maximum of an objective and its turn.
 
     Attributes:
-        turn_deg, refined_deg: The turn offered, on the grid and between, in degrees within (-180,
-            180].
-        arc_deg: (from, to) going clockwise, where the objective stays within 3% of the maximum,
-            and the gate is open. (-180, 180) is the full circle.
+        turn_deg, refined_deg: The turn offered, on the grid and refined between its turns, in
+            degrees within (-180, 180].
+        arc_deg: Arc (from, to), clockwise, in degrees, in which the objective stays within 3% of
+            the maximum and the gate is open. (-180, 180) is the full circle.
     """
 
     index: int
@@ -268,7 +268,7 @@ def find_peaks(
     """Find the best turn and its rivals: local maxima that stand out by more than 3%.
 
     Args:
-        objective, contrast, price: See `find_peak`.
+        objective, contrast, price: As in `find_peak`.
         is_open: (64,) bool. Turns that may be offered as the best turn. Rivals may be at other
             turns.
 

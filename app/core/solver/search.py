@@ -186,7 +186,7 @@ class SearchTables:
         paired: Whether even row r and odd row r are the two parts of one basis picture, as for a
             head that is not symmetric; otherwise each row is a separate basis picture.
         cosine, sine: (W / 2, M) float64. Forward transform.
-        back_cosine, back_sine: (33, M) float64. Back to turns 0 to 180 degrees.
+        back_cosine, back_sine: (33, M) float64. Transform back to turns 0 to 180 degrees.
     """
 
     shape: tuple[int, int]
@@ -217,7 +217,7 @@ class Curves:
         quality: (S, 64) float64. C of eq. 5, in the unit of the environment.
         mean: (64,) float64. Mean luminance of the face.
         contrast: (64,) float64. Norm over the face of the picture minus its mean.
-        others: (K, 64) float64. Value of each other map.
+        others: (K, 64) float64. Values of the other maps.
     """
 
     quality: Float64
@@ -238,13 +238,14 @@ def build_tables(
     """Transform pre-integrated targets and a search basis along azimuth.
 
     Args:
-        targets: (S, H, W) float. Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
+        targets: (S, H, W) float. Pre-integrated targets F (eq. 3) in panorama coordinates at turn
+            0.
         mean: (H, W) float. Pre-integrated mean over the face.
         even, odd: (E, H, W / 2), (O, H, W / 2) float. Left halves of basis rows that are even and
             odd under mirroring. The sum of the squares of all rows times an environment is the
             squared norm of the environment's picture minus its mean.
-        others: (K, H, W) float. Further maps to evaluate: areas of the face, targets over the face
-            region.
+        others: (K, H, W) float. Further maps to evaluate: areas of the face, and targets over the
+            face region.
     """
     height, width = targets.shape[1:]
     half, frequencies = width // 2, width // 2 + 1

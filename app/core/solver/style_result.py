@@ -67,7 +67,8 @@ class StyleResult:
         arc_deg: Tolerance arc (from, to) around the best turn, clockwise, in degrees. It ends where
             the grade does. The refined turn is near its middle.
         grade: How far the picture shows the style, or None if the style has no signature.
-        shortfall: Why the style is out of reach, or in which respect it is only nearly there.
+        shortfall: The reason why the style is out of reach, or the respect in which the picture
+            only nearly shows the style.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles with the same turn.
         neighbour: Name of the style that explains the picture second best, for which it may be

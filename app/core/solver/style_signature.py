@@ -185,7 +185,7 @@ class Signatures:
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
-            match, strength: (..., S, n) float64. 0 to 100, changed in place.
+            match, strength: (..., S, n) float64. Values to replace, 0 to 100.
         """
         for row, signature in enumerate(self.styles):
             if signature.areas:
@@ -199,8 +199,8 @@ class Signatures:
 
         Args:
             stops: (..., A, n) float64. Means of `AREAS` in stops, from `stops_of`.
-            match: (..., S, n) float64. 0 to 100.
-            even: (..., S) bool. Whether the light is even all around; by default it is not.
+            match: (..., S, n) float64. Match, 0 to 100.
+            even: (..., S) bool. Whether the light is even all around, by default not.
 
         Returns:
             (..., S, n) float64 each. The slacks in stops, or nan for styles without a signature.
@@ -307,7 +307,7 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
 
     Args:
         yes: (..., S, n) float64. Slack of yes, in stops, or nan for styles without a signature.
-        match: (..., S, n) float64. 0 to 100.
+        match: (..., S, n) float64. Match, 0 to 100.
         rivals: (S, S) bool. Other styles that may explain each style's picture.
 
     Returns:

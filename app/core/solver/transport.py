@@ -163,7 +163,7 @@ def to_image(transport: Transport, values: Floats, background: float = 0.0) -> F
 
 
 def transport_path(name: str) -> Path:
-    """Return the path of a shipped transport, e.g. ``generic`` or ``generic-dark``.
+    """Return the path of a shipped transport, such as ``generic`` or ``generic-dark``.
 
     Raises:
         TransportError: If no such head ships.

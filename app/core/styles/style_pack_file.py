@@ -55,7 +55,7 @@ def load_named_pack(head: str) -> StylePack:
     """Load the style pack of a shipped head, or the pack beside a transport of the user's own.
 
     Args:
-        head: Name of a shipped head, e.g. ``generic`` or ``generic-dark``, or the path of a
+        head: Name of a shipped head, such as ``generic`` or ``generic-dark``, or the path of a
             transport ``T.npz`` (whose pack is ``T.styles.npz``).
 
     Raises:

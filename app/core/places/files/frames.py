@@ -53,10 +53,10 @@ def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
     """Expose a panorama without tone mapping, like a camera.
 
     Args:
-        radiance: (H, 2 H, 3) float32. Linear Rec. 709.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance.
 
     Returns:
-        (128, 256, 3) uint8. sRGB.
+        (128, 256, 3) uint8. The exposed panorama in sRGB.
     """
     small = cv2.resize(radiance, _SIZE, interpolation=cv2.INTER_AREA)
     return np.asarray(to_bytes(srgb_encode(np.clip(small * gain, 0.0, 1.0))), np.uint8)

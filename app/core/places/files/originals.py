@@ -168,8 +168,8 @@ def adopt_files(
     already exists with the same content is not copied again.
 
     Raises:
-        PlaceError: If a file cannot be read, is too large, changes while it is copied, or the disk
-            is full.
+        PlaceError: If a file cannot be read, is too large or changes while it is copied, or if the
+            disk is full.
     """
     token = token or Token()
     sizes = [_size_of(path) for path in paths]

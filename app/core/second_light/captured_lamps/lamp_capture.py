@@ -112,8 +112,8 @@ def capture_lamp(
     Args:
         paths: Exposures, a folder of them, or one linear panorama (.exr, .hdr), whose channel A, if
             it exists, is the mask.
-        options: How to merge. By default the response is sRGB, since the frames of a dark room are
-            mostly noise, from which no response can be recovered.
+        options: Options for merging. By default the response is sRGB, since the frames of a dark
+            room are mostly noise, from which no response can be recovered.
         distance_m: Distance from the probe to the lamp, in metres, or None if unknown.
 
     Raises:
