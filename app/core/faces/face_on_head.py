@@ -27,7 +27,7 @@ _NOSTRIL: Final = (79, 166, 75, 60, 20, 238, 239, 240, 59, 99, 97, 242, 141)
 _RIGHT_CHEEK: Final = (117, 118, 101, 36, 205, 187, 123)
 _CORNER, _BROWS, _CHIN = 263, 8, 200  # left eye's outer corner, between the brows, above the chin
 _GROWN: Final = 3  # pixels by which the holes are enlarged
-_BLUR: Final = 1.0  # pixels of the head's picture
+_BLUR: Final = 1.0  # in pixels of the head's picture
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -122,7 +122,7 @@ def _light(ways: Float64, sizes: Float64) -> Float32:
     texels = directions(transport.environment_shape).reshape(-1, 3)
     level = np.hypot(texels[:, 0], texels[:, 2])
     values = np.empty((len(ways), len(transport.texel_basis)), np.float32)
-    # In parts, since all at once would need a hundred megabytes.
+    # Work in parts, since all lamps at once would need a hundred megabytes.
     for start in range(0, len(ways), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
         size = sizes[part, None].astype(np.float32)

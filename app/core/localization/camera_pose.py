@@ -185,7 +185,7 @@ _TRIES: Final = 1200
 _SITTER_SPREAD: Final = 0.015
 _NO_SITTER_SPREAD: Final = 0.04  # with a larger spread, the fit would move aside to explain depth
 _AIM_DEG: Final = 5.0  # how far beside the sitter a camera may be aimed
-_AIM_AWAY_DEG: Final = 6.5  # the same from its holder, who is not being watched
+_AIM_AWAY_DEG: Final = 6.5  # the same beside its holder, who is not being watched
 _BESIDE_DEG: Final = 5.0
 _CLEARLY: Final = 1.05  # factor by which more points must agree
 _SITTER_SHARE: Final = 0.3  # fraction of the angle itself, if the lens is unknown
@@ -213,7 +213,7 @@ _SURE: Final = 0.01
 _UNEVEN: Final = 0.12  # fraction of an enlargement: depth that is not the plane's
 _SLOPE: Final = 0.4
 _ROUNDS: Final = 6
-_NEAREST: Final = 4.5  # a larger enlargement would need too near an object: the match is wrong
+_NEAREST: Final = 4.5  # a larger enlargement would need an object too near, so the match is wrong
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -312,7 +312,7 @@ def find_stand(
     stand: Stand | None = Stand(pose, np.zeros(3), outlook)
     if not question.lens_known:
         stand = _scaled(Stand(pose, np.zeros(3), outlook), matches, question)
-    # Near the last heading the search is done; the holder of a camera is a hint, not a line.
+    # Near the last heading the search is done, and the holder of a camera is only a hint.
     if stand is None or question.near or question.away:
         return stand
     others = [p for p in (*poses, hint) if p is not None and p is not pose]

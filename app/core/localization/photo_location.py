@@ -58,7 +58,7 @@ _WIDER: Final = 1.15
 _PROOF: Final = (0.8, 0.88, 0.96)
 _FREE_PROOF: Final = (0.92, 0.97, 0.96)  # an unknown lens can stand in for a sideways offset
 _SAME_DEG: Final = 1.0
-# for two answers that agree: of the less and the more certain one
+# the same for two results that agree: for the less certain and the more certain result
 _SAME_PROOF: Final = (0.45, 0.65)
 _FREE_SAME_PROOF: Final = (0.9, 0.9)
 _OTHER_PROOF: Final = 0.97  # the stated lens was already tried, and nothing makes a picture wider

@@ -72,7 +72,7 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
     rotation, seeds = start
     for window in _WIDE_DEG:
         away = _angles(a, b @ rotation.T)
-        # The sum of angles rather than of their squares: nearly all objects are far enough away.
+        # Use the sum of angles, not of their squares, as nearly all objects are far enough away.
         weights = np.clip(1.0 - (away / (2.0 * window)) ** 2, 0.0, 1.0) ** 2 / np.maximum(away, 1.0)
         rotation = fit_rotation(a * weights[:, None], b)
     keep = _angles(a, b @ rotation.T) < _KEEP_DEG
@@ -88,7 +88,7 @@ def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
     count = len(a)
     if count < 8:
         return None
-    # Seeded: the same two pictures always give the same result.
+    # Use a seed, so that the same two pictures always give the same result.
     chance = np.random.default_rng(_SEED)
     i, j = chance.integers(0, count, _TRIALS), chance.integers(0, count, _TRIALS)
     cosine = (a[i] * a[j]).sum(axis=1)
@@ -216,7 +216,7 @@ _RATIO: Final = 0.85
 class PanoramaFeatures:
     """Feature points of a panorama."""
 
-    vectors: Float64  # (N, 3), unit vectors, panorama axes of `app.core.base.sphere`
+    vectors: Float64  # (N, 3), unit vectors in the panorama axes of `app.core.base.sphere`
     descriptors: Float32  # (N, 128), RootSIFT, of length 1
 
 
@@ -297,8 +297,8 @@ class Registration:
     shift_deg: float
     points: int
     trusted: bool
-    # (3, 3), from directions in the second to directions in the first;
-    # `app.core.base.sphere.remap_frame` with it aligns the second picture with the first. The
+    # (3, 3), from directions in the second to directions in the first. With it,
+    # `app.core.base.sphere.remap_frame` aligns the second picture with the first. It is the
     # identity if not trusted
     rotation: Float64 = field(repr=False)
 

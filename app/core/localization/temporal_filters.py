@@ -41,7 +41,7 @@ _ENOUGH: Final = 3
 _SPREAD: Final = 0.08  # median deviation over the median, for estimates that agree
 _AGAIN_S: Final = 4.0  # a zoom may have been turned, or the lens changed
 
-_STEP_DEG: Final = 12.0  # a sitter who moves less between two pictures is the same
+_STEP_DEG: Final = 12.0  # a sitter who moves less between two pictures is the same person
 _STAYS_S: Final = 1.5
 _LOOK_AGAIN_S: Final = 0.3
 _SEARCH_AGAIN_S: Final = 0.7
@@ -347,7 +347,7 @@ def _walked(walk: _Trace | None, sitter: Sitter | None, now_s: float) -> _Trace 
         unit = max(right - left, 1e-3)
         column = sitter.column / unit
         return _Trace(unit, column, tall, (column, column), (tall, tall), now_s, now_s)
-    # Smoothed, so that one wrong picture does not make a walk.
+    # Smooth the motion, so that one wrong picture does not count as a walk.
     share = 1.0 - math.exp(-min(max(now_s - walk.last_s, 0.0), 0.5 * _SMOOTH_S) / _SMOOTH_S)
     column = walk.column + share * (sitter.column / walk.unit - walk.column)
     tall = walk.tall + share * (tall - walk.tall)

@@ -158,7 +158,7 @@ def _unpacked(raw: bytes) -> dict[str, bytes]:
         for entry in entries:
             most = _MOST[entry.filename]
             plain = entry.compress_type in _METHODS and not entry.flag_bits & _ENCRYPTED
-            # Checked before unpacking: a small file can claim to unpack to a huge one.
+            # Check before unpacking, since a small file can claim to unpack to a huge file.
             if not plain or entry.file_size > most:
                 raise ValueError("an unexpected part")
             with archive.open(entry) as member:

@@ -293,7 +293,7 @@ _CHECKS: Final[dict[str, Check]] = {
     "seconds": _seconds,
     "warnings": _remarks,
 }
-# Journals of earlier versions lack these.
+# Journals of earlier versions lack these entries.
 _LATER: Final = frozenset({"picture_to_delete", "shot_start", "singles", "surplus"})
 _JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - _LATER)
 

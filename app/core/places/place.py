@@ -148,7 +148,7 @@ class Place:
     spot: str = ""
     # studio lamps by style name, with "" for all other styles; by default, the paper's lamps
     studios: Mapping[str, Studio] = field(default_factory=dict)
-    # permitted positions of the lens; the background in azimuths of the panorama
+    # permitted positions of the lens, with the background in azimuths of the panorama
     lens: LensWish = STRAIGHT
     remarks: tuple[Remark, ...] = ()
     source: PlaceSource | None = field(default=None, repr=False)

@@ -32,7 +32,7 @@ AGAIN_MINUTES: Final = 20.0
 DAY_MINUTES: Final = 24 * 60.0
 """Time after which daylight has changed completely."""
 
-_SOON: Final = 0.6  # of these limits
+_SOON: Final = 0.6  # fraction of these limits
 _SKEW_S: Final = 120.0  # possible difference between the clocks of camera and computer
 _LIMITS_MINUTES: Final[dict[Kind, tuple[float, float]]] = {
     "sky": (30.0, 60.0),

@@ -48,7 +48,7 @@ _BLOCK: Final = 5  # pixels, side of the squares that are stored as cosines
 _ROUNDED_UP: Final = 0.42  # added before rounding down: less than a half, since zeros take no space
 _TEXEL_STEPS: Final = 500
 _TARGET_STEPS: Final = 127
-_PLACE_M: Final = 2e-4  # step of stored positions, m
+_PLACE_M: Final = 2e-4  # step of stored positions, in metres
 
 
 @dataclass(frozen=True, slots=True, eq=False)

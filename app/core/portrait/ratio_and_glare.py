@@ -265,7 +265,8 @@ class Glare:
     """Glare in the sitter's eyes at one turn."""
 
     level: Level
-    # of the worst lamp, relative to the face: positive toward the sitter's left, in degrees
+    # azimuth of the worst lamp from the face's direction, positive toward the sitter's left, in
+    # degrees
     azimuth_deg: float
     elevation_deg: float  # positive up, in degrees
     veil: float

@@ -295,7 +295,7 @@ class AddedLight:
     name: str
     title: str  # title of a captured lamp, or "" for a preset, which is named by its kind
     distance_m: float | None  # distance from the centre of the head in metres, or None if unknown
-    # (576, 32, 64), fraction of each texel that the lamp hides, head frame
+    # (576, 32, 64), fraction of each texel that the lamp hides, in the head's frame
     alpha: Float32 = field(repr=False)
     # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, in cd/m2, or
     # None for a near lamp from numbers, which is not an environment

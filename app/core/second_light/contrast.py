@@ -203,7 +203,7 @@ class Contrast:
     """The pictures of a lamp's light and of the light that it hides, in a face's basis."""
 
     face: FaceBasis = field(repr=False)
-    # (33, K, 64) complex64, the rows of its basis, transformed along azimuth and conjugate
+    # (33, K, 64) complex64, the rows of the face's basis, transformed along azimuth and conjugated
     spectra: NDArray[np.complex64] = field(repr=False)
     lamp: Float64 = field(repr=False)  # (K, 576), coordinates of the lamp's pictures
     # (576,), squared norm of their part outside the basis

@@ -88,7 +88,7 @@ def refine(
     if float(np.linalg.eigvalsh(bend[part]).max()) < 0:
         moves[free] = np.linalg.solve(bend[part], -slope[free])
     if np.abs(moves).max() > 0.5 or not moves.any():
-        # One axis at a time if all together lead too far.
+        # Move along one axis at a time if all axes together lead too far.
         sharp = np.minimum(np.diag(bend), -1e-12 * max(scale, 1e-30))
         moves = np.where(free, np.clip(-slope / sharp, -0.5, 0.5), 0.0)
     if gate is not None:

@@ -67,8 +67,8 @@ class LampPlacement:
     lamp_altitude_deg: float
     lamp_azimuth_refined_deg: float
     lamp_altitude_refined_deg: float
-    # quality, match, strength: at that grid point. Quality (eq. 7) in the unit of the environment,
-    # the others 0 to 100
+    # quality, match, strength: values at that grid point. Quality (eq. 7) is in the unit of the
+    # environment, the others are 0 to 100
     quality: float
     match: float
     strength: float

@@ -212,7 +212,7 @@ class Signatures:
             yes[waived] = nearly[waived] = np.inf
         for worst in (yes, nearly):
             worst[..., ~signed, :] = np.nan
-        # One relation of every style at a time, so that the few planes in use stay in the cache.
+        # Take one relation of every style at a time, so that the planes in use stay in the cache.
         inside, within = (worst[..., signed, :] for worst in (yes, nearly))
         for one in rows.T:
             bright, dark = (places[one] for places in self._pairs)

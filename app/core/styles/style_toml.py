@@ -45,7 +45,7 @@ def parse(path: Path) -> Mapping[str, object]:
     try:
         with open_file(path) as stream:
             data = stream.read(_MAX_BYTES + 1)
-        # tomllib needs minutes for a key of very many parts.
+        # tomllib needs minutes for a key with very many parts.
         if len(data) > _MAX_BYTES or data.count(b".") > _MOST_DOTS:
             raise StyleError(tr("{name} is too large for a style.", name=path.name))
         table = tomllib.loads(data.decode("utf-8"))

@@ -103,7 +103,7 @@ class Shot:
     best: int | None = None
     # by_face: whether the facing comes from the light on the face, not from the background
     by_face: bool = False
-    mirrored: bool = False  # whether it was read as a mirror image
+    mirrored: bool = False  # whether the photo was read as a mirror image
     grade: str | None = None  # grade of the style on the face
     # key_deg, key_promised_deg: azimuths of the key from the face, positive toward its left
     key_deg: float | None = None

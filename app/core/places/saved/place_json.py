@@ -170,7 +170,7 @@ _PLACE: Final[dict[str, tuple[Check, Any]]] = {
 _ANSWERS: Final = ("results", "before")
 _REMARKS: Final = ("warnings", "advice", "notes")
 _SUMMARY_KEYS: Final = ("name", "made_at", "environment", "tags", "notes")
-_LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones
+_LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long entries
 
 
 def to_json(place: Place) -> Facts:

@@ -41,7 +41,8 @@ class CapturedLamp:
 
     name: str
     title: str
-    # (H, 2 H, 3), the whole capture with the dark room, linear Rec. 709, panorama frame; read-only
+    # (H, 2 H, 3), the whole capture with the dark room, linear Rec. 709, in the panorama's frame;
+    # read-only
     radiance: FloatImage = field(repr=False)
     # (H, 2 H), fraction of each texel that the lamp covers, 0 to 1; read-only
     alpha: Float32 = field(repr=False)

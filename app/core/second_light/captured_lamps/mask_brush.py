@@ -35,7 +35,7 @@ def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, is_lamp
     height = np.radians(90.0 - step * (np.arange(rows) + 0.5))
     around = np.radians(step * (np.arange(columns) + 0.5) - 180.0)
     for azimuth, elevation in _along(points, max(_APART * radius, step)):
-        # Only the rows within reach.
+        # Use only the rows within the brush's reach.
         first = max(math.floor((90.0 - elevation - radius) / step) - 1, 0)
         last = min(math.ceil((90.0 - elevation + radius) / step) + 1, rows)
         if first >= last:
