@@ -30,10 +30,10 @@ from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 from app.words.measure.ways import beside_words, mirror_words
-from app.words.out_of_reach import grade_words, reason_sentence
 from app.words.phrases.directions import SHORT_SIDES
 from app.words.phrases.turns import turn_words
 from app.words.remarks import sentences
+from app.words.why_out_of_reach import grade_words, reason_sentence
 
 _EVERY_S: Final = 5.0  # seconds of video
 

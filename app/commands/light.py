@@ -72,10 +72,10 @@ from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words
-from app.words.out_of_reach import reason_sentence
 from app.words.phrases.directions import aside_words, placement_words
 from app.words.phrases.quantities import metres
 from app.words.remarks import sentences
+from app.words.why_out_of_reach import reason_sentence
 
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 

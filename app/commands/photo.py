@@ -12,7 +12,7 @@ from app.commands.shared.arguments import add_json, argument
 from app.commands.shared.printing import answer, say, short
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
-from app.core.faces.light_reading import FaceLight, read_light
+from app.core.faces.light_from_face import FaceLight, read_light
 from app.core.faces.shot_check import (
     Check,
     Promise,
@@ -33,11 +33,11 @@ from app.core.styles.style import Style
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.styles.styles import select
 from app.core.text import tr
-from app.words.out_of_reach import grade_words
 from app.words.phrases.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
 from app.words.phrases.quantities import stops_words
 from app.words.phrases.turns import turn_words
 from app.words.portrait.face_reading import UNREAD
+from app.words.why_out_of_reach import grade_words
 
 FRONT_CAMERA: Final = tr(
     "This photo was taken with a front camera. If text in it is backwards, add --mirrored."

@@ -59,11 +59,11 @@ from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.measure.doubts import doubt_words
-from app.words.out_of_reach import grade_words, reason_sentence
 from app.words.phrases.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.words.phrases.turns import direction_words, size_words
 from app.words.remarks import sentences
 from app.words.styles import caution_words
+from app.words.why_out_of_reach import grade_words, reason_sentence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

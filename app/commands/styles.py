@@ -12,7 +12,7 @@ from app.commands.shared.printing import answer, fields
 from app.core.base.errors import StyleError
 from app.core.base.paths import user_data
 from app.core.faces.finder import find_faces
-from app.core.faces.light_reading import read_light
+from app.core.faces.light_from_face import read_light
 from app.core.localization.photo_location import read_photo
 from app.core.painting.photo_style import photo_lamps, photo_style
 from app.core.painting.user_styles import add

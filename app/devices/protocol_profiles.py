@@ -14,8 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, TypeAlias
 
-from app.core.cameras.camera_limits import CameraLimits
-from app.core.cameras.camera_models import CAMERAS, CameraFacts, camera_facts
+from app.core.camera_models import CAMERAS, CameraFacts, CameraLimits, camera_facts
 from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192

@@ -28,10 +28,10 @@ from app.export.canvas import (
     wrap_text,
 )
 from app.export.theme import Dark, draw_meter
-from app.words.out_of_reach import reason_sentence
 from app.words.phrases.directions import place_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import arc_words, direction_words, size_words
+from app.words.why_out_of_reach import reason_sentence
 
 WIDTH: Final = 256.0
 _PAD: Final = 12.0

@@ -27,7 +27,7 @@ from app.core.portrait.ratio_and_glare import (
 from app.core.solver.peaks import value_at
 from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport, render, to_image
-from app.words.out_of_reach import reason_sentence
+from app.words.why_out_of_reach import reason_sentence
 
 _LEAST_SHARE: Final = 0.03
 _MOST_LAMPS: Final = 4

@@ -13,11 +13,11 @@ from app.core.styles.lamps import Studio
 from app.core.styles.style import Style
 from app.core.text import tr, tr_plural
 from app.words.lamps import studio_words
-from app.words.out_of_reach import grade_words, nearly_sentence, out_of_reach_spoken
 from app.words.phrases.directions import LENS_CHOICES, aside_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import turn_words
 from app.words.styles import side_words
+from app.words.why_out_of_reach import grade_words, nearly_sentence, out_of_reach_spoken
 
 _UNLIKE: Final = 10  # match of 100 below which a picture does not count as similar
 _SPOKEN_SIDES: Final = {

@@ -27,7 +27,7 @@ from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_encode, tone_map
 from app.core.environment.environment import read_environment
 from app.core.faces.finder import find_faces
-from app.core.faces.light_reading import FaceLight, read_light
+from app.core.faces.light_from_face import FaceLight, read_light
 from app.core.localization.views import Lens, look
 from app.core.painting.photo_style import photo_style
 from app.core.painting.user_style import prepare_user_style, solve_user_styles

@@ -33,10 +33,10 @@ from app.ui.screens.styles.detail import DetailState
 from app.ui.screens.styles.detail_pictures import DetailResolver
 from app.ui.screens.styles.gallery import GalleryQuestion, Sizes, Snapshot
 from app.words.lights import share_words
-from app.words.out_of_reach import grade_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import arc_words, direction_words, size_words
 from app.words.portrait.face_light import glare_sentence, stops_words
+from app.words.why_out_of_reach import grade_words
 
 Values = Mapping[str, object]
 _SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))

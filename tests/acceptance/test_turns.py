@@ -24,7 +24,7 @@ from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_names
 from app.core.styles.styles import mirror_name
-from app.words.out_of_reach import reason_sentence
+from app.words.why_out_of_reach import reason_sentence
 from benchmarks.speed.plain_search import preintegrate
 
 Float = NDArray[np.float64]

@@ -20,7 +20,7 @@ from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.styles.styles import NAMES
-from app.words.out_of_reach import reason_line
+from app.words.why_out_of_reach import reason_line
 from tests.helpers.probes import place as lamps
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 

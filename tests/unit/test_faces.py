@@ -14,7 +14,7 @@ from app.core.base.colour import to_bytes
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.faces.finder import Face, face_mesh, find_faces
-from app.core.faces.light_reading import FaceLight, Unread, read_light
+from app.core.faces.light_from_face import FaceLight, Unread, read_light
 from app.core.faces.pose import USUAL_FOCAL, head_pose
 from app.core.localization.views import Lens, look
 from app.core.portrait.full_size_portrait import portrait_picture

@@ -9,7 +9,7 @@ from app.core.base.angles import TURNS
 from app.core.base.arrays import Float32, Float64
 from app.core.environment.environment import solid_angles
 from app.core.faces.face_on_head import head_map
-from app.core.measure.film.light_from_faces import FaceTurns, FilmedLight, find_light, gather
+from app.core.measure.film.deconvolution import FaceTurns, FilmedLight, find_light, gather
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import render

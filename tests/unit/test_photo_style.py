@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import StyleError
-from app.core.faces.light_reading import FaceLight, Unread
+from app.core.faces.light_from_face import FaceLight, Unread
 from app.core.faces.pose import HeadPose
 from app.core.painting.photo_style import photo_lamps, photo_style
 from app.core.painting.user_style import UserStyle, prepare_user_style, solve_user_styles

@@ -31,7 +31,7 @@ from app.core.solver.style_result import PeakResult, StyleResult
 from app.core.storage.json_file import Unfit
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.styles.styles import NAMES
-from app.words.out_of_reach import reason_card, reason_sentence
+from app.words.why_out_of_reach import reason_card, reason_sentence
 
 VALUES = st.floats(-1e300, 1e300)
 TURNS = st.floats(-180.0, 180.0)

@@ -16,7 +16,7 @@ from app.core.base.angles import whole, wrap
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
 from app.core.faces.finder import Face
-from app.core.faces.light_reading import FaceLight
+from app.core.faces.light_from_face import FaceLight
 from app.core.faces.pose import HeadPose
 from app.core.faces.shot_check import Check
 from app.core.guidance.who_moves import Mode

@@ -25,8 +25,8 @@ from app.ui.screens.light.placement.answers import Answers, LampPosition
 from app.ui.screens.light.screen import STILL_SHOWING, TRYING, LightPresenter
 from app.ui.screens.light.style_list import BETTER, NOW_POSSIBLE, STILL_OUT, STRONGER, TOO_WEAK
 from app.ui.screens.light.two_steps import move_words
-from app.words.out_of_reach import too_soft_words
 from app.words.phrases.directions import SIDES, lens_words
+from app.words.why_out_of_reach import too_soft_words
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light
 

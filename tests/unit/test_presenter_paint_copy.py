@@ -21,7 +21,7 @@ from app.ui.presenters import heads
 from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.styles.gallery import Sizes
-from app.words.out_of_reach import out_of_reach_sentence
+from app.words.why_out_of_reach import out_of_reach_sentence
 from tests.helpers.cases import sample_first
 from tests.helpers.styles_screen import Table, head, scene_light
 

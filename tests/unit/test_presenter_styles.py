@@ -27,7 +27,6 @@ from app.ui.presenters.window_model import NO_LIGHT, Step
 from app.ui.screens.styles.cards import CANNOT_READ, Filter, Sort, empty_words
 from app.ui.screens.styles.gallery import Sizes, look, question_of
 from app.ui.screens.styles.screen import StylesState, StylesView
-from app.words.out_of_reach import reason_card, reason_sentence
 from app.words.phrases.directions import SIDES, light_words
 from app.words.portrait.face_light import (
     CONVENTION,
@@ -36,6 +35,7 @@ from app.words.portrait.face_light import (
     ratio_sentence,
 )
 from app.words.verdict import close_to
+from app.words.why_out_of_reach import reason_card, reason_sentence
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
 

@@ -15,7 +15,7 @@ import pytest
 from app.core.base.angles import whole, wrap
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face
-from app.core.faces.light_reading import FaceLight
+from app.core.faces.light_from_face import FaceLight
 from app.core.faces.pose import HeadPose
 from app.core.faces.shot_check import Check
 from app.core.localization.photo_location import PhotoLocation
@@ -28,9 +28,9 @@ from app.ui.screens.turn.guidance import FROM_PHOTO
 from app.ui.screens.turn.photos import check_job as photo_check
 from app.ui.screens.turn.photos import photos
 from app.ui.screens.turn.photos.photos import DROP_WORDS, REMOVED, TURN_NOT_SHOWN, TURN_UNKNOWN
-from app.words.out_of_reach import grade_words
 from app.words.phrases.directions import key_words, ratio_words
 from app.words.phrases.turns import taken_words
+from app.words.why_out_of_reach import grade_words
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
 

@@ -11,7 +11,7 @@ from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.turn_choice import Limits
 from app.core.styles.style import Style
 from app.core.styles.styles import load_styles
-from app.words.out_of_reach import reason_sentence
+from app.words.why_out_of_reach import reason_sentence
 from tests.helpers.synthetic import lamp_environment, solid_angles, texel_directions
 
 Float = NDArray[np.float64]

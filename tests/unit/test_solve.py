@@ -23,7 +23,7 @@ from app.core.solver.weights import painted, target_weights
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.styles.styles import mirror_name
-from app.words.out_of_reach import reason_sentence
+from app.words.why_out_of_reach import reason_sentence
 from benchmarks.speed.plain_search import matrix, preintegrate
 from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import (

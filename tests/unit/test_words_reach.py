@@ -17,7 +17,7 @@ from app.core.solver.shortfall import (
     SavedReason,
     Shortfall,
 )
-from app.words.out_of_reach import (
+from app.words.why_out_of_reach import (
     nearly_card,
     nearly_sentence,
     out_of_reach_sentence,

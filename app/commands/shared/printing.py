@@ -10,9 +10,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from app.core.text import tr
-from app.words.out_of_reach import reason_sentence
 from app.words.phrases.quantities import about_words
 from app.words.progress import progress_words
+from app.words.why_out_of_reach import reason_sentence
 
 if TYPE_CHECKING:
     import argparse

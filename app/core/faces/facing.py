@@ -19,7 +19,7 @@ from app.core.base.angles import arc_width, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.sphere import directions, positions
 from app.core.faces.face_on_head import head_map
-from app.core.faces.light_reading import FRONTAL_DEG, usual_pose
+from app.core.faces.light_from_face import FRONTAL_DEG, usual_pose
 from app.core.faces.pose import HeadPose
 from app.core.solver.search import luminance_of
 

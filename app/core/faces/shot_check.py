@@ -13,7 +13,7 @@ from app.core.base.colour import luminance
 from app.core.faces.face_on_head import head_map, on_head
 from app.core.faces.facing import WIDE_DEG, FacingEstimate, Standing, find_facing, standing
 from app.core.faces.finder import Face
-from app.core.faces.light_reading import FRONTAL_DEG, FaceLight, light_on_head, usual_pose
+from app.core.faces.light_from_face import FRONTAL_DEG, FaceLight, light_on_head, usual_pose
 from app.core.faces.pose import head_pose
 from app.core.portrait.ratio_and_glare import lighting_ratio
 from app.core.solver.place_light import PlaceLight, turned

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from app.core.base.errors import StyleError
-from app.core.faces.light_reading import FaceLight, Unread
+from app.core.faces.light_from_face import FaceLight, Unread
 from app.core.painting.canvas import Canvas, from_weights, make_canvas, weights_of
 from app.core.painting.user_style import MAX_TITLE, UserStyle, clean_text, light_side
 from app.core.solver.transport import Transport, render, to_image

@@ -11,12 +11,19 @@ from typing import Final
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
-from app.ui.plots.parts.base import TurnPlot, disc, draw_text
+from app.ui.plots.match_circle_marks import (
+    draw_dot,
+    draw_needle_dot,
+    draw_peak,
+    draw_words,
+    name_place,
+)
+from app.ui.plots.parts.base import TurnPlot
 from app.ui.plots.parts.curve_items import Backdrop, Curve, Draw, Mark, MarkGroup, Pieces
 from app.ui.plots.parts.geometry import (
     Dial,
@@ -93,10 +100,10 @@ class PolarPlot(TurnPlot):
         parts = (self._ground, self._inside, self._limit, self._arc, self._rim, self._ticks)
         self._backdrop = add(Backdrop(*parts, self._curve))
         self._peaks, self._marks = add(MarkGroup()), add(MarkGroup())
-        self._ends = [add(Mark(partial(_draw_words, text), px(32))) for text in _ENDS]
+        self._ends = [add(Mark(partial(draw_words, text), px(32))) for text in _ENDS]
         self._head = Curve(line, fill=t.c.raised)
         self._needle_line = Curve(pen(t.c.amber, 2.0 * t.line_width))
-        self._dot = Mark(_draw_needle_dot, px(24))
+        self._dot = Mark(draw_needle_dot, px(24))
         self._turned = add(pg.ItemGroup())
         for item in (self._head, self._needle_line, self._dot):
             self._turned.addItem(item)
@@ -230,12 +237,12 @@ class PolarPlot(TurnPlot):
         signs: list[tuple[Point, Draw, float]] = []
         for name, turn in self._data.marks:
             radius = dial.radius(value_at(self._data.curve, turn))
-            signs.append((at_turn(_O, radius, turn), _draw_dot, px(16)))
-            middle = _name_place(dial, radius, turn, name, places)
+            signs.append((at_turn(_O, radius, turn), draw_dot, px(16)))
+            middle = name_place(dial, radius, turn, name, places)
             if middle is not None:
                 wide = text_width(theme().font(12), name)
-                signs.append((middle, partial(_draw_words, name), wide))
-        self._peaks.show_marks([(place, _draw_peak, px(16)) for place in places])
+                signs.append((middle, partial(draw_words, name), wide))
+        self._peaks.show_marks([(place, draw_peak, px(16)) for place in places])
         self._marks.show_marks(signs)
 
     def _show_needle(self) -> None:
@@ -279,7 +286,7 @@ class PolarPlot(TurnPlot):
         hovered = hit(self.peak_places(), point, px(_GRAB))
         if hovered != self._hovered:
             for index, peak in enumerate(self._peaks.marks):
-                peak.set_draw(partial(_draw_peak, hovered=index == hovered))
+                peak.set_draw(partial(draw_peak, hovered=index == hovered))
             self._hovered = hovered
             shape = Qt.CursorShape
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
@@ -312,44 +319,3 @@ class PolarPlot(TurnPlot):
     def _choose(self, peak: int) -> None:
         self.set_needle(self._data.peaks[peak])
         self.peak_chosen.emit(peak)
-
-
-def _name_place(
-    dial: Dial, radius: float, turn: float, name: str, peaks: Sequence[Point]
-) -> Point | None:
-    """Return a free position for a mark's name outside or inside its dot, or None."""
-    wide = text_width(theme().font(12), name)
-    half = wide / 2.0 * abs(math.sin(math.radians(turn)))
-    away = half + px(12)
-    for far in (radius + away, radius - away):
-        middle = at_turn(dial.centre, far, turn)
-        clear = dial.core + half < far < dial.rim - half and not any(
-            abs(x - middle[0]) < wide / 2.0 + px(6) and abs(y - middle[1]) < px(12)
-            for x, y in peaks
-        )
-        if clear:
-            return middle
-    return None
-
-
-def _draw_words(words: str, painter: QPainter, middle: Point) -> None:
-    draw_text(painter, middle, words, theme().font(12), theme().c.dim)
-
-
-def _draw_dot(painter: QPainter, place: Point) -> None:
-    t = theme()
-    disc(painter, place, px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
-
-
-def _draw_peak(painter: QPainter, place: Point, *, hovered: bool = False) -> None:
-    t = theme()
-    radius = px(8) / 2.0 - 0.75
-    fill = t.c.text if hovered else t.c.bg
-    disc(painter, place, radius, fill, t.c.bg, 4.5)
-    disc(painter, place, radius, fill, t.c.text, t.line_width + 0.5)
-
-
-def _draw_needle_dot(painter: QPainter, place: Point) -> None:
-    t, radius = theme(), px(16) / 2.0
-    disc(painter, place, radius, t.c.bg, t.c.amber, t.line_width + 0.75)
-    disc(painter, place, radius - 2.0, t.c.amberfill)

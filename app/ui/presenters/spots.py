@@ -27,10 +27,10 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
-from app.words.out_of_reach import reason_sentence
 from app.words.phrases.quantities import time_words
 from app.words.phrases.turns import leeway_words, turn_words
 from app.words.styles import full_title
+from app.words.why_out_of_reach import reason_sentence
 
 NONE_READ: Final = tr("None of these places can be read.")
 _JOB: Final = "spots"

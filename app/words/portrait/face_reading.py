@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.core.faces.light_reading import Unread
+from app.core.faces.light_from_face import Unread
 from app.core.text import tr
 
 UNREAD: Final = {

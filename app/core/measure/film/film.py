@@ -19,8 +19,9 @@ from app.core.base.remarks import Remark
 from app.core.environment.environment import reduce_radiance
 from app.core.faces.face_on_head import head_map, on_head
 from app.core.faces.finder import Face, find_faces
-from app.core.faces.light_reading import FRONTAL_DEG
+from app.core.faces.light_from_face import FRONTAL_DEG
 from app.core.faces.pose import HeadPose, head_pose
+from app.core.measure.film.deconvolution import MOST, FilmedLight, find_light, gather
 from app.core.measure.film.headings import (
     Background,
     FramePair,
@@ -29,7 +30,6 @@ from app.core.measure.film.headings import (
     find_headings,
     step,
 )
-from app.core.measure.film.light_from_faces import MOST, FilmedLight, find_light, gather
 from app.core.measure.film.remarks import FilmBlank, FilmOpen, FilmPart, FilmRough, FilmStill
 from app.core.measure.film.surroundings import surroundings, with_detail
 from app.core.solver.solve import solve_all

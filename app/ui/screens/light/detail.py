@@ -15,11 +15,11 @@ from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.two_steps import move_words
 from app.words.lamps import power_share, stops_down
-from app.words.out_of_reach import reason_sentence
 from app.words.phrases.directions import light_words, lit_aside_words
 from app.words.phrases.quantities import contrast_words, upper_first
 from app.words.phrases.turns import signed, turn_words
 from app.words.verdict import whole_of
+from app.words.why_out_of_reach import reason_sentence
 
 Verdict: TypeAlias = Literal["", "in", "out"]
 """Verdict on the style with the lamp at its current position, or "" while unknown."""

@@ -16,9 +16,9 @@ from app.ui.screens.light.lamp import lamp_words
 from app.ui.screens.light.placement.answers import Answers, Nearer, kind_of, powers_for
 from app.ui.screens.styles.cards import side_line
 from app.words.lamps import power_share
-from app.words.out_of_reach import reason_line, too_soft_words
 from app.words.phrases.quantities import metres
 from app.words.verdict import whole_of
+from app.words.why_out_of_reach import reason_line, too_soft_words
 
 NOW_POSSIBLE: Final = tr("Now possible with this lamp")
 BETTER: Final = tr("Better with this lamp")

@@ -25,8 +25,8 @@ from app.core.text import tr
 from app.ui.presenters.services import Services
 from app.ui.presenters.window_model import NO_LIGHT, Model
 from app.ui.screens.paint.document import PaintDocument
-from app.words.out_of_reach import out_of_reach_sentence, reason_sentence
 from app.words.phrases.turns import arc_words, direction_lines, signed, size_words
+from app.words.why_out_of_reach import out_of_reach_sentence, reason_sentence
 
 Size: TypeAlias = tuple[int, int]
 Way: TypeAlias = Literal["clockwise", "counter-clockwise", "none", ""]

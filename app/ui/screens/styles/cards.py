@@ -19,16 +19,16 @@ from app.core.text import tr
 from app.ui.presenters.window_model import NO_LIGHT
 from app.ui.screens.styles.gallery import Snapshot
 from app.words import verdict
-from app.words.out_of_reach import (
+from app.words.phrases.directions import lit_aside_brief, lit_aside_words
+from app.words.phrases.turns import size_words
+from app.words.styles import full_title, side_words
+from app.words.why_out_of_reach import (
     nearly_card,
     reason_card,
     reason_sentence,
     too_soft_card,
     too_soft_words,
 )
-from app.words.phrases.directions import lit_aside_brief, lit_aside_words
-from app.words.phrases.turns import size_words
-from app.words.styles import full_title, side_words
 
 CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}

@@ -20,7 +20,6 @@ from app.ui.screens.styles.cards import (
     least_match,
 )
 from app.ui.screens.styles.gallery import Snapshot
-from app.words.out_of_reach import grade_words, reason_line, reason_sentence
 from app.words.phrases.directions import lit_aside_words
 from app.words.phrases.quantities import contrast_words, lower_first, upper_first
 from app.words.phrases.turns import (
@@ -39,6 +38,7 @@ from app.words.verdict import (
     verdict_sentence,
     whole_of,
 )
+from app.words.why_out_of_reach import grade_words, reason_line, reason_sentence
 
 _SAME_DEG: Final = 1e-6
 

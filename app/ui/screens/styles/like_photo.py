@@ -14,7 +14,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import StyleError
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.lamp_likeness import FILLS
-from app.core.faces.light_reading import FaceLight, read_light
+from app.core.faces.light_from_face import FaceLight, read_light
 from app.core.localization.photo_location import PHOTO_ENDINGS, Photo, is_panorama, read_photo
 from app.core.painting.photo_style import photo_lamps, photo_studio, photo_style
 from app.core.painting.user_style import UserStyle

@@ -13,9 +13,9 @@ from app.core.solver.peaks import value_at
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.text import tr
 from app.ui.presenters.window_model import COMPUTING, LampPlan, Model
-from app.words.out_of_reach import grade_words
 from app.words.phrases.directions import SIDE_LINES
 from app.words.styles import side_words
+from app.words.why_out_of_reach import grade_words
 
 if TYPE_CHECKING:
     from app.core.faces.shot_check import Check

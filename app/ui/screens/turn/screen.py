@@ -17,7 +17,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, sound_words
 from app.ui.presenters.window_model import COMPUTING, NO_LIGHT, Step
 from app.ui.screens.turn.background_strip import scale_of
-from app.ui.screens.turn.beeper import Beeper
+from app.ui.screens.turn.beep_player import BeepPlayer
 from app.ui.screens.turn.goal import TurnScene
 from app.ui.screens.turn.guidance import GuidanceController
 from app.ui.screens.turn.live.alignment import AlignmentPanel
@@ -81,7 +81,7 @@ class TurnPresenter(Presenter[TurnView]):
         self.alignment = AlignmentPanel(services, self._camera, self._guidance, self._refresh)
         self._face = FaceReader(services, self._refresh)
         self._images = TurnImages(services, self._refresh)
-        self._beeper = Beeper(services)
+        self._beeps = BeepPlayer(services)
         self.sources = SourcesPresenter(services, self._camera, self._source_taken)
         self.shots = Shots(
             services, place_controller, lambda: self._tracker.index, self._show_shots
@@ -100,7 +100,7 @@ class TurnPresenter(Presenter[TurnView]):
         """Stop the camera and the sound."""
         self._on = False
         self._place_controller.photo_taker = None
-        self._beeper.stop()
+        self._beeps.stop()
         self._camera.stop()
         self._tracker.stop()
         self.alignment.stop()
@@ -168,10 +168,10 @@ class TurnPresenter(Presenter[TurnView]):
         self._refresh()
         if self._services.model.goal_computing:
             # The goal may change in a moment.
-            self._beeper.stop()
+            self._beeps.stop()
             return
         self._note_arrival()
-        self._beeper.tick(self._guidance.guide)
+        self._beeps.tick(self._guidance.guide)
 
     def _note_arrival(self) -> None:
         """Mark the goal as reached when the camera or a photo shows the sitter in the light."""

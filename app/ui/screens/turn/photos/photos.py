@@ -36,11 +36,11 @@ from app.ui.screens.turn.photos.check_job import (
     check_photo,
     shot_context,
 )
-from app.words.out_of_reach import grade_words
 from app.words.phrases.directions import key_words, ratio_words
 from app.words.phrases.quantities import time_words
 from app.words.phrases.turns import likeness_words, sureness_words, taken_words
 from app.words.remarks import sentences
+from app.words.why_out_of_reach import grade_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

@@ -14,7 +14,7 @@ _LOOPS: Final = 8  # seconds of the steady tone, which loops without a click
 _EARLY_S: Final = 0.04  # replays slightly early, as an overlap is less noticeable than a gap
 
 
-class Beeper:
+class BeepPlayer:
     """The sounds of the guidance, played if the settings allow them."""
 
     def __init__(self, services: Services) -> None:

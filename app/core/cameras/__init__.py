@@ -1,1 +1,0 @@
-"""The Ricoh Theta models, and the exposure settings that each accepts."""
