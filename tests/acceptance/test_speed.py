@@ -50,7 +50,7 @@ def _rows() -> dict[str, Row]:
 
 
 def _measured(*words: str) -> dict[str, Row]:
-    found = json.loads(_turnlight("bench", "--no-peers", "--json", *words).stdout)
+    found = json.loads(_turnlight("bench", "--no-peers", "--brief", "--json", *words).stdout)
     names = {field.name for field in fields(Row)} - {"peers"}
     rows = [Row(**{name: row[name] for name in names}) for row in found["rows"]]
     return {row.name: row for row in rows}

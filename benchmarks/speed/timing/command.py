@@ -53,6 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-peers", action="store_true", help="leave out other programs, some take minutes"
     )
     parser.add_argument(
+        "--brief", action="store_true", help="stop timing a row as soon as it meets its targets"
+    )
+    parser.add_argument(
         "-o",
         "--output",
         metavar="FOLDER",
@@ -88,7 +91,16 @@ def run(args: argparse.Namespace) -> int:
 def _bench(args: argparse.Namespace, transport: Transport, pack: StylePack, token: Token) -> int:
     peers = not args.no_peers
     views, only = _views(pack, args.head), args.only
-    found = run_all(transport, pack, ProgressPrinter(), token, views=views, peers=peers, only=only)
+    found = run_all(
+        transport,
+        pack,
+        ProgressPrinter(),
+        token,
+        views=views,
+        peers=peers,
+        only=only,
+        brief=args.brief,
+    )
     values = as_json(found, args.head)
     # Printed first, so that minutes of measuring are not lost to a full disk.
     print(json.dumps(values) if args.json else _table(found))
