@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,7 +21,14 @@ INTERRUPTED = 130
 
 
 def run(module: str, *arguments: str) -> int:
-    return subprocess.run([sys.executable, "-m", module, *arguments], cwd=ROOT).returncode
+    return subprocess.run(
+        [sys.executable, "-m", module, *arguments], cwd=ROOT, env=environment()
+    ).returncode
+
+
+def environment() -> dict[str, str]:
+    """Return the environment for tests: hundreds of processes must not each compile everything."""
+    return {name: text for name, text in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 def run_checks() -> list[int]:
