@@ -46,10 +46,14 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Table:
 
 def _paint(table: Table, key: str) -> PaintPresenter:
     paint = PaintPresenter(table.services, table.desk)
-    table.model.update(step=Step.STYLES, painting=key)
     paint.sized(*_SIZE)
-    paint.enter()
+    _enter(table, paint, key)
     return paint
+
+
+def _enter(table: Table, paint: PaintPresenter, key: str) -> None:
+    table.model.update(step=Step.STYLES, painting=key)
+    paint.enter()
 
 
 def _same(table: Table, paint: PaintPresenter, key: str) -> None:
@@ -93,8 +97,10 @@ _CASES = [("generic", "plain"), ("generic", "lamps"), ("generic-dark", "short")]
 def test_painting_without_strokes_shows_the_style(table: Table, name: str, setting: str) -> None:
     table.desk.heads.load(name)
     _SETTINGS[setting](table)
+    paint = PaintPresenter(table.services, table.desk)
+    paint.sized(*_SIZE)
     for key in [style.name for style in head(name).pack.styles]:
-        paint = _paint(table, key)
+        _enter(table, paint, key)
         _same(table, paint, key)
         paint.leave()
 
