@@ -139,7 +139,7 @@ class _HeadView(LampPlot):
     def _place(self, state: Heads) -> None:
         """Position the ring and the head."""
         self._ring.set_points(circle(self.reach))
-        self._outline.set_points(finely((self.scale * self.outline(state)).tolist()))
+        self._outline.set_points(finely(self.scale * self.outline(state)))
 
     def _from_middle(self, azimuth_deg: float, altitude_deg: float) -> Point:
         place, middle = self.place_of(azimuth_deg, altitude_deg), self.middle

@@ -189,7 +189,8 @@ class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
         area, ratio = self.getViewWidget().rect(), device_ratio(painter)
         if (transform, area, ratio) != self._key:
             self._key = (transform, area, ratio)
-            self._picture = QPixmap(area.size() * ratio)
+            if self._picture.size() != area.size() * ratio:
+                self._picture = QPixmap(area.size() * ratio)
             self._picture.setDevicePixelRatio(ratio)
             self._picture.fill(Qt.GlobalColor.transparent)
             inner = QPainter(self._picture)

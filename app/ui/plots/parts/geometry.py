@@ -91,13 +91,16 @@ class Dial:
         """Return the position of a value at a turn in degrees."""
         return at_turn(self.centre, self.radius(value), turn_deg)
 
-    def outline(self, curve: Sequence[float]) -> list[Point]:
-        """Return the positions of values at evenly spaced turns from 0, clockwise."""
-        step = 360.0 / max(len(curve), 1)
-        return [self.place(index * step, value) for index, value in enumerate(curve)]
+    def outline(self, curve: Sequence[float]) -> NDArray[np.float64]:
+        """Return the positions of values at evenly spaced turns from 0, clockwise, as (n, 2)."""
+        values = np.clip(np.asarray(curve, np.float64), 0.0, 100.0)
+        radii = self.core + (self.rim - self.core) * values / 100.0
+        turns = np.arange(len(radii)) * (2.0 * np.pi / max(len(radii), 1))
+        across, up = radii * np.sin(turns), radii * np.cos(turns)
+        return np.stack([self.centre[0] + across, self.centre[1] - up], axis=1)
 
 
-def smooth(points: Sequence[Point]) -> NDArray[np.float64]:
+def smooth(points: Sequence[Point] | NDArray[np.float64]) -> NDArray[np.float64]:
     """Fit a smooth closed Bezier curve through points.
 
     The tangent at a point is that of the parabola through the point and its neighbours. The handles
@@ -123,9 +126,9 @@ def smooth(points: Sequence[Point]) -> NDArray[np.float64]:
     return np.stack([here + handle, stop - other, stop], axis=1)
 
 
-def finely(points: Sequence[Point]) -> NDArray[np.float64]:
+def finely(points: Sequence[Point] | NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the smooth closed curve through points as (n, 2), with four samples per point."""
-    if not points:
+    if not len(points):
         return np.zeros((0, 2))
     pieces = np.concatenate([np.asarray(points, float)[:, None], smooth(points)], axis=1)
     fine = np.einsum("sk,nkd->nsd", _BERNSTEIN, pieces).reshape(-1, 2)
