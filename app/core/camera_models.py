@@ -25,10 +25,13 @@ Preview = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class CameraLimits:
-    """Values that a camera accepts in its manual program.
+    """Exposure settings that a camera accepts in its manual program.
 
-    Exposure times are in seconds, exactly as they must be sent, in any order. An invalid list
-    raises `ProbeError`.
+    Exposure times are in seconds, exactly as they must be sent to the camera. The values may be in
+    any order.
+
+    Raises:
+        ProbeError: If a list is empty or contains an invalid value.
     """
 
     shutters_s: tuple[float, ...]
