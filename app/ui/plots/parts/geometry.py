@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +100,7 @@ class Dial:
         return np.stack([self.centre[0] + across, self.centre[1] - up], axis=1)
 
 
-def smooth(points: Sequence[Point] | NDArray[np.float64]) -> NDArray[np.float64]:
+def smooth(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.float64]:
     """Fit a smooth closed Bezier curve through points.
 
     The tangent at a point is that of the parabola through the point and its neighbours. The handles
@@ -126,7 +126,7 @@ def smooth(points: Sequence[Point] | NDArray[np.float64]) -> NDArray[np.float64]
     return np.stack([here + handle, stop - other, stop], axis=1)
 
 
-def finely(points: Sequence[Point] | NDArray[np.float64]) -> NDArray[np.float64]:
+def finely(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.float64]:
     """Return the smooth closed curve through points as (n, 2), with four samples per point."""
     if not len(points):
         return np.zeros((0, 2))
