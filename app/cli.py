@@ -46,7 +46,7 @@ COMMANDS: Final = (
     "evaluate",
     "bench",
 )
-"""Commands in the order of ``--help``; their code is in `app.commands`."""
+"""Commands in the order of ``--help``. Their code is in `app.commands`."""
 
 _DONE = 0
 _BAD_INPUT = 2
@@ -82,7 +82,7 @@ def command_lines() -> dict[str, str]:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one sentence, without the usage text."""
+    """A parser that reports errors in one sentence, without the usage text."""
 
     def error(self, message: str) -> NoReturn:
         words = tr("{what} (see {program} --help)", what=one_line(message), program=self.prog)
@@ -177,7 +177,7 @@ def _run(language: str, arguments: list[str]) -> int:
 
 
 def _of_system(error: Exception) -> int | None:
-    """Report an error caused by the system, or return None for any other."""
+    """Report an error caused by the system, or return None for any other error."""
     if is_memory_short(error):
         return _report_error(str(MemoryShort()), _BAD_INPUT)
     if isinstance(error, OSError):

@@ -81,7 +81,7 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     argument(
         add,
         "images IMAGE",
-        tr("the exposures, their folder, or one .exr or .hdr file (channel A is the mask)"),
+        tr("the exposures, their folder or one .exr or .hdr file (channel A is the mask)"),
         nargs="+",
         type=Path,
     )

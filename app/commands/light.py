@@ -137,7 +137,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--reach",
         tr(
-            "lamp positions to try: anywhere, above floor level, or within the sitter’s "
+            "lamp positions to try: anywhere, above floor level or within the sitter’s "
             "own arm’s length (default: %(default)s)"
         ),
         choices=_REACHES,
@@ -209,7 +209,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
-    """Find a lamp by name. If given, `lux` sets a captured lamp's illuminance at its camera."""
+    """Find a lamp by name, with `lux` as a captured lamp's illuminance at its camera, if given."""
     lamp = _lamp_named(text)
     if lux is None:
         return lamp
@@ -252,7 +252,7 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
     if white is not None:
         return _Scale(white, white * relative, False)
     if isinstance(lamp, CapturedLamp) and lamp.white_cd_m2 is None:
-        # Neither brightness is known, so assume equal scales; see `_compare`.
+        # Neither brightness is known, so assume equal scales (see `_compare`).
         return _Scale(1.0, relative, True)
     say(
         tr(

@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS) -> None:
-    """Add the options for the camera, its scene and its server; `models` are the camera names."""
+    """Add the options for the camera (one of `models`), its scene and its server."""
     add = partial(argument, parser)
     add("--scene ENV", tr("the scene: .exr or .hdr (default: a courtyard)"), type=Path)
     add(
@@ -72,7 +72,7 @@ def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve the camera until interrupted; see `serve`.
+    """Serve the camera until interrupted (see `serve`).
 
     Raises:
         CoreError: If the scene cannot be read or the port is in use.

@@ -136,7 +136,7 @@ def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> 
 
 
 def _light_of(name: str, layer: str) -> Environment:
-    """Read a panorama, or build a rough one from a single photo."""
+    """Read a panorama, or build a rough environment from a single photo."""
     file = Path(name)
     if file.suffix.lower() not in FRAME_ENDINGS or file.is_dir() or is_linear(file):
         environment = read_environment(file, layer)
@@ -159,7 +159,10 @@ def _solve(
     head: Head | None,
     args: argparse.Namespace,
 ) -> tuple[StyleResult, ...]:
-    """Solve with the requested lens position; if straight ahead, also report what others gain."""
+    """Solve with the requested lens position.
+
+    If the lens is straight in front, the results also list what other positions would gain.
+    """
     wish = asked_lens(args)
     # Heads baked by earlier versions have no views, but solving straight in front needs none.
     needs_views = wish != STRAIGHT or has_views(args.head)

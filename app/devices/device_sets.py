@@ -38,11 +38,11 @@ class RealDevices:
         self._clock = clock
 
     def discover(self, token: Token) -> Discovery:
-        """Search for 360 cameras for a few seconds; see `app.devices.theta.discovery.discover`."""
+        """Search for 360 cameras for a few seconds (see `app.devices.theta.discovery.discover`)."""
         return discover(self._clock, token=token)
 
     def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
-        """Identify the camera at a typed address; see `app.devices.theta.discovery.look_at`."""
+        """Identify the camera at a typed address (see `app.devices.theta.discovery.look_at`)."""
         return look_at(check_address(address), self._clock, token=token)
 
     def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:
@@ -117,7 +117,7 @@ class CameraProcess:
         return self._process.poll() is None
 
     def close(self) -> None:
-        """End the process; calling this again has no effect."""
+        """End the process. Calling this again has no effect."""
         if self.running:
             self._process.terminate()
         with contextlib.suppress(subprocess.TimeoutExpired):

@@ -46,7 +46,7 @@ class DeviceError(Exception):
 
 
 class Unreachable(DeviceError):
-    """Nothing answers in time, or the connection broke; a later attempt may succeed."""
+    """Nothing answers in time, or the connection broke. A later attempt may succeed."""
 
     default_code = "unreachable"
 
@@ -58,7 +58,7 @@ class NotACamera(DeviceError):
 
 
 class PasswordNeeded(DeviceError):
-    """The camera requires a user name and password, or rejects the ones given."""
+    """The camera requires a user name and password, or rejects those that were given."""
 
     default_code = "password"
 
@@ -79,7 +79,7 @@ class CameraRefused(DeviceError):
 
 
 class BadReply(DeviceError):
-    """The camera's reply is invalid, too large, or endless."""
+    """The camera's reply is invalid, too large or endless."""
 
     default_code = "bad-reply"
 
@@ -91,13 +91,13 @@ class CameraNotReady(DeviceError):
 
 
 class CaptureFailed(DeviceError):
-    """A bracket failed or differs from the plan; its files stay on disk."""
+    """A bracket failed or differs from the plan. Its files stay on disk."""
 
     default_code = "capture-failed"
 
 
 class DownloadFailed(DeviceError):
-    """A file could not be downloaded completely; the partial download can be resumed."""
+    """A file could not be downloaded completely. The partial download can be resumed."""
 
     default_code = "download-failed"
 

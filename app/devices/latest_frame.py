@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 class Mailbox(Generic[T]):
-    """Holds the newest item until it is read; safe for any number of threads.
+    """Holds the newest item until it is read. Any number of threads may use it.
 
     It waits in real time, since it only connects two threads of this process.
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_FRAME_BYTES: Final = 8 << 20
-"""Size limit of a frame in bytes; larger frames are dropped."""
+"""Size limit of a frame in bytes. Larger frames are dropped."""
 
 MAX_SHAPE: Final = (2048, 4096)
 """Largest number of rows and columns of a frame that is decoded."""
@@ -159,7 +159,7 @@ class MjpegParser:
         return True
 
     def _scan(self, frames: list[bytes]) -> bool:
-        """Search for a frame, or read one of unknown length."""
+        """Search for a frame, or read a frame of unknown length."""
         span = self._next_boundary()
         limit = span[0] if span else len(self._buffer)
         if self._walk is None:
@@ -211,7 +211,7 @@ class MjpegParser:
         self._state = MjpegParser._seek
 
     def _next_boundary(self) -> tuple[int, int] | None:
-        """Return the start of the next boundary and the end of its line, or None."""
+        """Return the start of the next boundary and the end of its line, or None if missing."""
         if not self._mark:
             return None
         # The plain search is several times faster and almost always finds nothing.

@@ -161,7 +161,7 @@ class Passwords:
         return bool(ok)
 
     def _try(self, work: Callable[[Any], _T]) -> _T | None:
-        """Access the keyring; return None after any failure or a timeout."""
+        """Access the keyring, and return None after any failure or a timeout."""
         results: list[_T] = []
 
         def run() -> None:

@@ -18,7 +18,7 @@ from app.core.camera_models import CAMERAS, CameraFacts, CameraLimits, camera_fa
 from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192
-"""Largest width of a photo to request, in pixels, unless the camera has no smaller one."""
+"""Largest width of a photo to request, in pixels, unless the camera offers only larger photos."""
 
 KELVIN: Final = 5000
 """Colour temperature of the fixed white balance, in kelvin."""

@@ -99,7 +99,7 @@ def _add_font(path: Path) -> int:
 
 @cache
 def _application() -> QGuiApplication | None:
-    """Create the application without a display that fonts require, or return None if one exists."""
+    """Create the windowless application that fonts require, or return None if one exists."""
     if QGuiApplication.instance() is not None:
         return None
     application = QGuiApplication(["turnlight", "-platform", "offscreen"])
@@ -124,7 +124,7 @@ def text_width(text: str, size: float, weight: Weight = 400) -> float:
 
 
 def wrap_text(text: str, size: float, limit: float, weight: Weight = 400) -> list[str]:
-    """Break text into lines of at most `limit` logical pixels; a longer word gets its own line."""
+    """Break text into lines of at most `limit` logical pixels. A longer word gets its own line."""
     lines: list[str] = []
     for word in text.split():
         longer = f"{lines[-1]} {word}" if lines else word
@@ -151,7 +151,7 @@ def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
-    """Return the outline of a sector, including the centre; the arc runs clockwise."""
+    """Return the outline of a sector, including the centre, with the arc running clockwise."""
     extent = arc_width(arc_deg)
     steps = max(int(extent / 3.0), 1)
     rim = [at_turn(centre, radius, arc_deg[0] + extent * k / steps) for k in range(steps + 1)]
@@ -162,7 +162,7 @@ class Page:
     """A drawing surface: an image of `SCALE` pixels per logical pixel, or a PDF page.
 
     Args:
-        pdf: PDF writer to draw to instead of an image; see `pdf_bytes`.
+        pdf: PDF writer to draw to instead of an image (see `pdf_bytes`).
     """
 
     def __init__(
@@ -184,7 +184,7 @@ class Page:
         self._painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
 
     def close(self) -> None:
-        """End painting; nothing can be drawn afterwards."""
+        """End painting. Nothing can be drawn afterwards."""
         if self._painter.isActive():
             self._painter.end()
 
@@ -333,7 +333,7 @@ class Page:
 
 
 def pdf_bytes(width: float, height: float, title: str, draw: Callable[[Page], None]) -> bytes:
-    """Return a PDF of one white page with vector outlines, images, and embedded fonts."""
+    """Return a PDF of one white page with vector outlines, images and embedded fonts."""
     load_fonts()
     data = QByteArray()
     buffer = QBuffer(data)

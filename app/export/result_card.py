@@ -163,7 +163,7 @@ def _draw_polar(
     """Draw match over turn as a polar plot: 0 degrees up, clockwise, 100 at the rim.
 
     Args:
-        curve: Match at evenly spaced turns from 0, clockwise; values below 0 are drawn as 0.
+        curve: Match at evenly spaced turns from 0, clockwise. Values below 0 are drawn as 0.
         arc_deg: tuple[float, float] or None. Tolerance arc in degrees, clockwise from the first to
             the second, or None to draw the style as out of reach.
     """

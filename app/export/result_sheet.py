@@ -1,6 +1,6 @@
 """The result sheet: one image of the styles possible at a place, for print, mail and notebooks.
 
-It has a header, the panorama with the turns of the styles, the best style, a card for each style,
+It has a header, the panorama with the turns of the styles, the best style, a card for each style
 and a key.
 """
 

@@ -103,7 +103,7 @@ class SetSheet:
 
     @property
     def visible_lamps(self) -> tuple[SheetLamp, ...]:
-        """The lamps drawn: the sun, and up to four others with a noticeable share of the light."""
+        """At most four lamps to draw: the sun, then those with a noticeable share of the light."""
         fair = [lamp for lamp in self.lamps if lamp.sun or lamp.share >= _LEAST_SHARE]
         return tuple(sorted(fair, key=lambda lamp: not lamp.sun)[:_MOST_LAMPS])
 

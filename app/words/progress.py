@@ -39,7 +39,7 @@ _SORTING_NAMED: Final = tr("Sorting the shadows of {name}")
 
 
 def progress_words(progress: Progress | str) -> str:
-    """Name a task; a phrase reported by a device is returned unchanged.
+    """Return the name of a task, or a phrase reported by a device unchanged.
 
     Examples:
         >>> progress_words(Progress(Task.COPYING, number=2, count=3)), progress_words("Filming")

@@ -19,7 +19,7 @@ SECTIONS: Final = {
     "files": tr("Files"),
     "remembered": tr("Remembered"),
 }
-"""Headings of the dialog in its order; the last is hidden."""
+"""Headings of the dialog in its order. The last section is hidden."""
 
 
 class SettingWords(NamedTuple):

@@ -1,4 +1,4 @@
-"""Text of a style: its side or position, its full title, and the certainty of its turn."""
+"""Text of a style: its side or position, its full title and the certainty of its turn."""
 
 from __future__ import annotations
 

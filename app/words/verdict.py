@@ -1,4 +1,4 @@
-"""What a place offers for a style: verdict, similar styles, doubts, and the card as speech."""
+"""What a place offers for a style: verdict, similar styles, doubts and the card as speech."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def reason_sentence(shortfall: Shortfall | None) -> str:
 
 
 def reason_line(shortfall: Shortfall | None) -> str:
-    """Describe the cause without its numbers, for use beside them.
+    """Describe the cause without its numbers, for use beside the numbers.
 
     Examples:
         >>> reason_line(LightShortfall(Cause.NO_LIGHT, "match", 14.3, 45.0, Origin.BELOW))

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from app.core.measure.finish.masks import MaskSpec
 
 MOST_DEG: Final = 36000.0
-"""Largest angle accepted, in degrees; beyond this, floats lose precision."""
+"""Largest accepted angle in degrees, beyond which floats lose precision."""
 
 _Key: TypeAlias = tuple[int, int, str]
 
@@ -170,7 +170,7 @@ def _arc(text: str) -> tuple[float, float]:
 
 
 def _read(parse: Callable[[str], float | None]) -> Callable[[str], float | None]:
-    """Wrap a parser so that argparse shows its error message."""
+    """Wrap a parser so that argparse shows the parser's own error message."""
 
     def read(text: str) -> float | None:
         try:
@@ -264,10 +264,10 @@ def check_outputs(
     inputs: Iterable[Path | str | None],
     members: Sequence[str] = (),
 ) -> None:
-    """Check that outputs are writable, distinct, and not among the inputs.
+    """Check that outputs are writable, distinct and not among the inputs.
 
     Args:
-        outputs: Files to write; None entries are skipped.
+        outputs: Files to write. None entries are skipped.
 
     Raises:
         CoreError: If an output is unusable. Nothing has been read or written at that point.

@@ -224,7 +224,7 @@ def _is_importing(frame: FrameType | None) -> bool:
 
 @contextlib.contextmanager
 def stopping(token: Token, words: str = "") -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM or SIGHUP request a stop; a second signal exits immediately."""
+    """Let Ctrl-C, SIGTERM or SIGHUP request a stop, and let a second signal exit immediately."""
     words = words or tr("Stopping.")
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread receives signals

@@ -53,7 +53,7 @@ def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
 
 
 def reach_facts(one: StyleResult | LampPlacement) -> dict[str, Any]:
-    """Return a style's JSON entries on reach: its grade, the reason, and the cause as data."""
+    """Return a style's JSON entries about its reach: grade, reason and cause as data."""
     words = reason_sentence(one.shortfall) or None
     return {
         "attainable": one.attainable,

@@ -60,12 +60,12 @@ def change(contact: Contact, options: Mapping[str, Any]) -> None:
 
 
 def change_if_known(contact: Contact, options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Change the options that the camera accepts; return the names of the others."""
+    """Change the options that the camera accepts, and return the names of the others."""
     return tuple(_refusals(contact, options))
 
 
 def _refusals(contact: Contact, options: Mapping[str, Any]) -> dict[str, str]:
-    """Change the options that the camera accepts; return the error codes of the others by name."""
+    """Change the options that the camera accepts. Return the others' error codes by name."""
     if not options:
         return {}
     try:
@@ -214,7 +214,7 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
 
 
 def restore_or_say(contact: Contact, session: Session) -> str:
-    """Restore the settings like `restore`; return a sentence about failures, or "" if none."""
+    """Restore the settings like `restore`, and return a sentence on failures or "" if none."""
     try:
         refusals = restore(contact, session)
     except DeviceError:
@@ -258,7 +258,7 @@ def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
 
 
 def _white(rest: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """Yield the white balance, since a temperature is accepted only while one is in use."""
+    """Yield the colour temperature in the only mode that accepts one, then the white balance."""
     balance = _take(rest, ("whiteBalance",))
     kelvin = _take(rest, ("_colorTemperature",))
     if kelvin and kelvin["_colorTemperature"] != KELVIN:

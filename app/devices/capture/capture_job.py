@@ -1,4 +1,4 @@
-"""One capture: its settings, its tools, and its results so far."""
+"""One capture: its settings, its tools and its results so far."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class CaptureJob:
         client, contact: The camera, and the camera with retries.
         session, board: The folder with its journal, and the status.
         debts: The captures whose camera settings still have to be restored, or None to record none.
-        profile, info: The camera's profile and description; `info` is None until the camera
-            answers.
+        profile: The camera's profile.
+        info: The camera's description of itself, or None until the camera answers.
     """
 
     client: OscClient

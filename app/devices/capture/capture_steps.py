@@ -109,7 +109,7 @@ class Capture:
         )
 
     def run(self) -> CaptureResult:
-        """Run the remaining steps; call this only once.
+        """Run the remaining steps. This may be called only once.
 
         Raises:
             DeviceError: If the camera or the connection fails. Complete files stay in the session.
@@ -163,7 +163,7 @@ class Capture:
 
 
 def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
-    """Return the remaining steps of a session; complete files need no camera."""
+    """Return the remaining steps of a session, without the camera if all files are complete."""
     journal = job.session.journal
     if job.session.complete:
         return (_take_stock, _merge)
@@ -263,7 +263,7 @@ def _merge(job: CaptureJob) -> None:
 
 
 def _stop(job: CaptureJob) -> None:
-    """Stop the camera, ignoring failures; its settings are restored next."""
+    """Stop the camera, ignoring failures. Its settings are restored in the next step."""
     if job.exposing:
         job.board.show(Stage.CANCELLED, tr("Stopping the camera"))
         with contextlib.suppress(DeviceError, CoreError):

@@ -144,7 +144,7 @@ def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
 
 
 def _different(paths: Iterable[Path]) -> int:
-    """Count the different exposures among files that state one."""
+    """Count the different exposures that the files record."""
     evs: list[float] = []
     for path in paths:
         try:

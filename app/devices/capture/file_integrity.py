@@ -204,10 +204,10 @@ def whole_picture(path: Path, token: Token | None = None) -> bool:
     """Return whether a JPEG can be decoded to its last row.
 
     Returns:
-        False if the file is truncated, damaged, or not a JPEG.
+        False if the file is truncated, damaged or not a JPEG.
 
     Raises:
-        Cancelled: If the token is cancelled; it is checked every few rows.
+        Cancelled: If the token, which is checked every few rows, is cancelled.
     """
     try:
         return whole_file(path) and is_whole(read_header(path).frame, token or Token())

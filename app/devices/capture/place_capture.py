@@ -1,4 +1,4 @@
-"""A capture for a place: its folder, the camera, the capture itself, and its progress.
+"""A capture for a place: its folder, the camera, the capture itself and its progress.
 
 The capture runs in the caller's thread and puts its progress into a mailbox, from which a screen
 reads the latest entry.

@@ -33,7 +33,7 @@ _BLOCKING: Final = {
     ),
     "BATTERY_CHARGE_FAIL": (
         tr("The camera's battery cannot be charged."),
-        tr("Unplug it, let it cool down, or change the battery."),
+        tr("Unplug the camera, let it cool down or change the battery."),
     ),
     "HIGH_TEMPERATURE": _HEAT,
     "BATTERY_HIGH_TEMPERATURE": _HEAT,

@@ -1,4 +1,4 @@
-"""Retries, reconnecting, and recovering a bracket after a connection loss.
+"""Retries, reconnection and recovery of a bracket after a connection loss.
 
 A *loss* is a request without a usable reply: a timeout, a broken connection, garbage, and, once the
 camera has answered, a router's page, a redirect or a 401.
@@ -117,7 +117,7 @@ _T = TypeVar("_T")
 
 
 class Say(Protocol):
-    """Shows a message and the seconds left; `seeking` is set while reconnecting."""
+    """Shows a message and the seconds left, with `seeking` set while reconnecting."""
 
     def __call__(self, message: str, left_s: float | None, /, *, seeking: bool = False) -> None:
         """Show the message."""
@@ -264,7 +264,7 @@ class Contact:
         return info
 
     def _greet(self, longest_s: float) -> Info:
-        """Repeat `hello` until the camera answers; report the time left after a few seconds."""
+        """Repeat `hello` until the camera answers, reporting the time left after a few seconds."""
         began = self.clock.now()
         until = began + longest_s
         first = FirstContact(self.clock, silences=_SILENCES)
@@ -346,7 +346,7 @@ class Contact:
             self.pause(1.0)
 
     def _fell_back(self, error: CameraRefused) -> bool:
-        """Return whether an S or SC reconnected unnoticed with API 2.0; if so, switch it back."""
+        """Return whether an S or SC had reconnected with API 2.0 and was switched back."""
         return error.code in _OLD_API and self._leave_old_api()
 
 
@@ -406,7 +406,7 @@ def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
 
 
 def _one_folder(entries: Sequence[FileEntry], count: int) -> list[FileEntry]:
-    """Return the entries of the most common folder, or all if it has fewer than `count` of them."""
+    """Return the entries of the most common folder, or all entries if it has fewer than `count`."""
     folders = Counter(_place(entry.url)[0] for entry in entries)
     if not folders:
         return []

@@ -308,7 +308,7 @@ class Session:
 
 
 def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
-    """Read the journal, or rename an unreadable one and start a new one."""
+    """Read the journal. If it is unreadable, rename it and start a new one."""
     path = folder / JOURNAL
     fresh = SessionJournal(started=_now())
     try:

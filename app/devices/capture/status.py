@@ -45,8 +45,8 @@ class Status:
     """The status of a capture.
 
     Attributes:
-        fraction: Completed fraction of the whole, 0 to 1; it never decreases, except after a failed
-            start.
+        fraction: Completed fraction of the whole, 0 to 1, which never decreases except after a
+            failed start.
         shot, shots: Number of the current exposure, counted from 1 (0 before the first), and the
             total number.
         seconds_left: Seconds until the last exposure, the last byte, or the time limit for
@@ -119,7 +119,7 @@ class Board:
 
         Args:
             part: Completed fraction of the stage, 0 to 1.
-            **changes: Other fields of `Status`; by default `seconds_left` is None, `seeking` False
+            **changes: Other fields of `Status`. By default `seconds_left` is None, `seeking` False
                 and `timer_s` 0.
         """
         low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))

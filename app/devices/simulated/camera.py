@@ -155,7 +155,7 @@ class SimulatedCamera(CameraBody):
         del self.log[:-_KEPT_REQUESTS]
 
     def state(self) -> dict[str, JsonValue]:
-        """Return the reply to /osc/state; its fingerprint changes with the state."""
+        """Return the reply to /osc/state, whose fingerprint changes with the state."""
         state = self.status()
         words = json.dumps(state)
         if words != self._last_state:

@@ -57,7 +57,7 @@ class CameraModel:
 def _theta(
     name: str, software: str, full_well: float, read_noise: float, pad: int = 16, **more: Any
 ) -> CameraModel:
-    """Return the sensor for a row of the camera table; `pad` is the length of the model in EXIF."""
+    """Return the sensor for a row of the camera table, with the EXIF model padded to `pad`."""
     facts = camera_facts(name)
     assert facts is not None
     return CameraModel(

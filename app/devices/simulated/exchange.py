@@ -17,7 +17,7 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 """A JSON value."""
 
 LATENCY_S: Final = 0.012
-"""Duration of every reply in seconds; it also keeps virtual time moving."""
+"""Duration of every reply in seconds, which also keeps virtual time moving."""
 
 _FORBIDDEN: Final = (
     "tooManyParameters", "disabledCommand", "corruptedFile", "powerOffSequenceRunning",
@@ -42,7 +42,7 @@ _CHUNK_S: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A request from a client; `method` is "GET" or "POST"."""
+    """A request from a client, whose `method` is "GET" or "POST"."""
 
     method: str
     target: str
@@ -169,7 +169,7 @@ def _headers(kind: str) -> tuple[tuple[str, str], ...]:
 
 
 def _span(range_header: str, size: int) -> tuple[int, int] | None:
-    """Parse ``bytes=first-`` or ``bytes=first-last``; return None for anything else."""
+    """Parse ``bytes=first-`` or ``bytes=first-last``, or return None for anything else."""
     unit, _, span = range_header.partition("=")
     first, dash, last = span.strip().partition("-")
     if unit.strip() != "bytes" or not dash or not (first.isdecimal() and len(span) < 64):

@@ -28,7 +28,7 @@ _Entry: TypeAlias = tuple[int, int, int, bytes]
 
 @dataclass(frozen=True, slots=True)
 class Tags:
-    """The metadata of a file; None and empty strings are omitted.
+    """The metadata of a file. Values of None and empty strings are omitted.
 
     Attributes:
         shutter_s, aperture, iso: float or None. The stated exposure.

@@ -38,7 +38,7 @@ _STEPS: Final = 65536
 
 
 class FrameSight(Protocol):
-    """The light of a frame; see `optics.FrameView`."""
+    """The light of a frame (see `optics.FrameView`)."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -116,7 +116,7 @@ def expose(
     *,
     seed: int,
 ) -> NDArray[np.uint8]:
-    """Expose a frame of a prepared view, encoded with `tables`; see `develop`."""
+    """Expose a frame of a prepared view, encoded with `tables` (see `develop`)."""
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
         raise ValueError("gains and the scale must be greater than 0")
     shape = view.shape
@@ -161,7 +161,7 @@ def tags_of(
     """Return the true metadata of a frame.
 
     Args:
-        exposure: Exposure of the frame; unknown ISO and aperture are omitted.
+        exposure: Exposure of the frame. Unknown ISO and aperture are omitted.
         shape: Rows and columns of the frame.
     """
     level = camera.levels_itself or camera.maker_note

@@ -37,7 +37,7 @@ def add_sensor_noise(
     and ten times as fast as sampling a Poisson distribution.
 
     Args:
-        share: NDArray[np.float32], (..., W, 3), contiguous. Light as a fraction of saturation;
+        share: NDArray[np.float32], (..., W, 3), contiguous. Light as a fraction of saturation,
             overwritten with the counted fraction, 0 to 1.
 
     Raises:
@@ -94,7 +94,7 @@ def meter(
 ) -> Exposure:
     """Return the exposure chosen by an automatic camera, with the mean sRGB value at `target`.
 
-    The mean is over the sphere, at base ISO and the widest aperture; the exposure time is not
+    The mean is taken over the sphere, at base ISO and the widest aperture. The exposure time is not
     rounded to the camera's list.
 
     Args:
@@ -123,7 +123,7 @@ _SEAM_DEG: Final = 5.0
 
 
 def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float64]:
-    """Return the gain of each column of a panorama; the front lens sees the centre half.
+    """Return the gain of each column of a panorama, whose centre half the front lens sees.
 
     Returns:
         NDArray[np.float64], (width,). Gains, blended smoothly within 5 degrees of the seams at

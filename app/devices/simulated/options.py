@@ -1,4 +1,4 @@
-"""The options of a simulated camera: values, lists, and dependence on the program."""
+"""The options of a simulated camera: values, lists and dependence on the program."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class OptionStore:
 
     @property
     def method(self) -> str:
-        """Shooting method of the X; "normal" for other models."""
+        """Shooting method of the X, or "normal" for other models."""
         return str(self.values.get("_shootingMethod", "normal"))
 
     def get(self, names: Sequence[str], live: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
@@ -246,7 +246,7 @@ def _supports(person: Personality) -> dict[str, tuple[JsonValue, ...]]:
 
 
 def member(value: JsonValue, among: Sequence[JsonValue]) -> bool:
-    """Return whether a list contains a value; numbers must match to the last digit."""
+    """Return whether a list contains a value. Numbers must match to the last digit."""
     if isinstance(value, bool):
         return False
     if isinstance(value, int | float):

@@ -25,7 +25,7 @@ from app.devices.simulated.optics import meter
 from app.devices.simulated.options import whole
 
 LOOP: Final = 32
-"""Number of different frames; their numbers run from 0 to 31 and repeat."""
+"""Number of different frames, whose numbers run from 0 to 31 and repeat."""
 
 PREVIEW_HEADERS: Final = (
     ("Content-Type", 'multipart/x-mixed-replace; boundary="---osclivepreview---"'),
@@ -44,10 +44,10 @@ _LATE_S: Final = 0.5  # seconds; a sender later than this skips frames
 
 
 class LivePicture:
-    """The loop of frames at one size; each is encoded at its first use.
+    """The loop of frames at one size, each encoded at its first use.
 
     Args:
-        environment: (H, 2 H, 3) float32. Linear light in any unit; it is metered and clipped.
+        environment: (H, 2 H, 3) float32. Linear light in any unit, to be metered and clipped.
         shape: Rows and columns, at least 32 by 64. A square frame is the front lens's view.
     """
 

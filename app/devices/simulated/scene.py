@@ -77,7 +77,7 @@ class Scene:
 
     @property
     def scale(self) -> float:
-        """Luminance of one unit in cd/m2."""
+        """Luminance of one unit of the environment in cd/m2."""
         return self.shot.scale
 
     def metered(self, camera: CameraModel) -> Exposure:

@@ -21,7 +21,7 @@ from app.devices.clock import Clock, SystemClock, wait
 from app.devices.simulated.exchange import Pause, Piece, Reply, Request, head_of
 
 MAX_BODY_BYTES: Final = 1 << 20
-"""Maximum length of a request body in bytes; longer bodies are refused."""
+"""Maximum length of a request body in bytes. Longer bodies are refused."""
 
 _HOST: Final = "127.0.0.1"
 _IDLE_S: Final = 60.0  # seconds that an idle connection is kept open
@@ -69,7 +69,7 @@ class CameraServer:
         return f"http://{_HOST}:{self.port}"
 
     def start(self) -> None:
-        """Start to answer; calling this again has no effect."""
+        """Start to answer. Calling this again has no effect."""
         if self._thread is None:
             self._thread = threading.Thread(
                 target=self._http.serve_forever, args=(0.05,), name="camera server", daemon=True
@@ -77,7 +77,7 @@ class CameraServer:
             self._thread.start()
 
     def stop(self) -> None:
-        """Close all connections and wait for all threads; calling this again has no effect."""
+        """Close all connections and wait for all threads. Calling this again has no effect."""
         if self._thread is not None:
             self._http.shutdown()
             self._thread.join()
@@ -144,7 +144,7 @@ class _Http(HTTPServer):
             self._open.pop(request, None)
 
     def end(self) -> None:
-        """Stop listening, interrupt all waits, and wait for all threads."""
+        """Stop listening, interrupt all waits and wait for all threads."""
         self.token.cancel()
         self.server_close()
         with self._lock:

@@ -1,4 +1,4 @@
-"""Shooting and storage: the current job, the files, and the camera's clock.
+"""Shooting and storage: the current job, the files and the camera's clock.
 
 Only rendering runs in a thread. At every request `Shooter.settle` writes the frames that are due,
 which means that their exposure and overhead have passed and the picture is ready. On virtual time
@@ -120,7 +120,7 @@ class Storage:
         self.count = 0
 
     def next_name(self) -> tuple[str, str]:
-        """Return the name and path of the next file; numbers are never reused."""
+        """Return the name and path of the next file. Numbers are never reused."""
         self.count += 1
         name = f"{self._person.stem}{self.count:04d}.JPG"
         return name, f"/files/{self._person.folder}/{name}"
@@ -290,7 +290,7 @@ class Shooter:
 
     @property
     def busy(self) -> bool:
-        """Whether a job is in progress; valid directly after `settle`."""
+        """Whether a job is in progress. This is valid only directly after `settle`."""
         return self.job is not None and not self.job.done
 
     def find(self, number: str) -> ShootingJob | None:
@@ -374,7 +374,7 @@ class Shooter:
         )
 
     def write(self, frame: PlannedFrame, job: ShootingJob | None) -> StoredFile:
-        """Write a frame to the storage; `job` is None for an older photo."""
+        """Write a frame of a job, or an older photo if `job` is None, to the storage."""
         camera, take = self._person.camera, frame.take
         name, path = self._storage.next_name()
         whole = frame.picture.result if frame.picture else partial(self._scene.frame, camera, take)

@@ -19,7 +19,7 @@ _LONGEST: Final = 64
 _ORDER: Final = ("typed", "access point", "remembered", "network")
 
 Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
-"""Origin of an address: a camera's own Wi-Fi, an announcement, the last session, or the user."""
+"""Origin of an address: a camera's own Wi-Fi, an announcement, the last session or the user."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,13 +38,13 @@ BUSY_PAUSES_S: Final = (0.5, 1.0, 2.0, 2.0, 3.0)
 """Pauses in seconds before a request is sent again to a camera that is busy."""
 
 MAX_LISTED: Final = 100
-"""Maximum number of entries per request; more are read page by page."""
+"""Maximum number of entries per request. Longer lists are read page by page."""
 
 MAX_DELETED: Final = 128
 """Maximum number of files that a camera deletes in one command."""
 
 MAX_THUMBNAIL: Final = 1_000_000
-"""Maximum size of a thumbnail in bytes; real thumbnails have about ten thousand."""
+"""Maximum size of a thumbnail in bytes. Real thumbnails have about ten thousand."""
 
 _PREVIEW: Final = ("width", "height", "framerate")
 _MULTIPART: Final = {"Accept": "multipart/x-mixed-replace"}
@@ -111,7 +111,7 @@ class OscClient:
         return {name: options[name] for name in names if name in options}
 
     def set_options(self, options: Mapping[str, JsonValue]) -> None:
-        """Change options; after an error, some of them may have changed."""
+        """Change options. After an error, some of them may have changed."""
         self.execute("camera.setOptions", {"options": dict(options)})
 
     def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> CommandReply:
@@ -181,7 +181,7 @@ class OscClient:
 
         Raises:
             DeviceError: With the code "not-a-file" if any entry is not the URL of a file on this
-                camera; nothing is deleted then. Some keywords would delete all files of a kind.
+                camera. Nothing is deleted then. Some keywords would delete all files of a kind.
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
@@ -195,7 +195,7 @@ class OscClient:
 
     @contextmanager
     def open_file(self, url: str, *, start: int = 0) -> Iterator[Incoming]:
-        """Open a file at byte offset `start`; no other request may be sent until it is closed.
+        """Open a file at byte offset `start`. No other request may be sent until it is closed.
 
         A camera that supports ranges answers with 206, others with 200 and the whole file.
         """
@@ -232,7 +232,7 @@ class OscClient:
 
     @contextmanager
     def live_preview(self, size: tuple[int, int, int] | None = None) -> Iterator[Iterator[bytes]]:
-        """Open the live preview; no other request may be sent until it is closed.
+        """Open the live preview. No other request may be sent until it is closed.
 
         Args:
             size: Columns, rows and frames per second, or None for the camera's setting.

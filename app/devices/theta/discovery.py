@@ -110,7 +110,7 @@ def discover(
     """Search for cameras at all addresses at once.
 
     Args:
-        timeout_s: Time to listen, in seconds; the last replies may take another second.
+        timeout_s: Time to listen, in seconds. The last replies may take another second.
 
     Raises:
         Cancelled: If the token is cancelled.
@@ -182,7 +182,7 @@ class _Reply:
 
 @dataclass(slots=True)
 class _Search:
-    """A search in progress; its fields are accessed while holding its lock."""
+    """A search in progress, whose fields are accessed while holding its lock."""
 
     clock: Clock
     timeout_s: float
@@ -300,7 +300,7 @@ class _Search:
             link.close()
 
     def _info(self, link: Asker) -> Info:
-        """Request the description; repeat while there is time if the reply is cut or garbled."""
+        """Request the description, repeating while there is time if the reply is cut or garbled."""
         deadline, first = self._start[0] + self.timeout_s, FirstContact(self.clock, silences=1)
         while True:
             try:
@@ -319,7 +319,7 @@ class _Search:
 def _ask_info(
     link: Asker, clock: Clock, deadline: float, stop: threading.Event | None = None
 ) -> Info:
-    """Request the description; repeat until the deadline while the camera is busy."""
+    """Request the description, repeating until the deadline while the camera is busy."""
     while True:
         try:
             return parse_info(link.get("/osc/info"))
@@ -347,5 +347,5 @@ def _links(clock: Clock, timeout_s: float) -> Callable[[Endpoint], Asker]:
 
 
 def _as_known(camera: FoundCamera, source: Source) -> FoundCamera:
-    """Complete a camera that requires a password with its description from last time."""
+    """Return a camera that requires a password, with its description from the last session."""
     return replace(camera, source=source, needs_password=True)

@@ -16,7 +16,7 @@ GARBLED_S: Final = 20.0
 """Time during which cut, garbled or interrupted replies are tolerated, in seconds."""
 
 PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
-"""Pauses between two requests in seconds; the last one repeats."""
+"""Pauses between two requests in seconds. The last pause repeats."""
 
 _STRANGERS: Final = 3
 _REFUSALS: Final = 3

@@ -127,7 +127,7 @@ class Link:
             yield reply
 
     def close(self) -> None:
-        """End all streams and connections; the link can be used again."""
+        """End all streams and connections. The link can be used again."""
         for watch in tuple(self._streams):
             watch.close()
         self._session.close()
@@ -155,7 +155,7 @@ class Link:
 
     @contextmanager
     def _turn(self) -> Iterator[None]:
-        """Allow only one request at a time, since cameras confuse concurrent ones."""
+        """Allow only one request at a time, since cameras confuse concurrent requests."""
         if self._holder == threading.get_ident():
             raise RuntimeError("a stream of this link is still open in this thread")
         with self._lock:

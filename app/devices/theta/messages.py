@@ -157,7 +157,7 @@ class State:
 
     @property
     def idle(self) -> bool:
-        """Whether the camera reports that it is idle, or no status at all."""
+        """Whether the camera reports that it is idle, or reports no status at all."""
         return self.capture_status in ("", "idle")
 
 

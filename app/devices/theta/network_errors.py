@@ -1,4 +1,4 @@
-"""Failed requests: timeouts, broken connections, and devices that are not cameras."""
+"""Failed requests: timeouts, broken connections and devices that are not cameras."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ class Incoming:
         return bytes(data)
 
     def release(self) -> None:
-        """Release the connection; it is closed unless the whole body was read."""
+        """Release the connection, which is closed unless the whole body was read."""
         self._response.close()
 
     def _next(self, pieces: Iterator[bytes]) -> bytes | None:

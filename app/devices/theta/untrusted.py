@@ -16,13 +16,13 @@ from app.core.text import tr
 from app.devices.errors import BadReply
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
-"""A JSON value; every number is finite, and every text valid Unicode."""
+"""A JSON value, in which every number is finite and every string is valid Unicode."""
 
 MAX_BYTES: Final = 4_000_000
-"""Maximum size of a reply in bytes; a listing of a hundred files has 50 kB."""
+"""Maximum size of a reply in bytes. A listing of a hundred files has 50 kB."""
 
 MAX_DEPTH: Final = 32
-"""Maximum nesting; cameras use seven levels."""
+"""Maximum nesting. Cameras use seven levels."""
 
 MAX_VALUES: Final = 100_000
 """Maximum number of values in a reply, so that a few megabytes do not become hundreds in memory."""
@@ -131,7 +131,7 @@ def _written_table(value: Mapping[str, Any]) -> str:
 
 
 def table(value: object) -> dict[str, JsonValue]:
-    """Return a JSON object, or an empty one for anything else."""
+    """Return a JSON object, or an empty object for anything else."""
     return value if isinstance(value, dict) else {}
 
 
@@ -152,7 +152,7 @@ def texts(value: object, most: int = 100) -> tuple[str, ...]:
 
 
 def number(value: object) -> float | None:
-    """Return a number, or None for anything else; booleans are not numbers."""
+    """Return a number, or None for anything else, including booleans."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
     return float(value)
@@ -165,7 +165,7 @@ def fraction(value: object) -> float | None:
 
 
 def whole(value: object, most: int = 2**53) -> int | None:
-    """Return a whole number from 0 to `most`, or None for anything else; 5.0 counts as 5."""
+    """Return a whole number from 0 to `most` (5.0 counts as 5), or None for anything else."""
     amount = number(value)
     if amount is None or not amount.is_integer() or not 0 <= amount <= most:
         return None

@@ -24,7 +24,7 @@ from app.devices.theta.untrusted import words
 UNTIMED: Final = tr("{name} is skipped: it has no exposure time.")
 TOO_LARGE: Final = tr("{name} is too large for a photo.")
 MAX_BYTES: Final = 2_000_000_000
-"""Size limit of a file in bytes; a JPEG may have only a quarter of this size."""
+"""Size limit of a file in bytes. A JPEG may have only a quarter of this size."""
 
 _TEMPORARY: Final = re.compile(
     r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"

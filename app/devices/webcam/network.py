@@ -211,7 +211,7 @@ def _content_type(response: HTTPResponse) -> str:
 
 
 def _check_status(status: int, missing: str, hint: str) -> None:
-    """Raise an error unless the status is success; `missing` is the message for status 404."""
+    """Raise an error unless the status is success, with the message `missing` for status 404."""
     if 300 <= status < 400:
         raise no_stream(tr("This address redirects to another one."), tr("Type that address."))
     if status == _NOT_FOUND:

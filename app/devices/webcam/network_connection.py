@@ -163,7 +163,7 @@ class Wire:
         self.watch = Watch(clock)
 
     def connect(self) -> None:
-        """Connect; until the next `allow`, reads must finish within `CONNECT_S`.
+        """Connect. Until the next `allow`, reads must finish within `CONNECT_S`.
 
         Raises:
             WebcamError: If nothing answers.
@@ -243,7 +243,7 @@ class Wire:
         )
 
     def close(self) -> None:
-        """Close the connection; calling this again has no effect."""
+        """Close the connection. Calling this again has no effect."""
         connection, file = self._socket, self._file
         self._socket = self._file = None
         if connection is not None and file is not None:

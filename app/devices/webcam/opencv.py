@@ -46,7 +46,7 @@ SIZE: Final = (1280, 720)
 """Columns and rows to request from a webcam, which may deliver other sizes."""
 
 SIZES: Final[dict[int, tuple[int, int]]] = {640: (640, 480), 1280: SIZE, 1920: (1920, 1080)}
-"""Sizes to request (columns, rows), by width; every webcam supports some of them."""
+"""Sizes to request (columns, rows), by width. Every webcam supports some of them."""
 
 _FPS: Final = 30
 _FAILED_READS: Final = 10  # the first reads from some webcams are empty
@@ -329,6 +329,6 @@ def _busy() -> WebcamError:
 def _not_opened() -> WebcamError:
     return WebcamError(
         tr("The webcam cannot be opened."),
-        tr("Plug it in, close other programs that use it, and allow it in the privacy settings."),
+        tr("Plug it in, close other programs that use it and allow it in the privacy settings."),
         "no-webcam",
     )

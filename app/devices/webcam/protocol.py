@@ -125,7 +125,7 @@ class Webcam(ABC):
 
     @abstractmethod
     def disconnect(self) -> None:
-        """Close the source; calling this again has no effect."""
+        """Close the source. Calling this again has no effect."""
 
     def pace(self, step_s: float, behind_s: float) -> None:
         """Wait until the next frame is due, or restart the pacing if it is too late.

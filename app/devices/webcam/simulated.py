@@ -51,11 +51,11 @@ class _SourceView:
 
 
 class DemoViews:
-    """The views of the demo location from one distance; not thread-safe.
+    """The views of the demo location from one distance. This class is not thread-safe.
 
     Args:
-        distance_m: Distance to the sitter in metres; the nearest available is used.
-        aspect: Columns divided by rows of a frame; views are cropped at top and bottom.
+        distance_m: Distance to the sitter in metres. The nearest available distance is used.
+        aspect: Columns divided by rows of a frame. Views are cropped at top and bottom.
 
     Raises:
         WebcamError: If the views are missing or damaged.
@@ -208,7 +208,7 @@ def _filled(picture: Bytes, hidden: Bytes) -> Bytes:
 
 
 def _mixed(first: tuple[Bytes, Bytes], second: tuple[Bytes, Bytes], share: float) -> Bytes:
-    """Blend two backgrounds, using the only visible one where the other is hidden."""
+    """Blend two backgrounds, using only the visible one where the other is hidden."""
     mixed = np.asarray(cv2.addWeighted(first[0], 1.0 - share, second[0], share, 0.0), np.uint8)
     part = (first[1] < 250) | (second[1] < 250)
     if part.any():
@@ -274,7 +274,7 @@ class SimulatedWebcam(Webcam):
 
     Args:
         views: Folder with the demo location's views.
-        distance_m: Distance to the sitter in metres; the nearest available is used.
+        distance_m: Distance to the sitter in metres. The nearest available distance is used.
         size: Columns and rows of a frame.
     """
 

@@ -142,7 +142,7 @@ class SourceView:
 
     Attributes:
         fov_deg: Horizontal field of view in degrees as the user set it, or None to estimate it.
-        learnt_deg: The last estimate in degrees; used only for drawing.
+        learnt_deg: The last estimate in degrees, used only for drawing.
     """
 
     fov_deg: float | None = None
@@ -182,7 +182,7 @@ class SourceViews:
         return self.views.get(source.text, SourceView())
 
     def with_(self, source: LiveSource, **changes: Any) -> SourceViews:
-        """Return a copy with changed settings of one source."""
+        """Return a copy in which the settings of one source are changed."""
         others = {name: view for name, view in self.views.items() if name != source.text}
         return SourceViews({**others, source.text: replace(self.of(source), **changes)})
 

@@ -1,4 +1,4 @@
-"""Sentences about merged light: clipping, the answers that depend on it, and corrections."""
+"""Sentences about merged light: clipping, answers that depend on clipping, and corrections."""
 
 from __future__ import annotations
 

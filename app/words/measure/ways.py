@@ -172,7 +172,7 @@ def beside_words(beside: Beside) -> str:
 
 
 def mirror_words(mirrored: bool, fits: bool | None) -> str:
-    """Explain that a film was or was not flipped, contrary to the setting; otherwise return "".
+    """Say if, contrary to the setting, a film was or was not flipped, or else return "".
 
     Args:
         mirrored: Whether the setting says that the film is mirrored.

@@ -71,7 +71,7 @@ _PLACES: Final[dict[str, str]] = {
     "in front, from above": tr("in front, from above"),
     "in front, from beneath": tr("in front, from beneath"),
 }
-"""Positions of the lamps of styles without a side, as their files state them."""
+"""Lamp positions for styles without a side, as stated in the style files."""
 
 _LEVEL_DEG: Final = 3.0
 _OVERHEAD_DEG: Final = 70.0

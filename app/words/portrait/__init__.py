@@ -1,1 +1,1 @@
-"""Text about heads, the light on a face, and the age of the light."""
+"""Text about heads, the light on a face and the age of the light."""

@@ -187,7 +187,7 @@ def watch(job: CaptureJob, run: Run) -> None:
 
 
 def watch_if_busy(job: CaptureJob, run: Run) -> None:
-    """Wait until the camera is idle if it is busy at present."""
+    """Wait for a busy camera to become idle."""
     if not job.contact.ask(job.client.state).idle:
         watch(job, run)
 

@@ -1,7 +1,7 @@
 """Metering: one photo in the automatic program, and the bracket planned from its exposure.
 
 A camera does not report its metered exposure (in the automatic program the value is 0), so one
-photo is taken and its EXIF is read. The two lenses may differ in exposure; their mean is used.
+photo is taken and its EXIF is read. The two lenses may differ in exposure, so their mean is used.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _MANUAL: Final = 1
 
 
 def make_plan(job: CaptureJob) -> None:
-    """Set up the camera, meter, and plan the bracket; repeat if the camera loses its settings.
+    """Set up the camera, meter and plan the bracket, repeating if the camera loses its settings.
 
     Raises:
         DeviceError: If the camera refuses, or loses its settings every time.
@@ -158,7 +158,7 @@ def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
 
 
 def _exposure_of(job: CaptureJob, url: str) -> Exposure:
-    """Return the exposure of a file, read from its first bytes."""
+    """Return the exposure of a file, read from the start of the file."""
     data = _start_of(job, url)
     path = job.session.folder / _FILE
     try:
