@@ -158,7 +158,7 @@ class TestCards:
         table.model.update(results=(*others, turned))
         assert table.card("left-rembrandt").spoken == (
             "Rembrandt, light from the sitter’s left, camera right, "
-            "turn 96 degrees clockwise, match 96, in reach"
+            "turn 96 degrees clockwise, match 96, within reach"
         )
         butterfly = table.card("butterfly").spoken
         assert butterfly.startswith("Butterfly, light in front, from above, turn ")
