@@ -202,7 +202,7 @@ def test_names_that_lead_nowhere(three: list[Path]) -> None:
     (folder / "zero.jpg").touch()
     assert "no pictures to merge" in refusal([])
     assert "contains no pictures" in refusal([folder / "empty"])
-    assert "other names are given" in refusal([folder, three[0]])
+    assert "there are other names too" in refusal([folder, three[0]])
     assert "no file" in refusal([*three, folder / "none.jpg"])
     assert "zero.jpg is empty" in refusal([*three, folder / "zero.jpg"])
     (folder / "empty" / "zero.jpg").touch()
@@ -225,9 +225,9 @@ def test_frames_without_exposure_time(three: list[Path]) -> None:
     folder = three[0].parent
     bare = [theta(folder / f"bare{k}.jpg", None) for k in range(2)]
     said = refusal([*three, bare[0]])
-    assert "bare0.jpg does not state an exposure time" in said
+    assert "bare0.jpg does not record an exposure time" in said
     assert "--times" in said
-    assert "None of the pictures states its exposure time" in refusal(bare)
+    assert "None of the pictures records its exposure time" in refusal(bare)
 
 
 def test_given_times_win(three: list[Path]) -> None:

@@ -223,7 +223,7 @@ def test_lists_in_any_order_make_the_same_plan() -> None:
 
 def test_unusable_requests_are_refused() -> None:
     limits, metered = limits_of("V"), Exposure(1 / 60, 100.0, 2.0)
-    with pytest.raises(ProbeError, match="does not state"):
+    with pytest.raises(ProbeError, match="does not record"):
         plan(Exposure(1 / 60, known=False), limits, "paper")
     for shots in (1, 0, -3, 20):
         with pytest.raises(ProbeError, match="2 to 19 frames"):

@@ -197,7 +197,7 @@ def test_metered_values_are_checked() -> None:
     for lux in (0.0, -5.0, float("nan"), float("inf")):
         with pytest.raises(ProbeError, match="positive number of lux"):
             set_illuminance(merged, lamp, lux)
-    with pytest.raises(ProbeError, match=r"gives at least .* more than the 10"):
+    with pytest.raises(ProbeError, match=r"provides at least .* more than the 10"):
         set_illuminance(merged, lamp, 10.0)
     with pytest.raises(ProbeError, match="shutter, ISO and aperture"):
         set_illuminance(replace(merged, cd_m2=None), lamp, 500.0)

@@ -1,1 +1,1 @@
-"""Merge a bracket of exposures into one HDR panorama."""
+"""Merge a bracket of exposures into a single HDR panorama."""

@@ -1,10 +1,10 @@
-"""Reading, aligning and merging the frames of a bracket.
+"""Read, align and merge the frames of a bracket.
 
     opened -> aligned -> response -> motion -> merged -> (stitched) -> levelled
 
-Frames of two fisheye circles are not aligned; they are stitched between merging and levelling.
+Frames of two fisheye circles are not aligned, but stitched between merging and levelling.
 
-Every step is a module beside this one, or in `measure.fisheye`; this module only defines their
+Every step is a module beside this one or in `measure.fisheye`; this module only defines their
 order.
 """
 
@@ -41,12 +41,12 @@ from app.core.measure.read.pixels import FrameStack, open_frames, reduced, relai
 from app.core.text import tr
 
 _MOST_KEPT: Final = 12288 * 6144
-# Frames at half size that differ over more of the sphere are checked for damage.
+# Frames at half size that differ over more than this fraction of the sphere are checked for damage.
 _SUSPICIOUS: Final = 0.01
 
 
 def check_options(bracket: Bracket, options: MeasureOptions) -> None:
-    """Check that the options suit ordinary pictures, and that there is enough memory."""
+    """Check that the options suit the pictures, and that there is enough memory."""
     check_size(bracket, options)
     if not bracket.panorama and (options.gains or options.lux or options.masks):
         raise ProbeError(
@@ -75,7 +75,7 @@ def check_size(bracket: Bracket, options: MeasureOptions) -> None:
 def merge_bracket(
     bracket: Bracket, options: MeasureOptions, opener: Opener, token: Token, report: Report
 ) -> Measurement:
-    """Merge frames of a 360 camera, bright ones at half size if that suffices."""
+    """Merge the frames of a 360 camera, with bright ones at half size if that is enough."""
     halves = () if options.full else _halves(bracket)
     measurement = merge_frames(bracket, options, opener, token, report, halves)
     if any(halves) and measurement.motion.share > _SUSPICIOUS:
@@ -94,7 +94,7 @@ def merge_frames(
     halves: Sequence[bool] = (),
     look: Callable[[FrameStack], None] | None = None,
 ) -> Measurement:
-    """Merge frames, and close their files in all cases.
+    """Merge frames, and always close their files.
 
     Args:
         halves: Whether each frame is decoded at half size.
@@ -114,7 +114,7 @@ def merge_frames(
         size = None if options.full or ordinary else SIZE
         aligned = _align(opened, circles is None, sphere, token, span(report, 0.4, 0.5))
         with aligned.stack as stack:
-            # Rotated frames have other samples.
+            # Frames that were rotated have different samples.
             same = stack is opened
             response = early.result() if same else choose(stack.samples, stack.stops)
             foreign = () if ordinary else _foreign(stack, response, options)
@@ -183,7 +183,7 @@ def _way_of(bracket: Bracket, circles: Circles | None) -> str:
 def _foreign(
     stack: FrameStack, choice: ResponseChoice, options: MeasureOptions
 ) -> tuple[Foreign, ...]:
-    """Find frames that do not belong to the series; given times are trusted."""
+    """Find frames that do not belong to the series, unless the user gave the exposure times."""
     if options.times is not None or any(mask is not None for mask in stack.visibility):
         return ()
     return foreign_frames(stack.proxies, stack.samples, choice, stack.stops, options.response)
@@ -213,7 +213,7 @@ def _without(
 
 
 def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
-    """Measure the differences of frames, unless they are panoramas or the curve is the cause."""
+    """Measure how frames differ, unless they are panoramas or the curve is the cause."""
     doubtful = bool(choice.remarks) or stack.shape[1] == 2 * stack.shape[0]
     if choice.response.name == "sRGB" and doubtful:
         return ()
@@ -228,7 +228,7 @@ def _open(
     halves: Sequence[bool],
     whole: bool,
 ) -> tuple[FrameStack, Circles | None]:
-    """Open the frames; those of two circles in full, since their circles fill only half of them."""
+    """Open the frames, in full if they show two circles, which fill only half of each frame."""
     frame_stack = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
     if not whole:
         return frame_stack, None
@@ -243,7 +243,7 @@ def _open(
 
 
 def _circles(stack: FrameStack) -> Circles | None:
-    """Check whether the frames are panoramas, or two fisheye circles."""
+    """Return the two fisheye circles in the frames, or None if the frames are panoramas."""
     names = [frame.path.name for frame in stack.frames]
     circles = recognise(stack.proxies, names)
     fisheye = [frame.path.name for frame in stack.frames if frame.fisheye]
@@ -270,7 +270,7 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _AlignedFrames:
-    """The frames of a bracket, opened, with their rotations or homographies and the remarks."""
+    """The opened frames of a bracket, with their rotations or homographies and the remarks."""
 
     stack: FrameStack
     alignments: tuple[align.FrameAlignment, ...]
@@ -278,7 +278,7 @@ class _AlignedFrames:
     lays: tuple[handheld.Lay, ...] = ()
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
-        """Return the rotation of the first shot, whose pose is used."""
+        """Return the rotation of the first shot, the one whose pose is used."""
         return self.alignments[first_shot(bracket)].rotation if self.alignments else None
 
     def picture(self, bracket: Bracket) -> Bytes | None:
@@ -292,7 +292,7 @@ class _AlignedFrames:
 def _align(
     stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report
 ) -> _AlignedFrames:
-    """Align the frames, if they need it and may be moved."""
+    """Align the frames if they need it and may be moved."""
     report(0.0, Progress(Task.ALIGNING_FRAMES))
     if not moves:
         return _AlignedFrames(stack, (), ())

@@ -1,12 +1,12 @@
-"""Pixel-by-pixel test of whether two frames of a bracket show the same scene.
+"""Test pixel by pixel whether two frames of a bracket show the same scene.
 
-With the camera's response, a code in one frame limits the codes that a brighter frame can have
-there. Frames are compared as encoded, which turns clipped and black codes into inequalities: pixels
-clipped in the darker frame must be clipped in the brighter one, and pixels black in the brighter
-one must be black in the darker one. Grosch (Fast and Robust High Dynamic Range Image Generation
-with Camera and Object Movement, VMV 2006) and Gallo et al. (Artifact-free High Dynamic Range
-Imaging, ICCP 2009) also detect motion by predicting one frame of a bracket from another; the
-tolerances here are for area means of JPEG pictures.
+Given the camera's response, a code in one frame limits the codes that a brighter frame can have at
+the same place. Frames are compared as encoded, which turns clipped and black codes into
+inequalities: pixels clipped in the darker frame must be clipped in the brighter one, and pixels
+black in the brighter one must be black in the darker one. Grosch (Fast and Robust High Dynamic
+Range Image Generation with Camera and Object Movement, VMV 2006) and Gallo et al. (Artifact-free
+High Dynamic Range Imaging, ICCP 2009) also detect motion by predicting one frame of a bracket from
+another. The tolerances here are for area means of JPEG pictures.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from app.core.measure.bracket.weighting import clipped_code
 _OPEN: Final = (20, 235)  # codes that are neither black nor clipped
 
 CLIPPED: Final = 243
-"""A mean of codes over an area of clipped pixels only is above this."""
+"""Limit above which the mean code lies for an area that contains only clipped pixels."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Permitted difference of frames of the same scene, in stops and codes.
+    """Permitted difference between frames of the same scene, in stops and codes.
 
     Proxies are means of encoded values, and the curve from one exposure to a brighter one is
     concave. So the brighter frame's mean is below the prediction wherever the averaged area is not
-    even (Jensen's inequality), and hardly ever above it. Measured on 20 scenes, 99.9% of the pixels
-    are below it by no more than 0.66 of the codes' range among the neighbours.
+    even (Jensen's inequality), and hardly ever above the prediction. In 20 scenes, 99.9% of the
+    pixels are below it by at most 0.66 of the range of codes among the neighbours.
 
     Attributes:
         toe: Codes added near black, where noise is cut off.
-        under, over: Fractions of that range below and above the prediction; the latter is for edges
-            that are not quite aligned.
+        under, over: Permitted fractions of that range below and above the prediction. The latter is
+            for edges that are not quite aligned.
     """
 
     stops: float
@@ -57,10 +57,10 @@ LOOSE: Final = Tolerance(stops=0.17, codes=2.5, toe=2.0, under=1.0, over=0.5, ei
 """Limits that frames of a still scene do not exceed."""
 
 CLOSE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.6, over=0.3, either=False)
-"""Limits that such frames rarely exceed, for use where motion has been detected."""
+"""Limits that frames of a still scene rarely exceed, for use where motion has been detected."""
 
 EDGE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.05, over=0.05, either=False)
-"""Limits for the pixels next to those: remains at the edge of a moving object."""
+"""Limits for the pixels next to motion, where remains of a moving object's edge may be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,25 +77,25 @@ class Predictions:
     """Predictions between frames of a bracket, computed on demand.
 
     Args:
-        table: (3, 256) or (K, 3, 256) float64. Linear light of each code, monotone, for all frames
+        table: (3, 256) or (K, 3, 256) float64. Monotone linear light of each code, for all frames
             or for each.
-        stops: Exposures of the frames.
+        stops: Exposures of the frames, in stops.
     """
 
     def __init__(self, table: Float64, stops: Sequence[float], slack: float = 0.0) -> None:
-        ramp = np.arange(256) * 1e-9  # flat parts of a table still need an inverse
+        ramp = np.arange(256) * 1e-9  # makes flat parts of a table invertible
         rising = np.maximum.accumulate(np.asarray(table, np.float64), axis=-1)
         rising = rising / rising[..., -1:] + ramp
         self._tables = rising if rising.ndim == 3 else np.stack([rising] * len(stops))
         self._alike = rising.ndim == 2
         self.stops = tuple(stops)
         self._slack = slack
-        # White that a local tone curve has darkened counts as clipped from its code on.
+        # If a local tone curve has darkened white, codes from there on count as clipped.
         self._clipped = [CLIPPED - (254 - clipped_code(one)) for one in self._tables]
         self._cache: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
 
     def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
-        """Predict frame `bright` from frame `dark`; frame 0 is the brightest."""
+        """Predict frame `bright` from frame `dark`, where frame 0 is the brightest."""
         step = round(self.stops[bright] - self.stops[dark], 6)
         key = (step, 0, 0, tolerance) if self._alike else (step, bright, dark, tolerance)
         if key not in self._cache:
@@ -106,7 +106,7 @@ class Predictions:
         return self._cache[key]
 
     def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
-        """Return the stops from frame `index` to the next, where both are well exposed, (n,)."""
+        """Return the stops, (n,), from frame `index` to the next, where both are well exposed."""
         logs = np.log2(np.maximum(self._tables, 1e-9)) - np.asarray(self.stops)[:, None, None]
         parts = []
         for channel in range(3):
@@ -132,9 +132,9 @@ class Predictions:
 
 
 def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
-    """Return the contradiction of two frames, (h, w, 3) area means, in codes, (h, w).
+    """Return by how many codes, (h, w), two frames of area means, (h, w, 3), contradict each other.
 
-    It is that of the worst channel, beyond its tolerance, or 0 where the frames agree.
+    The result is the excess of the worst channel over its tolerance, or 0 where the frames agree.
     """
     tolerance = prediction.tolerance
     under = cv2.subtract(cv2.LUT(dark, prediction.low), bright)
@@ -149,7 +149,7 @@ def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
 def worst(pixels: Any) -> Bytes:
     """Return the largest channel of each pixel, (h, w).
 
-    OpenCV is several times faster than numpy along so short an axis.
+    OpenCV does this several times faster than numpy along so short an axis.
     """
     red, green, blue = cv2.split(pixels)
     return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
@@ -189,30 +189,32 @@ def _table(codes: Float64) -> Bytes:
 
 
 def _contrast(frame: Any) -> Bytes:
-    """Return the range of the codes among a pixel and its neighbours, per channel."""
+    """Return the range of the codes in a pixel and its neighbours, for each channel."""
     box = np.ones((3, 3), np.uint8)
     return np.asarray(cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, box), np.uint8)
 
 
 _BLACK: Final = 8
-_FEWEST: Final = 64  # usable pixels
-# Most pixels keep to a multiple of the limit that two of three keep to.
+_FEWEST: Final = 64  # minimum usable pixels
+# Most pixels stay within a multiple of the limit within which this fraction stays.
 _USUAL_SHARE: Final = 0.68
 _MISFIT: Final = 4.0
 _MOST_SLACK: Final = 0.8
-# minimum fraction of the picture that two frames must both expose well to be compared
+# Minimum fraction of the picture that two frames must both expose well to be compared.
 _SHARED: Final = 0.05
-_SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place, whatever their tone curves
+# Minimum rank correlation of frames of one place, whatever their tone curves.
+_SAME_PLACE: Final = 0.6
 
 
 def fill_hidden(
     frames: list[Bytes], hidden: Sequence[Float32 | None], predictions: Predictions
 ) -> None:
-    """Fill frames beyond their edges from their neighbours, without contradiction.
+    """Fill frames beyond their edges from their neighbours, so that they do not contradict them.
 
     Args:
-        frames: (h, w, 3) uint8 each, coded; replaced in the list.
-        hidden: (h, w) float32 each: 0 where a frame has no pixels, or None if it has all.
+        frames: Encoded frames, (h, w, 3) uint8 each, which are replaced in the list.
+        hidden: Mask of each frame, (h, w) float32, which is 0 where the frame has no pixels, or
+            None if the frame has all of them.
     """
     result = list(frames)
     for index, mask in enumerate(hidden):
@@ -231,13 +233,13 @@ def fill_hidden(
 
 
 def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
-    """Return the difference of neighbouring frames that exceeds the tolerance for most pixels.
+    """Return by how much neighbouring frames exceed the tolerance in most pixels.
 
     Args:
-        frames: (h, w, 3) uint8 each, coded.
+        frames: Encoded frames, (h, w, 3) uint8 each.
 
     Returns:
-        Stops, or 0 if none does.
+        The excess in stops, or 0 if no frames exceed the tolerance.
     """
     usual = []
     for k in range(len(frames) - 1):
@@ -248,7 +250,7 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
 
 
 def hopeless(frames: Sequence[Bytes], share: float) -> FramesContradict:
-    """Report why motion cannot be found: another place, or frames of one place that do not fit."""
+    """Report why motion cannot be found: another place, or the same place with misfit frames."""
     return FramesContradict(share, same_place=alike(frames) > _SAME_PLACE)
 
 
@@ -256,7 +258,7 @@ def alike(frames: Sequence[Bytes]) -> float:
     """Return the lowest rank correlation of neighbouring frames where both are well exposed.
 
     Args:
-        frames: (h, w, 3) uint8 each, coded; only green is compared.
+        frames: Encoded frames, (h, w, 3) uint8 each, of which only green is compared.
     """
     least = 1.0
     for one, other in pairwise(frames):

@@ -1,9 +1,9 @@
-"""Detection of motion between the frames of a bracket, and the frames to trust there.
+"""Detect motion between the frames of a bracket, and choose the frames to trust there.
 
 People walk and clouds drift while a bracket is shot. Averaging such frames leaves ghosts with
-coloured edges, so every frame gets a mask of its usable area. Frames contradict each other
-(`measure.bracket.contradiction`) in connected regions. In each region, the frames contradicted by
-most others are left out; without a majority, one frame is the reference for the whole region, so
+coloured edges, so every frame gets a mask of its usable area. Frames contradict one another
+(`measure.bracket.contradiction`) in connected regions. In each region, the frames that most others
+contradict are left out. Without a majority, one frame is the reference for the whole region, so
 that no person is cut in half. All other frames stay in use wherever they agree, which preserves the
 dynamic range of the bracket.
 """
@@ -38,34 +38,35 @@ from app.core.measure.bracket.contradiction import (
 from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.remarks import Motion, MovedPart, MuchMotion
 
-_BLACK: Final = 8  # a code below it is an upper limit rather than a value
+_BLACK: Final = 8  # code below which a code is an upper limit rather than a value
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region
-_SEEDS: Final = 4  # number of such proxy pixels that a region needs, in pixels of the horizon
-_GROWTH: Final = 6  # proxy pixels that a region may grow by the stricter test
+_SEEDS: Final = 4  # minimum number of such proxy pixels in a region, in pixels at the horizon
+_GROWTH: Final = 6  # proxy pixels by which a region may grow by the stricter test
 _CLOSING: Final = 0.008  # largest gap in a region that is closed, as a fraction of the width
 _MAJORITY: Final = 0.5  # fraction of a region's contradictions that a vote must settle
 # Weight, in votes, of an agreement by inequality, a good exposure and a clipped pixel.
 _WEAK_VOTE: Final = 0.25
 _EXPOSED: Final = 0.3
 _LOSS_COST: Final = 4.0
-_MUCH: Final = 0.15  # fraction of the sphere beyond which the frames hardly belong together
+_MUCH: Final = 0.15  # fraction of the sphere above which the frames hardly belong together
 # A wide region with a smaller fraction of contradictions is grain and edges, joined by the gaps.
 _WIDE: Final = 0.05
 _DENSE: Final = 0.25
-_UNUSUAL: Final = 0.05  # fraction of the pixels from which the response is in doubt
-_HOPELESS: Final = 0.35  # share beyond which the cause is not motion
-_NAMED: Final = 3  # regions named in the remark
+_UNUSUAL: Final = 0.05  # fraction of the pixels above which the response is in doubt
+_HOPELESS: Final = 0.35  # fraction above which the cause is not motion
+_NAMED: Final = 3  # maximum number of regions named in the remark
 
 
 @dataclass(frozen=True, slots=True)
 class GhostRegion:
-    """A region in which frames contradict each other.
+    """A region in which frames contradict one another.
 
     Attributes:
-        column, row, width, height: Centre and size as fractions of the width and the height, 0 to
-            1.
-        share: Fraction of the sphere (panoramas, by solid angle) or of the area.
-        frames: Indices in the bracket of the frames that are left out in at least a part of it.
+        column, row, width, height: Centre and size of the region, as fractions of the picture's
+            width and height, 0 to 1.
+        share: Fraction of the sphere by solid angle for panoramas, otherwise of the area.
+        frames: Indices in the bracket of the frames that are left out in at least part of the
+            region.
     """
 
     column: float
@@ -77,25 +78,26 @@ class GhostRegion:
 
     @property
     def azimuth_deg(self) -> float:
-        """Azimuth of the centre, in degrees, positive to the right of the middle; for panoramas."""
+        """Azimuth of the centre in a panorama, in degrees, positive to the right of the middle."""
         return 360.0 * (self.column - 0.5)
 
     @property
     def elevation_deg(self) -> float:
-        """Elevation of the centre in degrees; for panoramas."""
+        """Elevation of the centre in a panorama, in degrees."""
         return 90.0 - 180.0 * self.row
 
 
 @dataclass(frozen=True, slots=True)
 class FrameTrust:
-    """Trusted areas of each frame.
+    """The trusted areas of each frame.
 
     Attributes:
-        masks: (h, w) float32 each, at the size of the proxies: 1 where a frame is to be used, else
-            0, or None for a frame that can be used everywhere. No pixel is 0 in all of them.
+        masks: Mask of each frame, (h, w) float32 at the size of the proxies, which is 1 where the
+            frame is to be used and 0 elsewhere, or None for a frame that can be used everywhere. No
+            pixel is 0 in all masks.
         share: Fraction of the sphere or of the area in which frames are left out, or differ too
-            widely for that.
-        where: Regions, the largest first.
+            widely to be left out.
+        where: The regions, largest first.
     """
 
     masks: tuple[Float32 | None, ...] = field(repr=False)
@@ -119,16 +121,16 @@ def trust(
     out anywhere.
 
     Args:
-        proxies: (h, w, 3) uint8 each. Area means of the encoded frames at about an eighth of their
-            size, all aligned, in any order. Twice as wide as high means a panorama, whose left and
-            right edges meet.
-        stops: Exposures of the frames.
-        response: Its table is (3, 256) or (K, 3, 256).
-        visibility: (h, w) each. 0 where a frame has no pixels, or None for a frame that fills the
-            picture.
-        exposures_known: False for a recovered curve, which may itself be the reason for wide
-            differences, so that they are no reason to shoot again.
-        sphere: False if 2:1 pictures are not panoramas either.
+        proxies: Thumbnails of the encoded frames, (h, w, 3) uint8 each: area means at about an
+            eighth of the size, all aligned, in any order. A picture twice as wide as it is high is
+            a panorama, whose left and right edges meet.
+        stops: Exposures of the frames, in stops.
+        response: The response curve, with a table of (3, 256) or (K, 3, 256).
+        visibility: Mask of each frame, (h, w) float32, which is 0 where the frame has no pixels, or
+            None for a frame that fills the picture.
+        exposures_known: Whether the exposures are certain. They are not with a recovered curve,
+            which may itself cause wide differences, so these are then no reason to shoot again.
+        sphere: Whether 2:1 pictures are panoramas.
 
     Raises:
         ValueError: If the sizes differ.
@@ -190,7 +192,7 @@ def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tole
 
 
 def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None:
-    """Return contradictions by the loose test, or None if none are worth a closer look."""
+    """Return the contradictions by the loose test, or None if none is worth a closer look."""
     if len(frames) < 2:
         return None
     evidence = _adjacent(frames, predictions, LOOSE)
@@ -198,25 +200,25 @@ def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None
 
 
 def _quiet_column(evidence: Bytes) -> int:
-    """Return the column at which cutting a panorama cuts the fewest contradictions."""
+    """Return the column at which to cut a panorama through the fewest contradictions."""
     near = _box(evidence > 0, cv2.MORPH_DILATE, 4 * _closing(evidence.shape[1]) + 1)
     return int(np.argmin(np.count_nonzero(near, axis=0)))
 
 
 def _box(mask: NDArray[Any], operation: int, size: int) -> Bytes:
-    """Apply a morphological operation with a square."""
+    """Apply a morphological operation with a square kernel."""
     box = np.ones((size, size), np.uint8)
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), operation, box), np.uint8)
 
 
 def _closing(width: int) -> int:
-    """Return the side of the square that closes gaps, odd, in pixels of a proxy of that width."""
+    """Return the odd side of the square that closes gaps, in pixels of a proxy of that width."""
     return 2 * max(round(0.5 * _CLOSING * width), 1) + 1
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """A connected region of contradiction: a rectangle, and a mask of its pixels."""
+    """A connected region of contradiction, as a rectangle and a mask of its pixels."""
 
     rows: slice
     columns: slice
@@ -240,7 +242,7 @@ def _places(
     for _ in range(_GROWTH):
         region |= _box(region, cv2.MORPH_DILATE, 3) & closer
     region = _box(region, cv2.MORPH_CLOSE, _closing(region.shape[1]))
-    # Two pixels for residue at an edge, and one for the slope of the enlarged masks.
+    # Add two pixels for residue at an edge, and one for the slope of the enlarged masks.
     region = _box(region, cv2.MORPH_DILATE, 7)
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(region, connectivity=8)
     places = []
@@ -262,7 +264,7 @@ def _handle(
     masks: Sequence[Bytes],
     area: Float64,
 ) -> GhostRegion:
-    """Decide on one region, update the masks, and describe the region in the masks' own frame."""
+    """Decide on one region, update the masks, and describe the region in the masks' coordinates."""
     crops = [frame[place.rows, place.columns] for frame in frames]
     height, width = masks[0].shape
     usable = _settle(crops, place.inside, predictions, _closing(width))
@@ -283,10 +285,10 @@ def _settle(
 ) -> list[Bytes]:
     """Return the usable area of each frame in one region.
 
-    If most frames agree, the others are left out. The remaining contradictions, or all of them
-    without a majority (two frames), are resolved by an order of trust: the first frame is used
-    everywhere, each following one where it contradicts none of the previous ones. Either way, the
-    frames in use agree with each other at every pixel.
+    If most frames agree, the others are left out. The remaining contradictions, or all of them if
+    there is no majority (as with two frames), are resolved by an order of trust. The first frame is
+    used everywhere, and each following frame where it contradicts none of the previous ones. Either
+    way, the frames in use agree with one another at every pixel.
     """
     # The outermost pixels are for the masks' soft edge, not for evidence.
     core = _box(inside, cv2.MORPH_ERODE, 3).astype(bool)
@@ -302,7 +304,7 @@ def _settle(
         order.insert(0, unclipped)
     elif explanation >= _MAJORITY:
         usable = [1 - _closed(outlier, closing, inside) for outlier in outliers]
-        # If a vote is tied, the frame left out most often is trusted least.
+        # If a vote is tied, trust the frame that is left out most often least.
         order.sort(key=lambda k: int(np.count_nonzero(outliers[k])))
     for place, frame in enumerate(order[1:], start=1):
         clash = np.zeros(inside.shape, bool)
@@ -316,12 +318,12 @@ def _settle(
 
 
 def _closed(pixels: Bools, closing: int, inside: Bools) -> Bytes:
-    """Close the gaps in a frame's outliers."""
+    """Close the gaps between a frame's outliers."""
     return _box(pixels, cv2.MORPH_CLOSE, closing) & inside.astype(np.uint8)
 
 
 def _widened(usable: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
-    """Leave frames out one pixel further, for the masks' slope and for edges within a pixel."""
+    """Leave frames out for one more pixel, for the masks' slope and for edges within a pixel."""
     limits = inside.astype(np.uint8)
     wide = [1 - (_box(1 - use, cv2.MORPH_DILATE, 3) & limits) for use in usable]
     nowhere = np.maximum.reduce(wide) == 0
@@ -346,11 +348,11 @@ def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> B
 
 
 def _outvoted(against: Bools) -> tuple[Bools, float]:
-    """Leave out, pixel by pixel, the frame that contradicts most others, until none does.
+    """Leave out, pixel by pixel, the frame that contradicts most others, until no frame does.
 
     Returns:
-        The frames left out, (K, h, w) bool, none where two contradict equally many; and the share
-        of the contradicting pixels that stays unsettled.
+        The frames left out, (K, h, w) bool, which are none where two frames contradict equally
+        many, and the fraction of the contradicting pixels that remains unsettled.
     """
     number = against.shape[0]
     counts = against.sum(axis=1, dtype=np.uint8)
@@ -373,11 +375,11 @@ def _outvoted(against: Bools) -> tuple[Bools, float]:
 
 
 def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
-    """Return a frame that a vote must not leave out: all others are brighter and clipped.
+    """Return a frame that a vote must not leave out because all others are brighter and clipped.
 
-    Usually there is none. An example is a person in front of a window in the only frame that does
-    not clip it. The majority only knows that the window is bright, and would lose the rest of it
-    around that person.
+    Usually there is none, and the result is None. An example is a person in front of a window in
+    the only frame that does not clip the window. The majority only knows that the window is bright,
+    and would lose the rest of it around that person.
     """
     clipped = codes > CLIPPED
     gap = (clipped | outliers).all(axis=0) & outliers.any(axis=0)
@@ -387,12 +389,12 @@ def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
     counts = np.count_nonzero(telling, axis=(1, 2))
     if counts.max() < _SEEDS:
         return None
-    # The brightest of those that show nearly all of it.
+    # Choose the brightest of the frames that show nearly all of the region.
     return int(np.argmax(counts >= 0.9 * counts.max()))
 
 
 def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
-    """Return each frame's score: the agreement of the others with it, and its exposure."""
+    """Return each frame's score, from its exposure and the other frames' agreement with it."""
     number, size = len(codes), max(int(np.count_nonzero(core)), 1)
     level = codes[:, core]
     clash = against[:, :, core]
@@ -416,14 +418,14 @@ def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
 
 
 def _area(shape: tuple[int, int], panorama: bool) -> Float64:
-    """Return the fraction of the whole that a pixel of each row covers, (h,)."""
+    """Return the fraction of the whole, (h,), that a pixel of each row covers."""
     if panorama:
         return solid_angles(shape) / (4.0 * math.pi)
     return np.full(shape[0], 1.0 / (shape[0] * shape[1]))
 
 
 def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> GhostRegion:
-    """Undo the shift of the picture by a fraction of its width, and the order of the frames."""
+    """Undo the picture's shift by a fraction of its width, and the reordering of the frames."""
     frames = tuple(sorted(order[frame] for frame in region.frames))
     return replace(region, column=(region.column + turn) % 1.0, frames=frames)
 
@@ -431,7 +433,7 @@ def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> Ghost
 def _remarks(
     where: tuple[GhostRegion, ...], share: float, panorama: bool, exposures_known: bool
 ) -> tuple[Remark, ...]:
-    """Report the motion."""
+    """Report the motion, and whether there is too much of it."""
     if not where:
         return ()
     places = tuple(

@@ -1,4 +1,4 @@
-"""The exposures stated in the files of a bracket, and their contradictions."""
+"""Determine the exposures of a bracket from its files, and find contradictions."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from app.core.measure.read.metadata import Header
 from app.core.text import tr, tr_plural
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
-"""Difference of two statements of one exposure that is a contradiction, stops: half a third."""
+"""Difference, half of a third of a stop, from which two statements of an exposure contradict."""
 
 LENS_STOPS: Final = 0.05
-"""Difference from which the two lenses of a camera count as differently exposed, in stops."""
+"""Difference in stops from which a camera's two lenses count as differently exposed."""
 
 _SAME: Final = 1e-3
-_GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one for each file.")
+_GIVE_TIMES: Final = tr("Set the exposure times with --times, in seconds, one for each file.")
 
 
 def settle_exposures(
@@ -38,17 +38,17 @@ def settle_exposures(
 ) -> tuple[list[Exposure], list[Remark]]:
     """Determine the exposure of every frame.
 
-    Exposure times come from `times`, else from EXIF; ISO and f-number come from EXIF. If no frame
-    states one of these, it is assumed equal in all frames, and the absolute scale is unknown. If
-    some frames do not state it, they get the value that all others share. If the others differ,
-    only given times count.
+    Exposure times come from `times` if given, otherwise from EXIF. ISO and f-number come from EXIF.
+    If no frame states an ISO or an f-number, it is assumed to be equal in all frames, and the
+    absolute scale is unknown. If only some frames lack such a value, they get the one that all
+    others share. If the others differ, only the times in `times` count.
 
     Args:
-        times: Exposure times in seconds.
+        times: Exposure times in seconds, or None for those in EXIF.
 
     Raises:
-        ProbeError: For a frame without an exposure time, and if the others differ and there are no
-            given times.
+        ProbeError: If a frame has no exposure time, or lacks a value in which the others differ and
+            there are no `times`.
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     by_hand = times is not None
@@ -78,8 +78,8 @@ def settle_exposures(
 def metered_exposure(header: Header) -> Exposure | None:
     """Return the exposure of a picture metered by the camera, or None if it states no time.
 
-    A Theta on automatic may set its lenses to different ISO; its EXIF then states either one of
-    them or a mean. The geometric mean is in the middle of the two.
+    A Theta in its automatic program may set its lenses to different ISO values. EXIF then states
+    either one of these or a mean, so the geometric mean of the two lenses is used.
     """
     exposure, lenses = header.frame.exposure, header.frame.lenses
     if exposure is None or len(lenses) < 2:
@@ -90,12 +90,12 @@ def metered_exposure(header: Header) -> Exposure | None:
 def _shutters(headers: Sequence[Header]) -> list[float]:
     missing = [header.frame.path.name for header in headers if header.shutter_s is None]
     if len(missing) == len(headers):
-        raise ProbeError(tr("None of the pictures states its exposure time."), _GIVE_TIMES)
+        raise ProbeError(tr("None of the pictures records its exposure time."), _GIVE_TIMES)
     if missing:
         raise ProbeError(
             tr_plural(
-                "{names} does not state an exposure time.",
-                "{names} do not state an exposure time.",
+                "{names} does not record an exposure time.",
+                "{names} do not record an exposure time.",
                 len(missing),
                 names=listed(missing),
             ),
@@ -107,7 +107,7 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
 def _fill(
     headers: Sequence[Header], values: list[float | None], tag: Tag, by_hand: bool
 ) -> tuple[list[float | None], list[Remark]]:
-    """Return a tag's values for all frames, or all None, and remarks about doubtful ones."""
+    """Return a tag's values for all frames, or all None, with remarks about doubtful values."""
     stated = [value for value in values if value is not None]
     if len(stated) == len(values) or not stated:
         return values, []
@@ -124,9 +124,9 @@ def _differing(names: Sequence[str], stated: Sequence[float], tag: Tag) -> Probe
     low, high = min(stated), max(stated)
     if tag == "iso":
         words = tr_plural(
-            "{names} does not state the ISO, and the other frames differ (ISO {low:g} to "
+            "{names} does not record the ISO, and the other frames differ (ISO {low:g} to "
             "ISO {high:g}).",
-            "{names} do not state the ISO, and the other frames differ (ISO {low:g} to "
+            "{names} do not record the ISO, and the other frames differ (ISO {low:g} to "
             "ISO {high:g}).",
             len(names),
             names=listed(names),
@@ -135,9 +135,9 @@ def _differing(names: Sequence[str], stated: Sequence[float], tag: Tag) -> Probe
         )
     else:
         words = tr_plural(
-            "{names} does not state the f-number, and the other frames differ (f/{low:g} "
+            "{names} does not record the f-number, and the other frames differ (f/{low:g} "
             "to f/{high:g}).",
-            "{names} do not state the f-number, and the other frames differ (f/{low:g} "
+            "{names} do not record the f-number, and the other frames differ (f/{low:g} "
             "to f/{high:g}).",
             len(names),
             names=listed(names),
@@ -163,7 +163,7 @@ def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[Rem
 
 
 def _lens_doubts(headers: Sequence[Header]) -> list[Remark]:
-    """Name the frame whose two lenses differ most (theta-api: auto exposure per lens)."""
+    """Name the frame whose two lenses differ most (theta-api has auto exposure per lens)."""
     worst, gap = None, LENS_STOPS
     for header in headers:
         lenses = header.frame.lenses
@@ -180,7 +180,7 @@ def _lens_doubts(headers: Sequence[Header]) -> list[Remark]:
 
 
 def _note_doubts(headers: Sequence[Header]) -> list[Remark]:
-    """Compare EXIF with the maker note where both lenses agree with each other."""
+    """Compare EXIF with the maker note if both lenses have the same exposure."""
     apart: dict[Tag, list[tuple[str, float, float]]] = {"shutter": [], "iso": []}
     for header in headers:
         name, note = header.frame.path.name, header.note

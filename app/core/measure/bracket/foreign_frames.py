@@ -1,12 +1,13 @@
-"""Detection of frames in a folder that do not belong to the bracket.
+"""Detect frames in a folder that do not belong to the bracket.
 
-A camera's own HDR picture, a preview, a picture of another scene or a black one may be in the same
-folder, and state the exposure of one of the frames. Merged with them, it distorts the curve and the
-light. It is recognised because the other frames agree with each other, by one curve and their
-stated exposures, and it contradicts them over a large part of the picture, at any exposure.
+A camera's own HDR picture, a preview, a black picture or one of another scene may be in the same
+folder, and state the exposure of one of the frames. If merged with the frames, it distorts the
+curve and the light. Such a foreign frame is recognised because the other frames agree with one
+another, by one curve and their stated exposures, and it contradicts them over a large part of the
+picture, at any exposure.
 
 A frame that only states a wrong exposure is measured (`curve.response`). Motion and slight changes
-of light contradict only in places (`app.core.measure.bracket.deghosting`).
+in the light cause contradictions only in places (`app.core.measure.bracket.deghosting`).
 """
 
 from __future__ import annotations
@@ -38,44 +39,44 @@ from app.core.measure.bracket.curve.response import (
 from app.core.measure.bracket.remarks import ForeignFrame, Reason
 
 _WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
-"""Half a stop, so that flickering light or a cloud does not exclude a frame."""
+"""A tolerance of half a stop, so that flickering light or a cloud does not exclude a frame."""
 
 _LOUD: Final = 0.25  # fraction of the picture over which a foreign frame contradicts the others
-_QUIET: Final = 0.08  # largest share over which frames of one series contradict each other
-_BENT: Final = 0.45  # stops by which a foreign frame's step depends on the level
+_QUIET: Final = 0.08  # maximum fraction over which frames of one series do so
+_BENT: Final = 0.45  # stops by which a foreign frame's step varies with the level
 _STRAIGHT: Final = 0.2  # the same for two frames of one series
-_TIMES: Final = 3.0  # factor by which a foreign frame contradicts more, or is more bent
-_FITS: Final = 0.05  # remaining stops if one curve fits all frames
-_RESIDUAL: Final = 0.15  # remaining stops if one curve fits the others
+_TIMES: Final = 3.0  # factor by which a foreign frame contradicts or bends more
+_FITS: Final = 0.05  # maximum remaining stops if one curve fits all frames
+_RESIDUAL: Final = 0.15  # maximum remaining stops if one curve fits the others
 _NEIGHBOURS: Final = 4
-_TRIED: Final = 6  # frames for which a curve is recovered
+_TRIED: Final = 6  # maximum number of frames for which a curve is recovered
 _FARTHEST_STOPS: Final = 6.1
 _BLACK: Final = 8
 _OPEN: Final = (24, 232)  # codes that are neither black nor clipped
 _LEVELS: Final = 12
 _MOST_LEVELS: Final = (0.1, 0.9)
-_FEWEST: Final = 60  # samples of a level
+_FEWEST: Final = 60  # minimum samples of a level
 _LEAST_SHARE: Final = 0.02  # minimum fraction of the pixels that a pair must share
-_SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place
+_SAME_PLACE: Final = 0.6  # minimum rank correlation of two frames of one place
 _ONE_IN: Final = 3  # at most one in this many frames is foreign
 
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A file of a bracket that was not merged, and the reason."""
+    """A file that was left out of a bracket, and the reason."""
 
     path: Path
     reason: Reason
 
     @property
     def remark(self) -> ForeignFrame:
-        """The remark about the file."""
+        """The remark about this file."""
         return ForeignFrame(self.path.name, self.reason)
 
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """A foreign frame: its index in the bracket, brightest first, and the reason."""
+    """A foreign frame, by its index in the bracket (brightest first), and the reason."""
 
     frame: int
     reason: Reason
@@ -86,13 +87,13 @@ def foreign_frames(
 ) -> tuple[Foreign, ...]:
     """Return the frames that do not belong to the series.
 
-    Empty with fewer than three frames, and if the others do not agree with each other.
+    There are none among fewer than three frames, or if the others do not agree with one another.
 
     Args:
-        proxies: (h, w, 3) uint8 each. All frames, brightest first, aligned.
-        samples: (K, N, 3) uint8. Of the same frames.
-        choice: Response chosen for them.
-        stops: As stated.
+        proxies: Thumbnails of all frames, (h, w, 3) uint8 each, aligned, brightest first.
+        samples: (K, N, 3) uint8. Samples of the same frames.
+        choice: Response chosen for these frames.
+        stops: Exposures as stated, in stops.
     """
     rest, foreign = list(range(len(proxies))), list[Foreign]()
     pictures = [np.ascontiguousarray(proxy) for proxy in proxies]
@@ -110,13 +111,14 @@ def foreign_frames(
 
 
 def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, ResponseChoice]]:
-    """Leave out each frame in turn, and return those that contradict the others, if these agree.
+    """Return the frames that contradict the others, if these agree, leaving out each in turn.
 
-    A curve is recovered only if sRGB fits no set of others; in long brackets, only for the
+    A curve is recovered only if sRGB fits no set of others, and in long brackets only for the
     likeliest frames.
 
     Returns:
-        Size of the contradiction, index, and curve of the others.
+        For each of these frames, the size of the contradiction, the index, and the curve of the
+        others.
     """
     plain = replace(series, choice=replace(series.choice, response=srgb_response()))
     likely = sorted(series.frames, key=lambda number: -plain.oddness(number))
@@ -136,12 +138,12 @@ def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, Response
 
 @dataclass(frozen=True, slots=True)
 class _FrameSeries:
-    """Some frames of a bracket with one curve, to judge how well they and others fit.
+    """Some frames of a bracket with one curve, for judging how well these and others fit.
 
     Attributes:
-        pictures, samples, stops: Of all frames, exposures as stated.
-        frames: Indices of the frames of the series.
-        choice: Response of `frames` only.
+        pictures, samples, stops: Thumbnails, samples and stated exposures of all frames.
+        frames: Indices of the frames in the series.
+        choice: Response chosen for `frames` only.
     """
 
     pictures: Sequence[Bytes]
@@ -152,7 +154,7 @@ class _FrameSeries:
 
     @property
     def table(self) -> Float64:
-        """One curve for all frames, (3, 256); for frames with their own, that of the middle one."""
+        """One curve for all frames, (3, 256), or that of the middle frame if each has its own."""
         table = self.choice.response.table
         return table if table.ndim == 2 else table[len(table) // 2]
 
@@ -167,7 +169,7 @@ class _FrameSeries:
 
     @property
     def sound(self) -> bool:
-        """Whether the frames agree; two of them fit any unknown curve."""
+        """Whether the frames agree, which two frames always do with an unknown curve."""
         choice = self.choice
         if not choice.check.possible or choice.tag_errors or choice.response.table.ndim > 2:
             return False
@@ -179,21 +181,21 @@ class _FrameSeries:
 
     @property
     def greatest_oddness(self) -> float:
-        """The largest oddness among the frames; each pair is judged once."""
+        """The largest oddness among the frames, judging each pair once."""
         pairs = {frame: self._pairs(frame) for frame in self.frames}
         oddness = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
         return max(_median([oddness[pair] for pair in some]) for some in pairs.values())
 
     def oddness(self, frame: int) -> float:
-        """Return how much a frame contradicts its neighbours; more than 1 is unusual."""
+        """Return how much a frame contradicts its neighbours, where more than 1 is unusual."""
         return _median([max(self._pair(*pair)) for pair in self._pairs(frame)])
 
     def _pairs(self, frame: int) -> list[tuple[int, int]]:
-        """Return a frame paired with each of its neighbours, the brighter first."""
+        """Return a frame paired with each of its neighbours, the brighter one first."""
         return [(min(frame, other), max(frame, other)) for other in self._near(frame)]
 
     def excludes(self, frame: int) -> bool:
-        """Return whether a frame outside the series contradicts it, whatever its exposure."""
+        """Return whether a frame outside the series contradicts the series at any exposure."""
         near = self._near(frame)
         if not near:
             return False
@@ -209,7 +211,7 @@ class _FrameSeries:
         return bool(min(shares) >= max(_LOUD, _TIMES * quiet))
 
     def _pair(self, bright: int, dark: int) -> tuple[float, float]:
-        """Return bend and contradiction of two frames, relative to the usual values."""
+        """Return the bend and the contradiction of two frames, relative to the usual values."""
         share = self._share(bright, dark, self._stop(bright))
         return self._bend(bright, dark) / _STRAIGHT, share / _QUIET
 
@@ -264,7 +266,7 @@ class _FrameSeries:
         """Return the fraction of two frames that cannot show the same scene.
 
         Args:
-            stop: Exposure of the first frame.
+            stop: Exposure of the first frame, in stops.
         """
         first, second = self.pictures[one], self.pictures[other]
         pair = (stop, self._stop(other))
@@ -287,7 +289,7 @@ def _median(values: Sequence[float]) -> float:
 def _usable(bright: Bytes, dark: Bytes) -> Bools:
     """Return a mask of pixels that are not black in both frames, nor clipped in both."""
     black = (worst(bright) <= _BLACK) & (worst(dark) <= _BLACK)
-    # Inverted, the smallest channel is the largest.
+    # In the inverted picture, the smallest channel is the largest.
     white = (worst(~bright) <= 255 - CLIPPED) & (worst(~dark) <= 255 - CLIPPED)
     return np.asarray(~(black | white))
 

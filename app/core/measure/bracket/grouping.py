@@ -1,7 +1,7 @@
-"""Reading of a bracket's headers: its frames, their order and exposures.
+"""Read a bracket's headers to determine its frames, their order and their exposures.
 
-Pixels are not read here. A `ProbeError` that names the file explains why a merge is impossible; a
-remark of the bracket reports a doubt.
+Pixels are not read here. If a merge is impossible, a `ProbeError` that names the file explains why.
+Doubts are reported as remarks of the bracket.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from app.core.measure.read.metadata import (
 from app.core.text import tr, tr_plural
 
 MAX_FRAMES: Final = 40
-"""Maximum number of files in a bracket; cameras bracket up to 19 frames."""
+"""Maximum number of files in a bracket. Cameras bracket up to 19 frames."""
 
 EQUAL_STOPS: Final = 0.05
 """Exposures that differ by less than this, in stops, count as equal."""
@@ -55,7 +55,7 @@ _KIND_WORDS: Final = {
 
 _Value = TypeVar("_Value", bound="Hashable")
 _Listed: TypeAlias = tuple[Header, float | None]
-"""A file of the bracket, and the exposure time in seconds that the user gave for it."""
+"""A file of the bracket, and the exposure time in seconds that the user gave for it, or None."""
 
 
 def read_bracket(
@@ -69,17 +69,18 @@ def read_bracket(
 
     Args:
         paths: The files in any order, or one folder. In a folder, the largest set of pictures that
-            can be one bracket is used (`metadata.ENDINGS`, hidden ones ignored, sorted by name);
-            the others are reported.
-        times: Exposure times in seconds, one for each file in that order, instead of those in EXIF;
-            ISO and f-number still come from EXIF.
-        alone: Whether a single photo of all directions is enough; it need not state its exposure.
-        sort_out: Whether files are treated like those of a folder.
+            can be one bracket is used (with suffixes in `metadata.ENDINGS`, without hidden files,
+            sorted by name), and the others are reported.
+        times: Exposure times in seconds, one for each file in that order, in place of those in
+            EXIF. ISO and f-number still come from EXIF.
+        alone: Whether a single photo of all directions is enough, in which case it need not state
+            its exposure.
+        sort_out: Whether to treat files like those in a folder.
 
     Raises:
-        ProbeError: With fewer than two different frames or more than `MAX_FRAMES`; for a file that
+        ProbeError: If there are fewer than two different frames or more than `MAX_FRAMES`; a file
             is not a picture, is tone-mapped, has no exposure time, or differs in size, kind,
-            orientation or camera; if all exposures are equal; and if `times` has the wrong length.
+            orientation or camera; all exposures are equal; or `times` has the wrong length.
     """
     inputs = [Path(path) for path in paths]
     sort_out = sort_out or (len(inputs) == 1 and _is_folder(inputs[0]))
@@ -98,7 +99,7 @@ def read_bracket(
     _check_alike(headers)
     if names := rendered_frames(headers):
         hint = tr(
-            "Switch off the camera’s filter and effects and shoot again, or leave the picture out."
+            "Turn off the camera’s filters and effects and shoot again, or leave the picture out."
         )
         raise ProbeError(_rendered(names), hint)
     tag_times = None if times is None else [time or 0.0 for _, time in listed_files]
@@ -141,8 +142,8 @@ def _read_all(
         return [read_header(path) for path in paths], []
     if len(paths) > 1:
         raise ProbeError(
-            tr("{folder} is a folder, but other names are given too.", folder=folders[0]),
-            tr("Give one folder, or only files."),
+            tr("{folder} is a folder, but there are other names too.", folder=folders[0]),
+            tr("Choose one folder, or only files."),
         )
     return _bracket_of(pictures_in(folders[0]), folders[0].name, count)
 
@@ -150,10 +151,10 @@ def _read_all(
 def _bracket_of(
     files: Sequence[Path], folder: str, count: int | None
 ) -> tuple[list[Header], list[Remark]]:
-    """Choose the files that belong together: one size, one kind, one camera; most exposures first.
+    """Choose the files with one size, kind and camera that have the most exposures.
 
-    If two sets are equally good, all of them are returned; the caller then reports the odd one as
-    an error.
+    If two sets are equally good, the files of both are returned, and the caller reports the odd one
+    as an error.
     """
     sets: dict[Hashable, list[Header]] = {}
     errors: list[ProbeError] = []
@@ -191,7 +192,7 @@ def _is_folder(path: Path) -> bool:
     try:
         return path.is_dir()
     except OSError:
-        return False  # Reading the path as a file reports why it cannot be reached.
+        return False  # Reading the path as a file will report why it is inaccessible.
 
 
 def _check_times(times: Sequence[float] | None, count: int) -> list[float | None]:
@@ -257,10 +258,10 @@ def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
 
 
 def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
-    """Return equal values for equal files, reading no more of them than necessary.
+    """Return equal values for equal files, reading no more of the files than necessary.
 
-    A file is read only if another has its length, and completely only if another starts with the
-    same bytes.
+    A file is read only if another has the same length, and completely only if another starts with
+    the same bytes.
     """
     contents: list[tuple[str, ...]] = [()] * len(paths)
     for limit in (0, _START, None):
@@ -273,7 +274,7 @@ def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
 
 
 def _content(path: Path, limit: int | None) -> str:
-    """Return the digest of a file, or of its first bytes; its length for 0 of them."""
+    """Return the digest of a file or of its first `limit` bytes, or its length for a limit of 0."""
     with os_errors_as(ProbeError, tr("{path} cannot be read: {reason}."), path=path):
         if limit == 0:
             return str(path.stat().st_size)
@@ -287,7 +288,7 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
     if len(headers) > 1:
         return
     name = headers[0].frame.path.name
-    hint = tr("Use at least two exposures, better three: as metered, brighter and darker.")
+    hint = tr("Use at least two exposures, or better three: as metered, brighter and darker.")
     if len(files) > 1:
         raise ProbeError(
             tr("All files are copies of {name}, which is not a bracket.", name=name), hint
@@ -300,7 +301,7 @@ def not_all_around(frame: Frame) -> ProbeError:
     return ProbeError(
         tr(
             "{name} is {width} x {height}. A single picture must be a full panorama, "
-            "twice as wide as high (2:1).",
+            "twice as wide as it is high (2:1).",
             name=frame.path.name,
             width=frame.shape[1],
             height=frame.shape[0],
@@ -310,7 +311,7 @@ def not_all_around(frame: Frame) -> ProbeError:
 
 
 def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | None) -> Bracket:
-    """Create a bracket of one photo, or raise the reason why it is unsuitable."""
+    """Create a bracket of one photo, or raise an error that states why it is unsuitable."""
     frame, name = header.frame, header.frame.path.name
     if frame.kind not in ("uint8", "uint16"):
         _check_count([header], [frame.path])
@@ -362,7 +363,7 @@ def _check_alike(headers: list[Header]) -> None:
         lambda orientation: tr(
             "in another orientation (EXIF orientation {orientation})", orientation=orientation
         ),
-        tr("Leave it out, or shoot all frames with the camera held the same way."),
+        tr("Leave it out, or hold the camera the same way for all frames."),
     )
 
 
@@ -372,7 +373,7 @@ def _one_value(
     words: Callable[[_Value], str],
     hint: str,
 ) -> None:
-    """Raise an error if frames differ, and name those in the minority."""
+    """Raise an error if frames differ, naming those in the minority."""
     names: dict[_Value, list[str]] = {}
     for header in headers:
         names.setdefault(value(header), []).append(header.frame.path.name)
@@ -422,8 +423,8 @@ def _in_order(bracket: Bracket) -> Bracket:
                 count=len(stops),
             ),
             tr(
-                "Switch bracketing on and shoot again. If the files state wrong "
-                "exposures, give the right ones with --times."
+                "Turn on bracketing and shoot again. If the files record wrong "
+                "exposures, set the correct ones with --times."
             ),
         )
     warnings = bracket.warnings

@@ -1,16 +1,16 @@
-"""Merging at half size: bright frames are decoded at half size, dark ones in full.
+"""Merge frames at half size, decoding bright frames at half size and dark ones in full.
 
-A panorama is reduced after the merge anyway, and a JPEG decoder computes means of four codes for
+A panorama is reduced after the merge anyway, and a JPEG decoder computes means of four codes with
 half the work. Such a mean loses two things: the light of four pixels is more than the light of
-their mean code (the response is convex), and a clipped pixel is hidden among dark ones. A darker
-frame that is decoded in full, the **anchor**, shows both. With g the response and z the anchor's
-four codes, the merged light is multiplied by
+their mean code (because the response is convex), and a clipped pixel is hidden among dark ones. A
+darker frame that is decoded in full, the **anchor**, reveals both. Where g is the response and z
+are the anchor's four codes, the merged light is multiplied by
 
     mean(g(z)) / g(mean(z))
 
-which for a power law does not depend on the exposure, and no frame counts as darker than the
-anchor's brightest pixel of the four would be in it. If only the anchor counts, the product is
-exactly the mean light of its four pixels.
+which for a power law does not depend on the exposure. No frame counts as darker than the brightest
+of the anchor's four pixels would be in that frame. If only the anchor counts, the product is
+exactly the mean light of the anchor's four pixels.
 """
 
 from __future__ import annotations
@@ -50,22 +50,23 @@ from app.core.measure.read.decoding import (
 )
 from app.core.measure.read.frame import Frame
 
-_TAIL: Final = 64  # last bytes in which a JPEG's end mark is searched
-# Largest step at which an anchor still resolves detail at the upper end of a frame's range: there,
-# the anchor's codes are about 70.
+_TAIL: Final = 64  # number of last bytes in which to search for a JPEG's end marker
+# Largest step at which an anchor still resolves detail at the upper end of a frame's range, where
+# the
+# anchor's codes are about 70.
 _REACH_STOPS: Final = 4.1
-# Codes by which a pixel must exceed the mean of its four to count as hidden, and the allowance for
-# noise in an anchor's code.
+# Codes by which a pixel must exceed the mean of its group of four to count as hidden, and the
+# allowance for noise in an anchor's code.
 _STANDS_OUT: Final = 8
 _CODE_NOISE: Final = 2
-# Light of this code is added to both sides of the quotient, so that noise in black does not count.
+# Light of this code is added to numerator and denominator, so that noise in black does not count.
 _DARK_CODE: Final = 3
 # Keeps quotients of two blacks finite, in units of a frame's saturation.
 _BLACK_LIGHT: Final = 1e-7
 
 
 def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
-    """Return which frames to decode in full: the darkest, and those without another in reach.
+    """Return which frames to decode in full: the darkest, and those too far from another anchor.
 
     >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
     ((False, False, True), (False, True, False, False, True))
@@ -79,11 +80,11 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
 
 
 def halvable(frame: Frame) -> bool:
-    """Return whether a frame can be decoded at half size: a plain, complete JPEG."""
+    """Return whether a frame can be decoded at half size, being a plain and complete JPEG."""
     if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
         return False
     with contextlib.suppress(OSError), frame.path.open("rb") as stream:
-        # The file is read as a whole, so its size is limited to that of its pixels.
+        # The file is read as a whole, so its size must not exceed that of its pixels.
         if os.fstat(stream.fileno()).st_size > frame.decoded_bytes:
             return False
         if stream.read(3) != b"\xff\xd8\xff" or needs_whole_decode(frame.path):
@@ -107,15 +108,16 @@ def is_whole(frame: Frame, token: Token) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class AnchorTables:
-    """Conversions of an anchor's full-size pixels, looked up in pairs of neighbours as 16 bits.
+    """Tables for an anchor's full-size pixels, indexed by pairs of neighbours as 16 bits.
 
     Attributes:
-        exact: (3, 65536) float32. A quarter of the radiance of two codes together, plus half of
-            `_DARK_CODE`'s.
-        codes: (3, 65536) uint16. Sum of two codes as they would be in the brightest frame that the
-            anchor serves, never clipped, in steps of which four times the maximum fit 16 bits; they
-            follow the power law of the response, extended beyond its straight foot.
-        mean: (3, 65536) float32. Radiance of the mean of four such codes, by their sum.
+        exact: (3, 65536) float32. A quarter of the radiance of both codes together, plus half of
+            that of `_DARK_CODE`.
+        codes: (3, 65536) uint16. Sum of the two codes as they would be in the brightest frame that
+            the anchor serves, never clipped. The unit is such that four times the maximum fits in
+            16 bits. The codes follow the power law of the response, extended beyond its straight
+            foot.
+        mean: (3, 65536) float32. Radiance of the mean of four such codes, indexed by their sum.
     """
 
     exact: Float32 = field(repr=False)
@@ -129,8 +131,8 @@ class HalfLight:
 
     Attributes:
         anchor: Index of the frame's anchor.
-        reach: (256,) uint8. Least code of this frame for each code of the anchor's brightest pixel
-            of four.
+        reach: (256,) uint8. Minimum code in this frame for each code of the anchor's brightest
+            pixel of four.
     """
 
     light: FrameLight
@@ -140,7 +142,7 @@ class HalfLight:
 
 
 def half_lights(lights: Sequence[FrameLight], whole: Sequence[bool]) -> tuple[HalfLight, ...]:
-    """Prepare the tables of frames, brightest first.
+    """Prepare the tables for frames in order, brightest first.
 
     Args:
         whole: Whether each frame is decoded in full, as an anchor.
@@ -167,19 +169,19 @@ def _anchor_tables(values: Float32, brightest: Float32) -> AnchorTables:
     step = float(_code(values.max() / unit)) / 16383.0
     codes = np.rint(_code(values / unit) / step).astype(np.uint16)
     means = np.arange(65536) * (step / 4.0)
-    # Between two of the anchor's codes, radiance follows the curve; at them, it is exact.
+    # Radiance is exact at the anchor's codes, and between two of them follows the curve.
     mean = [unit * np.interp(means, _code(row / unit), row / unit) for row in values]
     exact = values / np.float32(4.0) + values[:, _DARK_CODE, None] / np.float32(4.0)
     return AnchorTables(_pairs(exact), _pairs(codes), np.array(mean, np.float32))
 
 
 def _pairs(table: NDArray[Any]) -> NDArray[Any]:
-    """Add the entries of two codes, (3, 65536), indexed by both as 16 bits in either order."""
+    """Add the entries for two codes, (3, 65536), indexed by both as 16 bits in either order."""
     return np.asarray((table[:, :, None] + table[:, None, :]).reshape(3, -1))
 
 
 def _code(light: Floats | float) -> Float64:
-    """Return the sRGB code, continued one to one beyond its ends (IEC 61966-2-1)."""
+    """Return the sRGB code (IEC 61966-2-1), continued one to one beyond the curve's ends."""
     linear = np.asarray(light, np.float64)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
 
@@ -195,11 +197,11 @@ def _reach(values: Float32, anchor: Float32, own: bool) -> Bytes:
 
 @dataclass(frozen=True, slots=True)
 class _BandReading:
-    """Information from one frame about a band, at half size.
+    """What one frame shows of a band, at half size.
 
     Attributes:
         smooth: Light of the mean codes.
-        exact: Mean light of an anchor's four pixels plus that of `_DARK_CODE`.
+        exact: Mean light of an anchor's four pixels, plus that of `_DARK_CODE`.
     """
 
     planes: Sequence[Any]
@@ -219,9 +221,9 @@ def merge_halved(
     `Band.clipped` is at half size and contains fractions of the area in 255ths.
 
     Args:
-        bands: Rows of each frame, brightest first: (rows, W, 3) uint8, for anchors (2 rows, 2 W,
-            3).
-        trusts: (rows, W) each, as for `merge_band.merge_band`.
+        bands: Rows of each frame, brightest first, (rows, W, 3) uint8, or (2 rows, 2 W, 3) for an
+            anchor.
+        trusts: Trust map of each frame, (rows, W) float32 or None, as for `merge_band.merge_band`.
     """
     peaks: dict[int, Bytes] = {}
     views: dict[int, _BandReading] = {}
@@ -259,7 +261,7 @@ def merge_halved(
 
 
 class _Detail:
-    """Ratio of the light to the light of the mean codes, from the anchors."""
+    """The ratio of the light to the light of the mean codes, from the anchors."""
 
     def __init__(self, alone: bool) -> None:
         self.exact, self.smooth = Sums(), Sums()
@@ -268,10 +270,10 @@ class _Detail:
     def add(
         self, channel: int, smooth: Float32, exact: Float32, weight: Float32, trust: Float32 | None
     ) -> None:
-        """Add the data of an anchor; nothing where it is not trusted."""
+        """Add the data of an anchor, except where the anchor is not trusted."""
         if trust is not None:
             exact = np.where(trust < TRUSTED, smooth, exact)
-        if self._alone:  # its weight would be on both sides of the quotient
+        if self._alone:  # The weight would cancel out.
             self.exact.values.append(exact)
             self.smooth.values.append(smooth)
             return
@@ -296,7 +298,7 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
         4 * clipped_count(largest, largest, light),
     )
     if count and hidden is not None:
-        # If some of four pixels are hidden, about two clip.
+        # If some of four pixels are hidden, on average two of them clip.
         count -= 2 * clipped_count(hidden, hidden, light)
     smooth = [look_up(plane, light.tables.value[c]) for c, plane in enumerate(planes)]
     return _BandReading(planes, largest, hidden, clipped, count, smooth)
@@ -305,7 +307,7 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
 def _anchor(
     pixels: Pixels, light: FrameLight, tables: AnchorTables, darkest: bool
 ) -> tuple[Bytes, _BandReading]:
-    """Read a frame that is decoded in full; return the brightest of each four pixels first."""
+    """Return the brightest of each four pixels of a frame decoded in full, and the reading."""
     full: Sequence[Any] = cv2.split(pixels)
     brightest = np.asarray(cv2.max(cv2.max(full[0], full[1]), full[2]), np.uint8)
     exact = [_of_four(plane, table) for plane, table in zip(full, tables.exact, strict=True)]
@@ -328,7 +330,7 @@ def _anchor(
 
 
 def _of_four(plane: Bytes, pairs: NDArray[Any]) -> NDArray[Any]:
-    """Sum a table over each four pixels, with one look-up for two of them."""
+    """Sum a table over each group of four pixels, with one look-up for two of them."""
     two = look_up(plane.view(np.uint16), pairs)
     return np.asarray(cv2.add(two[::2], two[1::2]))
 
@@ -341,24 +343,24 @@ def _keep_hue_of_four(
     row, column = np.divmod(near, brightest.shape[1])
     place = row // 2 * (brightest.shape[1] // 2) + column // 2
     for plane, rise in zip(exact, rises, strict=True):
-        # With one flat index: numpy adds ten times as fast.
+        # Use one flat index, with which numpy adds ten times as fast.
         np.add.at(plane.reshape(-1), place, rise / np.float32(4.0))
 
 
 def _halved(plane: NDArray[Any]) -> NDArray[Any]:
-    """Return the means of each four pixels."""
+    """Return the mean of each group of four pixels."""
     size = (plane.shape[1] // 2, plane.shape[0] // 2)
     return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_AREA))
 
 
 def _peak(largest: Bytes) -> Bytes:
-    """Return the largest of each four pixels."""
+    """Return the maximum of each group of four pixels."""
     rows = np.maximum(largest[::2], largest[1::2]).view(np.uint16)
     return np.asarray(np.maximum(rows & 255, rows >> 8), np.uint8)
 
 
 def _with_hidden(planes: Sequence[Any], reach: Bytes) -> tuple[Bytes, Bytes | None]:
-    """Return the largest codes, raised where a brighter pixel is hidden among four, and a mask."""
+    """Return the largest codes, raised where a brighter pixel of four is hidden, and a mask."""
     largest = np.asarray(cv2.max(cv2.max(planes[0], planes[1]), planes[2]), np.uint8)
     stands_out = cv2.compare(cv2.subtract(reach, largest), _STANDS_OUT, cv2.CMP_GT)  # type: ignore[call-overload]
     if not cv2.countNonZero(stands_out):

@@ -1,8 +1,8 @@
-"""Reading of frames while others are still downloading.
+"""Read frames while others are still downloading.
 
-`ArrivingFrames` reads each frame while the next one is downloaded. When the last file has arrived,
-only its own decoding and the merge are left to do. The result equals
-`measure.bracket.measure.measure` of the same files, bit for bit.
+`ArrivingFrames` reads each frame while the next one is downloading. When the last file has arrived,
+only the decoding of that file and the merge remain to be done. The result is bit for bit that of
+`measure.bracket.measure.measure` for the same files.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from app.core.measure.read.opened_frame import (
 from app.core.measure.read.pixels import MEMORY_BYTES, workers
 from app.core.styles.style_pack import StylePack
 
-_LOOK_S: Final = 0.05  # a cancelled wait ends within this time
+_LOOK_S: Final = 0.05  # seconds within which a cancelled wait ends
 _REHEARSAL: Final = (128, 256)
 # A rehearsal warms up the whole process, so once is enough.
 _REHEARSED: Final = threading.Event()
@@ -47,7 +47,7 @@ _REHEARSED: Final = threading.Event()
 
 @dataclass(frozen=True, slots=True)
 class _ReadFrame:
-    """A frame that was read, and the state of its file at that time."""
+    """A frame that was read, and the state of its file at the time."""
 
     opened: OpenedFrame
     frame: Frame
@@ -58,10 +58,10 @@ class _ReadFrame:
 class ArrivingFrames:
     """Reads frames in worker threads as they arrive.
 
-    Use it as a context manager, or call `close`.
+    Use an instance as a context manager, or call `close`.
 
     Args:
-        expected: Number of frames to come, 0 if unknown: frames are kept in memory if that many
+        count: Number of frames to come, or 0 if unknown. Frames are kept in memory if that many
             fit.
 
     >>> with ArrivingFrames(3) as frames:
@@ -78,32 +78,32 @@ class ArrivingFrames:
         self._lock = threading.Lock()
 
     def expect(self, count: int) -> None:
-        """Set the number of frames, before the first is added."""
+        """Set the number of frames to come, before the first one is added."""
         self._count = count
 
     def prepare(self, pack: StylePack) -> None:
-        """Rehearse the merge in a worker, once per process, while there is time."""
+        """Rehearse the merge in a worker thread, once per process, while there is time."""
         with self._lock:
             if not self._token.cancelled and not _REHEARSED.is_set():
                 _REHEARSED.set()
                 self._pool.submit(rehearse, pack)
 
     def add(self, path: Path) -> None:
-        """Start to read a complete file; a file added before is read again."""
+        """Start reading a complete file, again if it was added before."""
         self.discard(path)
         with self._lock:
             if not self._token.cancelled:
                 self._reading[path] = self._pool.submit(self._read, path)
 
     def discard(self, path: Path) -> None:
-        """Drop a file and close it."""
+        """Drop a file, and close its frame."""
         with self._lock:
             future = self._reading.pop(path, None)
         if future is not None and not future.cancel():
             future.add_done_callback(self._let_go)
 
     def problem(self, path: Path, token: Token | None = None) -> str:
-        """Return the problem of a file once it is read, as a sentence, or "" if none."""
+        """Return the problem with a file as a sentence once it has been read, or "" if none."""
         try:
             self._of(path, token)
         except ProbeError as error:
@@ -111,7 +111,7 @@ class ArrivingFrames:
         return ""
 
     def _of(self, path: Path, token: Token | None) -> _ReadFrame | None:
-        """Wait for an added file; return None for any other."""
+        """Wait for a file that was added, or return None for any other."""
         with self._lock:
             future = self._reading.get(path)
         return None if future is None else _wait(future, token or Token())
@@ -123,15 +123,15 @@ class ArrivingFrames:
         token: Token | None = None,
         report: Report = silent,
     ) -> Measurement:
-        """Measure from the frames; see `app.core.measure.bracket.measure`.
+        """Measure from the frames, as `app.core.measure.bracket.measure` does.
 
         Files that were not added, or have changed since, are read now. Every frame can be used only
-        once: measuring a second time reads the files again.
+        once, so measuring a second time reads the files again.
         """
         return measure(paths, options, token, report, opener=self.take)
 
     def take(self, frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-        """Return a frame, or read it now: an `app.core.measure.read.decoding.Opener`."""
+        """Return a frame, or read it now, as an `app.core.measure.read.opened_frame.Opener`."""
         with self._lock:
             future = self._reading.pop(frame.path, None)
         if future is None:
@@ -141,7 +141,7 @@ class ArrivingFrames:
         except (Cancelled, CancelledError):
             future.add_done_callback(self._let_go)
             token.check()
-            # it was closed in the meantime
+            # The frame was closed in the meantime.
             return open_frame(frame, hold=hold, token=token, half=half)
         with self._lock:
             self._cache_bytes -= _bytes(read)
@@ -149,14 +149,14 @@ class ArrivingFrames:
             frame.shape,
             frame.kind,
         )
-        # The frames to decode at half size are known only when all have arrived.
+        # Which frames to decode at half size is known only when all have arrived.
         if fits and not half and read.stamp == _stamp(frame.path):
             return read.opened
         read.opened.source.close()
         return open_frame(frame, hold=hold, token=token, half=half)
 
     def close(self) -> None:
-        """Stop reading and close all unused frames; may be called more than once."""
+        """Stop reading, and close all unused frames. The method may be called more than once."""
         self._token.cancel()
         with self._lock:
             pending = list(self._reading.values())
@@ -173,7 +173,7 @@ class ArrivingFrames:
         self.close()
 
     def _read(self, path: Path) -> _ReadFrame:
-        """Read one file; runs in a worker."""
+        """Read one file, in a worker thread."""
         stamp = _stamp(path)
         frame = read_header(path).frame
         size = frame.decoded_bytes
@@ -200,7 +200,7 @@ class ArrivingFrames:
 
 
 def _bytes(read: _ReadFrame) -> int:
-    """Return the bytes that a frame takes in memory."""
+    """Return the number of bytes that a frame takes in memory."""
     return read.frame.decoded_bytes if read.hold else 0
 
 
@@ -225,8 +225,8 @@ def _stamp(path: Path) -> tuple[int, ...]:
 def rehearse(pack: StylePack) -> None:
     """Run the whole merge once with a small synthetic bracket.
 
-    This loads libraries, computes tables and allocates memory. While a camera is exposing, this
-    saves a third of the time of a process's first `measure`.
+    This loads libraries, computes tables and allocates memory. Done while a camera is exposing, it
+    saves a third of the time that a process's first `measure` takes.
     """
     frames = tuple(
         Frame(Path(f"rehearsal {stop}"), _REHEARSAL, exposure=Exposure(4.0**-stop))
@@ -239,7 +239,7 @@ def rehearse(pack: StylePack) -> None:
 
 
 def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Open a frame that has no file: squares of light at its exposure."""
+    """Open a frame that has no file, with squares of light at the frame's exposure."""
     del hold, token, half
     assert frame.exposure is not None
     squares = np.random.default_rng(0).random((frame.shape[0] // 8, frame.shape[1] // 8, 3))

@@ -1,9 +1,9 @@
-"""Measure from a bracket: exposures in any order become an HDR panorama.
+"""Measure from a bracket, turning exposures in any order into an HDR panorama.
 
     files -> bracket -> merged light -> gaps filled -> lamps -> sun, gains, meter readings
           -> clutter filled -> clip audit
 
-`merging` contains the steps up to the merged light.
+`align_and_merge` contains the steps up to the merged light.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from app.core.measure.read.frame import Bracket, Exposure
 from app.core.measure.read.opened_frame import Opener, open_frame
 from app.core.text import tr
 
-_BLACK: Final = 0.0024  # linear: code 8, which compression can make of black
+_BLACK: Final = 0.0024  # linear light of code 8, to which compression can change black
 _HALF: Final = 0.5  # fraction of a texel
 _MOST_BLIND: Final = 0.9  # maximum unseen fraction of the sphere
 
@@ -53,13 +53,13 @@ def measure(
     *,
     opener: Opener = open_frame,
 ) -> Measurement:
-    """Measure from the exposures of a place, in any order, or from one folder.
+    """Measure from the exposures of a place, in any order, or from one folder of them.
 
-    Pictures of two fisheye circles are stitched. A single photo, if the options allow it, gives
-    rough light. Raises as `measurement.Entry`.
+    Pictures of two fisheye circles are stitched. A single photo gives rough light if the options
+    allow it. The errors are those of `measurement.Entry`.
 
     Args:
-        opener: Opens the frames; some may already be open.
+        opener: Function that opens the frames, some of which may already be open.
     """
     options, token = options or MeasureOptions(), token or Token()
     bracket = read_bracket(files, options.times, alone=options.alone, sort_out=options.sort_out)
@@ -78,10 +78,11 @@ def measure(
 
 
 def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float32 | None]:
-    """Fill the gaps of the frames: transparent areas and black canvas.
+    """Fill the gaps in the frames, which are transparent areas and black canvas.
 
     Returns:
-        The measurement, and a mask, (H, W), 1 where it was filled, or None if there are no gaps.
+        The measurement, and a mask, (H, W) float32, that is 1 where the light was filled, or None
+        if there are no gaps.
     """
     bracket, rotation = probe.bracket, probe.levelling.rotation
     if bracket.unstitched or not bracket.panorama:
@@ -89,7 +90,7 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
     shape = probe.merged.clipped.shape
     frame = bracket.frames[0]
     unseen = transparent(frame, (shape[0], shape[1]))
-    # The frames of a 360 camera have no canvas: black areas were dark.
+    # The frames of a 360 camera have no canvas, so their black areas were dark.
     if rotation is None and camera_facts(frame.camera) is None:
         coded = frame.kind in ("uint8", "uint16")
         unit = 2.0 ** (probe.merged.reference_ev - max(bracket.stops))
@@ -117,7 +118,7 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
 def finished(
     measurement: Measurement, options: MeasureOptions, blind: Float32 | None = None
 ) -> FinishedLight:
-    """Finish a panorama; other pictures are left unchanged."""
+    """Finish a panorama, leaving other pictures unchanged."""
     if not measurement.bracket.panorama:
         return measurement.finished
     foot, room = foot_of(measurement.levelling.rotation), room_below(measurement.bracket)
@@ -134,7 +135,7 @@ def finished(
 
 
 def room_below(bracket: Bracket) -> float | None:
-    """Return the stops from the darkest frame to the camera's darkest exposure."""
+    """Return how many stops darker than the darkest frame the camera can go, or None if unknown."""
     facts = camera_facts(bracket.frames[0].camera)
     if facts is None:
         return None

@@ -1,10 +1,10 @@
-"""Merge the frames of a bracket to linear light, reduced in the same pass.
+"""Merge the frames of a bracket into linear light, and reduce its size in the same pass.
 
-In the last step, coloured specks that the error of the codes can explain are removed. Rounding,
-noise and JPEG, which stores colour at half the size, leave an error of several codes. In a channel
-that is weak compared with the others, or near black, that is a stop and more, and visible as
-coloured salt and pepper. A pixel's difference in colour from the median of its neighbours is
-reduced as far as such an error explains it, so that a small lamp keeps its colour.
+The last step removes coloured specks that errors in the codes can explain. Rounding, noise and
+JPEG, which stores colour at half size, leave an error of several codes. In a channel that is weak
+compared with the others, or near black, that is a stop or more, and visible as coloured salt and
+pepper. A pixel's difference in colour from the median of its neighbours is reduced as far as such
+an error explains the difference, so that a small lamp keeps its colour.
 """
 
 from __future__ import annotations
@@ -35,21 +35,20 @@ from app.core.measure.read.resampling import Reduction
 SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
 
-# Pixels per band: enough to keep the interpreter's fraction of the work small, few enough to keep
+# Pixels per band, enough to keep the interpreter's share of the work small, but few enough to keep
 # the planes of a band in the cache.
 _BAND_PIXELS: Final = 240_000
-# Size of the rows of all frames that are read together if they are not in memory.
+# Size in bytes of the rows of all frames that are read together if they are not in memory.
 _READ_BYTES: Final = 48 << 20
-# Bands that are being merged or queued.
+# Maximum number of bands that are being merged or queued.
 _WAITING: Final = 16
-# Light of the brightest frame that cannot be distinguished from black, as a fraction of its
-# saturation.
+# Light that the brightest frame cannot distinguish from black, as a fraction of its saturation.
 _BLACK: Final = 0.0045
 
 
 @dataclass(slots=True)
 class _Result:
-    """The pictures to be filled."""
+    """The pictures that the bands fill."""
 
     radiance: Float32
     clipped: Float32
@@ -59,7 +58,7 @@ class _Result:
 
 @dataclass(frozen=True, slots=True)
 class _Band:
-    """Contribution of a band of rows to the result, from row `first` on."""
+    """The contribution of a band of rows to the result, from row `first` on."""
 
     first: int
     radiance: Float32 = field(repr=False)
@@ -83,7 +82,7 @@ class _Plan:
 
 
 def reference_exposure(stops: Sequence[float]) -> float:
-    """Return the exposure of the middle frame, stops; its saturation is the unit of the light."""
+    """Return the middle frame's exposure in stops, whose saturation is the unit of the light."""
     return sorted(stops)[len(stops) // 2]
 
 
@@ -101,26 +100,26 @@ def merge(
     token: Token | None = None,
     report: Report = silent,
 ) -> MergedLight:
-    """Merge the frames to linear light.
+    """Merge the frames into linear light.
 
-    Each pixel is the weighted mean of its frames (`weighting`). A pixel that is clipped in every
-    frame gets the darkest frame's value, a lower bound; one that is black in every frame gets the
-    brightest frame's value. The merged pixels, not those of the frames, are reduced by area and
-    solid angle.
+    Each pixel is the weighted mean over the frames (`weighting`). A pixel that is clipped in every
+    frame gets the darkest frame's value, which is a lower bound. A pixel that is black in every
+    frame gets the brightest frame's value. The merged pixels, not those of the frames, are reduced
+    by area and solid angle.
 
     Args:
-        response: Its table, (3, 256) or (K, 3, 256) for a curve per frame, is the linear value in
-            0..1 of each code; not used for float frames.
+        response: Response curve, not used for float frames. Its table, (3, 256), or (K, 3, 256)
+            with one curve per frame, has the linear value in 0..1 of each code.
         stops: The true exposures.
-        doubts: Difference of each frame from its neighbours, if frames do not fit each other; only
-            for 8-bit frames of full size.
-        trust: (h, w) each, at the size of the proxies, interpolated bilinearly, 0 to 1, or None for
-            a frame that is trusted everywhere.
+        doubts: Difference of each frame from its neighbours if the frames do not fit one another,
+            only for 8-bit frames at full size.
+        trust: Trust map of each frame, (h, w) float32 in 0..1 at the size of the proxies, to be
+            interpolated bilinearly, or None for a frame that is trusted everywhere.
         size: Rows and columns of the resulting panorama, or None to keep the size of the frames, as
             for pictures that are not panoramas.
 
     Returns:
-        The light; its `clipped_fractions` are in the order of the stack.
+        The light, with `clipped_fractions` in the order of the stack.
 
     Raises:
         ProbeError: If a file has been damaged since it was first read.
@@ -132,7 +131,7 @@ def merge(
     trusts = tuple(trust) if trust is not None else (None,) * len(stops)
     if len(trusts) != len(stops):
         raise ValueError(f"{len(trusts)} trust maps for {len(stops)} frames")
-    # The kernel treats the last frame as the darkest; corrected exposures may swap two of them.
+    # The kernel treats the last frame as the darkest, and corrected exposures may swap two frames.
     order = sorted(range(len(stops)), key=lambda index: -stops[index])
     reference = reference_exposure(stops)
     lights = _lights(stack, response, stops, scheme, reference, order, exposures_known)
@@ -142,7 +141,7 @@ def merge(
     ordered = [trusts[index] for index in order]
     plan = _Plan(
         lights=lights,
-        # A map that trusts everything is left out.
+        # Leave out a map that trusts everything.
         trusts=tuple(t if t is not None and t.min() < 1.0 else None for t in ordered),
         reduction=_reduction(shape, size, sphere),
         token=token or Token(),
@@ -154,7 +153,7 @@ def merge(
     if plan.black:
         quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
     if stack.frames[0].primaries:
-        # Last, because clipping belongs to the camera's own colours.
+        # This comes last, because clipping applies to the camera's own colours.
         to_rec709(result.radiance, stack.frames[0].primaries)
         np.maximum(result.radiance, np.float32(0.0), out=result.radiance)
     pixels = stack.shape[0] * stack.shape[1]
@@ -211,13 +210,13 @@ def _lights(
 def _doubts(
     stack: FrameStack, doubts: Sequence[float], scheme: Scheme, order: Sequence[int]
 ) -> tuple[float, ...]:
-    """Return the doubts in order, if all frames are 8-bit, of full size, and weighted by noise."""
+    """Return the doubts in order, if all frames are 8-bit, at full size and weighted by noise."""
     coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
     return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
 
 
 def _black(stack: FrameStack, exposures_known: bool, sphere: bool) -> float:
-    """Return the light that the brightest frame cannot distinguish from black, or 0 if it can."""
+    """Return the light that the brightest frame cannot distinguish from black, or 0 if none."""
     precise = all(frame.kind != "uint8" for frame in stack.frames)
     return 0.0 if precise or (exposures_known and _panorama(stack.shape, sphere)) else _BLACK
 
@@ -251,7 +250,7 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
             plan.token.check()
             frames = list(pool.map(lambda source, a=top, b=bottom: source.rows(a, b), sources))
             merge_rows = partial(_merge_rows, plan, frames, top)
-            # Frames at half size are all in memory, so this is the only slab.
+            # Frames at half size are all in memory, so there is only this slab.
             bands = [(top + a, top + b) for a, b in row_bands(min(bottom, height) - top, band)]
             for part in _flow(pool, merge_rows, bands):
                 plan.token.check()
@@ -261,7 +260,7 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
 
 
 def _slab_rows(stack: FrameStack, band: int) -> int:
-    """Return the rows to read at a time from frames that are not in memory: whole bands."""
+    """Return how many rows, in whole bands, to read at a time from frames not in memory."""
     row_bytes = sum(frame.decoded_bytes // frame.shape[0] for frame in stack.frames)
     return max(1, _READ_BYTES // row_bytes // band) * band
 
@@ -340,8 +339,8 @@ def _put(result: _Result, part: _Band) -> None:
 
 
 def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -> Float32 | None:
-    """Interpolate rows ``start..stop`` of a trust map at full size, or None if all are 1."""
-    # Pixel centres: equivalent to one cv2.resize of the whole map.
+    """Interpolate rows ``start..stop`` of a trust map at full size, or return None if all are 1."""
+    # With these pixel centres, the result equals one cv2.resize of the whole map.
     places = (np.arange(start, stop) + 0.5) * (trust.shape[0] / shape[0]) - 0.5
     places = np.clip(places, 0.0, trust.shape[0] - 1.0)
     above = places.astype(np.intp)
@@ -355,10 +354,10 @@ def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -
 
 _Change: TypeAlias = tuple[Indices, Float32]
 
-_AROUND: Final = 5  # pixels of the square for the median
-_STOPS: Final = 0.15  # permitted difference of a colour from it
+_AROUND: Final = 5  # side in pixels of the square for the median
+_STOPS: Final = 0.15  # permitted difference of a colour from the median
 _CODES: Final = 6.0  # possible error of a code at the edges of colours
-_OPEN: Final = 235  # codes above are less reliable than those of a darker frame
+_OPEN: Final = 235  # codes above this are less reliable than those of a darker frame
 _LEAST: Final = 1e-12
 _QUIET_PIXELS: Final = 1 << 20
 
@@ -367,7 +366,8 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
     """Reduce the colour noise of merged light, (h, w, 3), in place.
 
     Args:
-        values: (3, 256) each. Light of each code of each frame, brightest first, in the same unit.
+        values: Light of each code, (3, 256) float32 for each frame, brightest first, in the same
+            unit.
     """
     height, width = radiance.shape[:2]
     bands = list(row_bands(height, max(_AROUND, _QUIET_PIXELS // width)))
@@ -381,7 +381,7 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
 def _changes(
     radiance: Float32, values: Sequence[Float32], token: Token, rows: tuple[int, int]
 ) -> list[_Change]:
-    """Return the flat indices and new values of changed pixels, per channel, for some rows."""
+    """Return the flat indices and new values of the pixels to change in some rows, by channel."""
     token.check()
     start, stop = rows
     top = max(start - _AROUND // 2, 0)
@@ -406,7 +406,7 @@ def _changes(
 
 
 def _leeway(own: Float32, most: Float32, values: Sequence[Float32], channel: int) -> Float32:
-    """Return the light of a few codes in the brightest frame that does not clip the pixel."""
+    """Return the light of a few codes in the brightest frame that does not clip a pixel."""
     leeway = np.zeros(own.shape, np.float32)
     rest = np.arange(own.size)
     for number, value in enumerate(values):

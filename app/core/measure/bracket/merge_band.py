@@ -1,7 +1,7 @@
-"""Merge one band of rows of all frames: the inner loop.
+"""Merge one band of rows of all frames, in the inner loop.
 
-The work is done on whole planes that fit in the cache, with OpenCV's look-up tables and products,
-which release the interpreter's lock, so that several bands run in parallel.
+The work is done on whole planes that fit in the cache. OpenCV's look-up tables and products release
+the interpreter's lock, so several bands run in parallel.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ Plane: TypeAlias = NDArray[Any]
 TRUSTED: Final = 0.5
 """Trust below which a frame does not affect whether a pixel is clipped in every frame."""
 
-# Gives a pixel at which no frame is trusted some weight, but so little that a trusted frame that is
-# clipped there still decides.
+# Weight for a pixel at which no frame is trusted, so small that a trusted frame still decides even
+# if it is clipped there.
 _LEAST_TRUST: Final = 1e-14
-# The brightest code that counts as black: JPEG changes 0 by one.
+# The brightest code that counts as black, since JPEG changes 0 by one.
 _BLACK_SHARE: Final = 1.0 / 255.0
-# Codes over which a channel counts as near its end, and a pixel as clipping, for its hue.
+# Codes over which a channel counts as near its end, and a pixel as clipping, for keeping its hue.
 _HUE_CODES: Final = (215.0, 248.0)
 _CLIPPING_CODES: Final = (248.0, 254.0)
 _FLOAT_CLIPPED: Final = 0.9995
-# Fraction of the pixels up to which those near clipping are weighted separately.
+# Maximum fraction of pixels near clipping that are weighted separately.
 _FEW: Final = 1.0 / 16.0
-_FADED: Final = 8.0  # levels from which lifting black adds less than 0.005%
+_FADED: Final = 8.0  # multiple of the level from which lifting black adds less than 0.005%
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,9 @@ class Band:
     """A band of merged rows.
 
     Attributes:
-        radiance: Red, green, blue, (rows, W) float32 each.
-        clipped, dark: (rows, W) uint8. 255 where the pixel is clipped (black) in every frame; None
-            if no pixel is.
+        radiance: Red, green and blue, (rows, W) float32 each.
+        clipped, dark: (rows, W) uint8. 255 where a pixel is clipped, or black, in every frame, or
+            None if no pixel is.
         clipped_counts: Number of clipped pixels in each frame.
     """
 
@@ -65,7 +65,7 @@ class Sums:
     dark: Bytes | None = None
 
     def add(self, channel: int, value: Float32, weight: Float32, keep: bool) -> None:
-        """Add a channel of a frame; `keep` leaves both planes unchanged."""
+        """Add a channel of a frame, leaving both planes unchanged if `keep`."""
         if channel < len(self.values):
             cv2.accumulateProduct(value, weight, self.values[channel])
             cv2.accumulate(weight, self.weights[channel])
@@ -75,19 +75,19 @@ class Sums:
         self.weights.append(weight.copy() if keep else weight)
 
     def mark(self, clipped: Bytes | None, dark: Bytes | None, first: bool) -> None:
-        """Intersect the masks with those of a frame."""
+        """Intersect the masks with those of a frame, the first of which starts them."""
         self.clipped = clipped if first else _both(self.clipped, clipped)
         self.dark = dark if first else _both(self.dark, dark)
 
     def means(self) -> list[Float32]:
-        """Return the weighted means of the channels, which overwrite the sums."""
+        """Return the weighted means of the channels, overwriting the sums."""
         return [
             np.asarray(cv2.divide(value, weight, value), np.float32)
             for value, weight in zip(self.values, self.weights, strict=True)
         ]
 
     def band(self, radiance: list[Float32], counts: list[int]) -> Band:
-        """Return the band for these sums."""
+        """Return the band with these masks and the given radiance."""
         return Band(radiance, _or_none(self.clipped), _or_none(self.dark), counts)
 
 
@@ -97,7 +97,8 @@ def merge_band(
     """Merge the same rows of all frames, (rows, W, 3) each as stored, brightest first.
 
     Args:
-        trusts: (rows, W) each, 0 to 1, or None for a frame that is trusted everywhere.
+        trusts: Trust map of each frame, (rows, W) float32 in 0..1, or None for a frame that is
+            trusted everywhere.
     """
     sums = Sums()
     counts = []
@@ -112,7 +113,7 @@ def merge_band(
         if trust is not None:
             clipped = distrust(faint, clipped, trust)
         weights = weigh(index, faint, light)
-        # Channel by channel, so that the few planes in use stay in the cache.
+        # Work channel by channel, so that the few planes in use stay in the cache.
         for channel, plane in enumerate(planes):
             weight = weights.of(_index(plane, light))
             sums.add(channel, _value(plane, light, channel), weight, keep=weights.shared)
@@ -123,15 +124,15 @@ def merge_band(
 
 
 def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
-    """Weight a frame's pixels by trust; untrusted ones count as clipped.
+    """Weight a frame's pixels by trust, counting untrusted ones as clipped.
 
     Args:
-        faint: (rows, W) float32. Weights of the pixels; multiplied in place.
-        clipped: (rows, W) uint8. 255 where the frame is clipped, or None if it is nowhere.
-        trust: (rows, W) float32, 0 to 1.
+        faint: (rows, W) float32. Weights of the pixels, which are multiplied in place.
+        clipped: (rows, W) uint8. 255 where the frame is clipped, or None if it is clipped nowhere.
+        trust: (rows, W) float32. Trust in the frame, 0 to 1.
 
     Returns:
-        (rows, W) uint8: 255 where the frame is clipped or not trusted.
+        (rows, W) uint8. 255 where the frame is clipped or not trusted.
     """
     cv2.multiply(faint, np.maximum(trust, np.float32(_LEAST_TRUST)), faint)
     ignored = np.asarray((trust < TRUSTED) * np.uint8(255))
@@ -140,10 +141,10 @@ def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """Weights of a frame's pixels.
+    """The weights of a frame's pixels.
 
-    `whole` is for all three channels, except near clipping, where each has its own weight: at the
-    flat positions `near`, or everywhere if that is None.
+    `whole` is for all three channels, except near clipping, where each channel has its own weight.
+    That is at the flat positions `near`, or everywhere if `near` is None.
     """
 
     light: FrameLight
@@ -173,11 +174,11 @@ class Weights:
 
 
 def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
-    """Return pixel weights from the largest and smallest codes.
+    """Return the pixels' weights from their largest and smallest codes.
 
     Args:
         index: (rows, W). Largest code of the three channels.
-        faint: (rows, W) float32. Weight by the smallest code.
+        faint: (rows, W) float32. Weight according to the smallest code.
     """
     tables, none = light.tables, np.empty(0, np.intp)
     top = int(index.max())
@@ -197,7 +198,7 @@ def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
 def _planes(pixels: Pixels) -> Sequence[Plane]:
     if pixels.dtype != np.float32:
         return cv2.split(pixels)
-    # Whatever a float file contains, light is finite and not negative.
+    # Make the light finite and not negative, whatever a float file contains.
     whole = np.nan_to_num(pixels, nan=0.0, posinf=1e30, neginf=0.0)
     return cv2.split(np.maximum(whole, np.float32(0.0)))
 
@@ -223,7 +224,7 @@ def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
 
 
 def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
-    """Return 255 where the frame may be clipped, (rows, W) uint8, or None if no pixel is."""
+    """Return a mask, (rows, W) uint8, of 255 where a frame may be clipped, or None if nowhere."""
     return _at_end(index, largest, light, light.tables.spent)
 
 
@@ -236,13 +237,13 @@ def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes
 
 
 def black_pixels(index: Plane) -> Bytes | None:
-    """Return 255 where the frame is black, (rows, W) uint8, or None if no pixel is."""
+    """Return a mask, (rows, W) uint8, of 255 where a frame is black, or None if nowhere."""
     limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
     return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
 
 
 def _both(first: Bytes | None, second: Bytes | None) -> Bytes | None:
-    """Intersect two masks in place of the first, or None if either is empty."""
+    """Intersect two masks in place of the first, or return None if either is empty."""
     if first is None or second is None:
         return None
     return np.asarray(cv2.min(first, second, first), np.uint8)
@@ -266,9 +267,9 @@ def keep_hue(
 ) -> None:
     """Preserve the hue of lamps where the darkest frame clips.
 
-    A channel about to clip has little more information than a clipped one: without this, a white
-    lamp with codes 255, 244, 255 would be magenta. Channels are only ever raised, and not at all at
-    code 215 and below, so that a red lamp stays red, and every value stays a lower bound.
+    A channel about to clip has little more information than a clipped one. Without this step, a
+    white lamp with codes 255, 244, 255 would be magenta. Channels are only ever raised, and not at
+    all at code 215 and below, so that a red lamp stays red and every value stays a lower bound.
     """
     near, rises = hue_rises(planes, largest, light, radiance)
     for plane, rise in zip(radiance, rises, strict=True):
@@ -283,15 +284,15 @@ def hue_rises(
     light: FrameLight,
     radiance: Sequence[Float32] | None = None,
 ) -> tuple[Indices, list[Float32]]:
-    """Return the pixels that `keep_hue` changes, flat, and the rise of each channel.
+    """Return the flat indices of the pixels that `keep_hue` changes, and each channel's rise.
 
     Args:
-        radiance: Light to raise; by default the frame's own.
+        radiance: Light to raise, or None for the frame's own.
     """
     limit = _raw(_CLIPPING_CODES[0], largest, light)
     if largest.max() < limit:
         return np.empty(0, np.intp), [np.empty(0, np.float32)] * len(planes)
-    # Use booleans, in which numpy finds true values ten times as fast as in bytes.
+    # Use booleans, since numpy finds true values in them ten times as fast as in bytes.
     near = np.flatnonzero(largest >= limit)
     codes = [plane.take(near) for plane in planes]
     if radiance is None:
@@ -310,8 +311,9 @@ def hue_rises(
 def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
     """Fade light to the floor of the brightest frame.
 
-    Glare in the lens and the foot of the tone curve hide light below it, and the ratios between its
-    channels are noise, visible as coloured speckle. Light well above it stays as it is.
+    Glare in the lens and the foot of the tone curve hide light below this floor, where the ratios
+    between channels are noise, visible as coloured speckle. Light well above the floor is left
+    unchanged.
     """
     for plane in radiance:
         near = np.flatnonzero(plane < np.float32(_FADED * level))
@@ -329,14 +331,14 @@ def _codes(values: Plane, light: FrameLight) -> Float32:
 
 
 def _raw(code: float, plane: Plane, light: FrameLight) -> float:
-    """Return the stored value of a code of 0 to 255."""
+    """Return the stored value for a code of 0 to 255."""
     if plane.dtype == np.float32:
         return light.unit * float(srgb_decode(code / 255.0)) if light.clips else float("inf")
     return round(code if plane.dtype == np.uint8 else 257.0 * code)
 
 
 def _share(values: Plane, light: FrameLight, limits: tuple[float, float]) -> Float32:
-    """Return a ramp from 0 to 1 between two codes, for stored values."""
+    """Return a ramp from 0 to 1 between two codes, evaluated at stored values."""
     if values.dtype != np.uint8:
         return _smooth(_codes(values, light), limits)
     return _smooth(np.arange(256, dtype=np.float32), limits).take(values)

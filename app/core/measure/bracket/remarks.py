@@ -1,4 +1,4 @@
-"""Remarks about a bracket: its files, exposures, tone curve, and motion."""
+"""Remarks about a bracket's files, exposures, tone curve and motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 
 class Reason(Enum):
-    """Reason why a frame does not belong to the series."""
+    """The reason why a frame does not belong to the series."""
 
     BLACK = "black"
     OTHER_SCENE = "other-scene"
@@ -22,7 +22,7 @@ Tag: TypeAlias = Literal["shutter", "iso", "aperture"]
 
 @dataclass(frozen=True, slots=True)
 class PicturesTaken(Remark):
-    """The pictures of a folder that form the bracket."""
+    """Only some of the pictures in a folder form the bracket."""
 
     count: int
     folder: str
@@ -32,21 +32,21 @@ class PicturesTaken(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FileLeftOut(Remark):
-    """A file of a folder that cannot be read, with the message of its error."""
+    """A file in a folder cannot be read; the message is that of the error."""
 
     message: str
 
 
 @dataclass(frozen=True, slots=True)
 class NotOfBracket(Remark):
-    """Pictures of a folder with another size, kind or camera."""
+    """Some pictures in a folder have another size, kind or camera."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class RenderedByCamera(Remark):
-    """Pictures that HDR rendering or range compensation changed in every pixel."""
+    """HDR rendering or range compensation changed every pixel of some pictures."""
 
     names: tuple[str, ...]
     left_out: bool = False
@@ -54,7 +54,7 @@ class RenderedByCamera(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Copies(Remark):
-    """Files with the same bytes as one in use; they have its name if it was named twice."""
+    """Some files have the same bytes as one in use, or are that file, named twice."""
 
     name: str
     copies: tuple[str, ...]
@@ -62,21 +62,21 @@ class Copies(Remark):
 
 @dataclass(frozen=True, slots=True)
 class SameExposure(Remark):
-    """Frames of equal exposure, all of which are used."""
+    """Some frames have equal exposures, and all of them are used."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class TimeUnstated(Remark):
-    """A photo without an exposure time."""
+    """A photo states no exposure time."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class TagAssumed(Remark):
-    """Frames without a tag, for which the value of the other frames is assumed."""
+    """Some frames lack a tag, for which the value in the other frames is assumed."""
 
     tag: Tag
     names: tuple[str, ...]
@@ -85,7 +85,7 @@ class TagAssumed(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TagIgnored(Remark):
-    """Frames without a tag that differs in the others: only the given exposure times count."""
+    """Some frames lack a tag that differs in the others, so only the given exposure times count."""
 
     tag: Tag
     names: tuple[str, ...]
@@ -93,7 +93,7 @@ class TagIgnored(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TagsUnstated(Remark):
-    """Tags that no frame states; they are assumed equal in all frames."""
+    """No frame states some tags, which are assumed to be equal in all frames."""
 
     iso: bool
     aperture: bool
@@ -101,7 +101,7 @@ class TagsUnstated(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TimesAgainstExif(Remark):
-    """Frames whose given exposure times contradict EXIF; the given ones count."""
+    """The given exposure times of some frames contradict EXIF, and are used."""
 
     names: tuple[str, ...]
     given_s: tuple[float, ...]
@@ -110,7 +110,7 @@ class TimesAgainstExif(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LensesApart(Remark):
-    """A frame whose two lenses were exposed differently."""
+    """The two lenses of a frame were exposed differently."""
 
     name: str
     gap_stops: float
@@ -120,7 +120,7 @@ class LensesApart(Remark):
 
 @dataclass(frozen=True, slots=True)
 class NoteContradiction(Remark):
-    """Frames whose maker note contradicts EXIF."""
+    """The maker note of some frames contradicts EXIF."""
 
     tag: Tag
     names: tuple[str, ...]
@@ -130,7 +130,7 @@ class NoteContradiction(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ForeignFrame(Remark):
-    """A file that does not belong to the series and was left out."""
+    """A file was left out because it does not belong to the series."""
 
     name: str
     reason: Reason
@@ -138,7 +138,7 @@ class ForeignFrame(Remark):
 
 @dataclass(frozen=True, slots=True)
 class WrongTag(Remark):
-    """A frame that is brighter than its tags state by `stops`, or darker; the measurement is used.
+    """A frame is brighter than its tags state by `stops` (negative if darker), as measured.
 
     Attributes:
         suspects: Frames whose tags may be wrong instead.
@@ -151,14 +151,14 @@ class WrongTag(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CurveUnchecked(Remark):
-    """No two frames show the same area well exposed: sRGB is assumed."""
+    """No two frames show the same area well exposed, so sRGB is assumed."""
 
     recover: bool
 
 
 @dataclass(frozen=True, slots=True)
 class CurveDoubtful(Remark):
-    """The steps between frames differ from the stated ones: the curve is probably not sRGB."""
+    """The steps between frames differ from the stated ones, so the curve is probably not sRGB."""
 
     measured_stops: float
     stated_stops: float
@@ -173,7 +173,7 @@ class CurveRecovered(Remark):
 
 @dataclass(frozen=True, slots=True)
 class OwnCurves(Remark):
-    """Each frame has its own tone curve; all were recovered."""
+    """Each frame has its own tone curve, and all were recovered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +190,7 @@ class FramesUnfit(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesRotated(Remark):
-    """Frames that were rotated to match the others."""
+    """Some frames were rotated to match the others."""
 
     names: tuple[str, ...]
     angles_deg: tuple[float, ...]
@@ -198,21 +198,21 @@ class FramesRotated(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesUnlike(Remark):
-    """Frames that no small rotation aligns with the others."""
+    """No small rotation aligns some frames with the others."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class FramesApart(Remark):
-    """Frames that have too little in common with the others to be aligned."""
+    """Some frames have too little in common with the others to be aligned."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class FramesShifted(Remark):
-    """Frames of a moving camera that were aligned with the others."""
+    """The camera moved, and some frames were aligned with the others."""
 
     names: tuple[str, ...]
     shifts_px: tuple[float, ...]
@@ -220,7 +220,7 @@ class FramesShifted(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Levelled(Remark):
-    """Tilt of the camera, or its stated tilt if the camera levelled the picture itself."""
+    """The picture was levelled by the camera's tilt, or the camera had already levelled it."""
 
     name: str
     pitch_deg: float
@@ -230,7 +230,7 @@ class Levelled(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesContradict(Remark):
-    """Frames that differ over a share of the picture, 0 to 1, of the same place or of another."""
+    """The frames differ over a fraction of the picture, 0 to 1, in the same place or in another."""
 
     share: float
     same_place: bool
@@ -238,7 +238,7 @@ class FramesContradict(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MovedPart:
-    """Position of a motion: azimuth and elevation, in degrees; or column and row, 0 to 1."""
+    """Position of a motion, as azimuth and elevation in degrees, or as column and row, 0 to 1."""
 
     across: float
     up: float
@@ -246,7 +246,7 @@ class MovedPart:
 
 @dataclass(frozen=True, slots=True)
 class Motion(Remark):
-    """Positions of motion between the frames, and the number of smaller ones."""
+    """Something moved between the frames, at these places and `more` smaller ones."""
 
     places: tuple[MovedPart, ...]
     more: int
@@ -255,6 +255,6 @@ class Motion(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MuchMotion(Remark):
-    """Fraction of the picture, 0 to 1, with motion."""
+    """There is motion in a large part of the picture, `share` from 0 to 1."""
 
     share: float

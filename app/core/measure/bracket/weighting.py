@@ -1,11 +1,11 @@
-"""Weights and radiance of the codes of each frame.
+"""Compute the weight and radiance of each code in each frame.
 
-One weight serves all three channels of a pixel, so that no weighting can tint it. It is a product
-of two tables: one indexed by the largest of the three codes (a pixel is clipped when its worst
-channel is), one by the smallest (the noise of the channel with the least light). There is one
-exception in the default weights: in a pixel with one clipped channel, channels well below clipping
-keep most of their weight, in addition to that of darker frames. A blue sky is clipped in blue long
-before red and green lose their information.
+One weight serves all three channels of a pixel, so that no weighting can tint the pixel. The weight
+is the product of two table entries, one indexed by the largest of the three codes (since a pixel is
+clipped when its worst channel is) and one by the smallest (for the noise of the channel with the
+least light). The default weights have one exception: in a pixel with one clipped channel, channels
+well below clipping keep most of their weight, in addition to that of darker frames. A blue sky is
+clipped in blue long before red and green lose their information.
 
 **Noise-aware weights** (the default). The linear estimate x = g(z) / t of a frame with response g
 and exposure t has the variance
@@ -13,35 +13,37 @@ and exposure t has the variance
     v(z) / t^2,   v(z) = g(z) / W + (r / W)^2 + (g'(z) c)^2 + b^2
 
 from shot noise with a full well of W electrons, read noise of r electrons, an error of c codes from
-quantisation and JPEG, scaled by the slope of the response, and an uncertainty b of black: glare in
-the lens, film base, a black level that is not 0. The least noisy mean has weights t^2 / v (Granados
-et al. 2010, "Optimal HDR reconstruction with linear digital cameras"; Hasinoff, Durand and Freeman
-2010, "Noise-optimal capture for high dynamic range photography"). v is evaluated at the frame's own
-noisy code, which lowers the mean slightly where v rises with z (Aguerrebere et al. 2014, "Best
-algorithms for HDR image generation", section 4); the smallest of three codes is where v is
-flattest. Weights proportional to t instead of t^2 would avoid that, but then additions to black
-would count in the dark frames: on the memorial church bracket that triples the median error.
+quantisation and JPEG, scaled by the slope of the response, and an uncertainty b of black (from
+glare in the lens, the film base or a black level that is not 0). The least noisy mean has weights
+t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear digital cameras"; Hasinoff,
+Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography"). v is evaluated
+at the frame's own noisy code, which lowers the mean slightly where v rises with z (Aguerrebere et
+al. 2014, "Best algorithms for HDR image generation", section 4). v is flattest at the smallest of
+the three codes. Weights proportional to t instead of t^2 would avoid the bias, but then additions
+to black would count in the dark frames, which triples the median error on the memorial church
+bracket.
 
-A recovered response also has an error of a few per cent, different in every frame, and these
+A recovered response also has an error of a few per cent that differs from frame to frame, and these
 weights rely almost entirely on one frame. So if the response is not known, a code with a relative
 error e = sqrt(v) / g has the additional weight d^-2 / (1 + (e / e0)^4), which keeps the darker
-frames in use. The closer they are, the more they count: d grows with the square of the steps
-between the frames.
+frames in use. The closer the frames are, the more the darker ones count, since d grows with the
+square of the steps between the frames.
 
 **Reinhard's weights**, as in the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
 Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98% of the range excluded as in
 Matlab's makehdr.
 
-**Frames that do not fit each other** are merged by their agreement: warped scans of film, motion of
-a hand that a homography does not undo, tone curves that vary across the picture. With weights by
-noise, almost only the brightest unclipped frame would count, and at an edge that is a pixel off the
-light would be wrong by stops although all darker frames contradict it. So if frames differ beyond
-noise in most places, each frame's log light has the weight
+**Frames that do not fit one another** are merged by their agreement. Examples are warped scans of
+film, motion of a hand that a homography does not undo, and tone curves that vary across the
+picture. With weights by noise, hardly any frame but the brightest unclipped one would count, and at
+an edge that is a pixel off, the light would be wrong by stops although all darker frames contradict
+it. So if frames differ by more than noise in most places, each frame's log light has the weight
 
     1 / (e^2 + d^2) / (1 + r^2 / s^2 / (e^2 + d^2))
 
-with e the relative error of its code, d its measured difference from its neighbours in exposure,
-and r its distance from the mean of all (Cauchy's weights, a few rounds).
+where e is the relative error of the frame's code, d the frame's measured difference from its
+neighbours in exposure, and r its distance from the mean of all frames (Cauchy's weights, in a few
+rounds).
 """
 
 from __future__ import annotations
@@ -62,33 +64,34 @@ from app.core.measure.read.decoding import Pixels
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 
 CLIPPED_CODE: Final = 254
-"""Codes from here on count as clipped: JPEG changes 255 by one."""
+"""First code that counts as clipped, since JPEG changes 255 by one."""
 
-# A small sensor at base sensitivity, in electrons. Twice or half as many change no weight by more
+# In electrons, for a small sensor at base sensitivity. Twice or half as many change no weight by
+# more
 # than a third, since the error of the codes dominates an 8-bit picture's noise.
 _FULL_WELL: Final = 20_000.0
 _READ_NOISE: Final = 4.0
 _BLACK_ERROR: Final = 0.0015
-# Error of 8-bit pictures in codes: rounding (0.29) and JPEG at the usual qualities (0.6 to 2).
+# Error in the codes of 8-bit pictures, from rounding (0.29) and JPEG at usual qualities (0.6 to 2).
 _CODE_ERROR: Final = 1.0
-# 16-bit files come from raw converters.
+# The same for 16-bit files, which come from raw converters.
 _FINE_CODE_ERROR: Final = 0.1
-# The ramp ends this many codes below clipping, and is this wide: ringing around clipped areas
+# The ramp ends this many codes below clipping and is this wide, since ringing around clipped areas
 # changes JPEG codes by a few there.
 _RAMP_END: Final = 4.0
 _RAMP_WIDTH: Final = 40.0
-# Weight of an unclipped channel of a clipped pixel, and the codes over which it fades.
+# Weight of an unclipped channel in a clipped pixel, and the codes over which the weight fades.
 _OWN_WEIGHT: Final = 0.7
 _OWN_FADE: Final = (200.0, 240.0)
 # Relative error of a recovered response for steps of one stop, and the relative error at which a
-# code loses that weight.
+# code loses the weight that it has for that.
 _CURVE_ERROR: Final = 0.065
 _TELLING_ERROR: Final = 0.2
 _LEAST_DOUBT: Final = 0.03
 _HAT_LIMITS: Final = (0.02 * 255.0, 0.98 * 255.0)
 _PLATEAU: Final = 0.9995
-# Weights of last resort: far below every regular weight, so that they matter only where all frames
-# are clipped (the darkest then decides) or black (the brightest does).
+# Weights of last resort, far below every regular weight, so that they matter only where all frames
+# are clipped (and the darkest decides) or black (and the brightest decides).
 _CLIPPED_DARKEST: Final = 1e-6
 _CLIPPED_OTHERS: Final = 1e-10
 _BLACK: Final = 1e-6
@@ -96,23 +99,23 @@ _BLACK: Final = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class FrameTables:
-    """Look-up tables of one frame; n is 256, or 65,536 for 16-bit and float frames.
+    """The look-up tables of one frame, where n is 256, or 65,536 for 16-bit and float frames.
 
     A pixel's weight is the product of `bright`, indexed by the largest of its three codes, and
     `faint`, indexed by the smallest. All arrays are float32.
 
     Attributes:
-        bright, faint: (n,).
-        own: (n,). Replaces `bright` for a channel where it is larger, indexed by the channel's own
-            code.
+        bright, faint: (n,) each. Weights by the largest and by the smallest code.
+        own: (n,). Weight by a channel's own code, which replaces `bright` for that channel where it
+            is larger.
         full: Code below which `bright` is 1.
         ramp: Code below which `bright` is at least 1 wherever `own` is not 0, so that `own` is not
             needed.
         value: (3, n). Radiance of each code.
         clipped: First code that counts as clipped.
-        spent: First code that may be clipped, since JPEG changes 255 by several beside a lamp. Such
-            codes have no weight, and a pixel that a darker frame clips is clipped in this one. In
-            the darkest frame it equals `clipped`.
+        spent: First code that may be clipped, since JPEG changes 255 by several next to a lamp.
+            Such codes have no weight, and a pixel that a darker frame clips is clipped in this
+            frame. In the darkest frame, `spent` equals `clipped`.
     """
 
     bright: Float32 = field(repr=False)
@@ -127,10 +130,10 @@ class FrameTables:
 
 @dataclass(frozen=True, slots=True)
 class FrameLight:
-    """Tables from a frame's pixels to weights and radiance.
+    """The tables that convert a frame's pixels to weights and radiance.
 
-    Indices of the tables are codes, or for float frames the square root of the value as a fraction
-    of `unit`.
+    The tables are indexed by codes, or for float frames by the square root of the value as a
+    fraction of `unit`.
     """
 
     tables: FrameTables
@@ -142,7 +145,7 @@ class FrameLight:
 def clipped_code(table: Float64) -> int:
     """Return the first code that counts as clipped in a response, (3, 256).
 
-    It is 254, or less if some channel's response reaches its end earlier.
+    The code is 254, or less if some channel's response reaches its end earlier.
     """
     flat = (table >= _PLATEAU * table[:, -1:]).any(axis=0)
     return min(CLIPPED_CODE, int(np.argmax(flat)))
@@ -161,10 +164,10 @@ def frame_tables(
     """Return the look-up tables of a frame.
 
     Args:
-        table: (3, 256) float64. Response: linear value in 0..1 of each code, rising.
-        stops: Exposures of all frames.
-        reference_ev: Exposure whose saturation is the unit of the light.
-        fine: Whether to make 65,536 codes, for 16-bit frames.
+        table: (3, 256) float64. Response, as the rising linear value in 0..1 of each code.
+        stops: Exposures of all frames, in stops.
+        reference_ev: Exposure in stops whose saturation is the unit of the light.
+        fine: Whether to use 65,536 codes, as for 16-bit frames.
     """
     count = 65536 if fine else 256
     codes = np.linspace(0.0, 255.0, count)
@@ -197,9 +200,9 @@ def frame_tables(
 def float_tables(
     index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
 ) -> FrameTables:
-    """Return the tables of a linear frame, 65,536 entries by square root.
+    """Return the tables of a linear frame, with 65,536 entries by square root.
 
-    `value` is not meant to be used, since the frame's own values are finer.
+    Do not use `value`, since the frame's own values are finer.
     """
     places = np.linspace(0.0, 1.0, 65536)
     linear = places * places
@@ -229,9 +232,9 @@ def float_tables(
 
 
 def relative_error(value: Float32) -> Float64:
-    """Return the relative noise, (256,), of 8-bit codes with that light, (3, 256).
+    """Return the relative noise, (256,), of 8-bit codes that stand for this light, (3, 256).
 
-    It is infinite for codes without light.
+    The noise is infinite for codes without light.
     """
     linear = value.mean(axis=0, dtype=np.float64) / float(value.max())
     variance = _variance(linear, np.gradient(linear) * _CODE_ERROR)
@@ -243,8 +246,9 @@ def neutral_end(table: Float64) -> Float64:
     """Scale the channels of a response, (3, 256), to the same end.
 
     A lamp that clips all three channels must come out neutral. A recovered response can end at a
-    different value in each: it is least certain there, where no frame shows anything darker. The
-    difference is spread over the codes above 235, rising towards the largest; nothing is lowered.
+    different value in each channel, since it is least certain at the end, which no darker frame
+    shows. The difference is spread over the codes above 235, increasing towards the largest, and no
+    value is lowered.
     """
     share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
     gain = table[:, -1].max() / table[:, -1:]
@@ -271,7 +275,7 @@ def _ramp(codes: Float64, first: int) -> Float64:
 
 
 def _own(codes: Float64, first: int) -> Float64:
-    """Return the weight of a single channel where another one is clipped."""
+    """Return the weight of a single channel where another channel is clipped."""
     shift = first - CLIPPED_CODE
     return _OWN_WEIGHT * _fade(codes, _OWN_FADE[0] + shift, _OWN_FADE[1] + shift)
 
@@ -283,7 +287,7 @@ def _fade(codes: Float64, start: float, stop: float) -> Float64:
 
 
 def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64:
-    """Return 1 / v(z), plus the term for a doubtful response, in units of the least v."""
+    """Return 1 / v(z), plus the term for a doubtful response, in units of the smallest v."""
     error = _FINE_CODE_ERROR if fine else _CODE_ERROR
     variance = _variance(linear, np.gradient(linear, codes) * error)
     weight = np.asarray(variance.min() / variance)
@@ -295,28 +299,28 @@ def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64
 
 
 def _variance(linear: Float64, error: Float64 | float) -> Float64:
-    """Return v, from all the errors above and one of its own."""
+    """Return v, from all the errors described above and a given error in the codes."""
     floor = (_READ_NOISE / _FULL_WELL) ** 2 + _BLACK_ERROR**2
     return np.asarray(linear / _FULL_WELL + np.square(error) + floor)
 
 
 def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
-    """Return Reinhard's hat: the upper half for the largest code, the lower for the smallest."""
+    """Return Reinhard's hat, the upper half for the largest code, the lower for the smallest."""
     hat = 1.0 - (2.0 * codes / 255.0 - 1.0) ** 12
     hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
     upper = codes > 127.5
     return np.where(upper, hat, 1.0), np.where(upper, 1.0, hat)
 
 
-# Usable codes: from here on, up to as far below clipping.
+# Usable codes start here, and end as far below clipping.
 _DARKEST: Final = 32
 _UNDER_WHITE: Final = 19
 _FEWEST: Final = 300
-_USUAL: Final = 0.8  # fraction of the positions within the frames' typical difference
-# Frames with one curve, and with their own curves, differ by 0.03 to 0.08 (natural logarithm),
-# scans of film by 0.1 to 0.6. Below this, they count as fitting.
+_USUAL: Final = 0.8  # fraction of the positions that determines the frames' typical difference
+# Frames with one curve, or with a curve each, differ by 0.03 to 0.08 (natural logarithm), and scans
+# of film by 0.1 to 0.6. Frames that differ by less than this count as fitting.
 _MISFIT: Final = 0.1
-# With wider steps, hardly a position is well exposed in three frames: there is no majority.
+# With wider steps, hardly any position is well exposed in three frames, so there is no majority.
 _WIDE_STOPS: Final = 1.5
 _ODD: Final = 1.4  # standard errors from which a frame loses its weight
 _ROUNDS: Final = 3
@@ -325,14 +329,15 @@ _LEAST: Final = 1e-12
 
 
 def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
-    """Return the difference of each frame from its neighbours, natural logarithm.
+    """Return the difference of each frame from its neighbours, as a natural logarithm.
 
-    Empty if the frames fit, cannot be compared, or are too far apart to outvote another.
+    There are none if the frames fit, cannot be compared, or are too far apart to outvote one
+    another.
 
     Args:
-        samples: (K, N, 3) uint8. Encoded values of the same positions.
-        table: (3, 256) or (K, 3, 256). Linear light of each code.
-        stops: True exposures.
+        samples: (K, N, 3) uint8. Encoded values at the same positions.
+        table: (3, 256) or (K, 3, 256) float64. Linear light of each code.
+        stops: True exposures, in stops.
     """
     if len(stops) < 3 or np.median(np.abs(np.diff(np.sort(stops)))) > _WIDE_STOPS:
         return ()
@@ -365,11 +370,12 @@ def agree(
     doubt: Sequence[float],
     radiance: Sequence[Float32],
 ) -> None:
-    """Replace merged light with the mean of agreeing frames, where unclipped.
+    """Replace merged light with the mean of the frames that agree, where they are not clipped.
 
     Args:
-        bands: (rows, W, 3) uint8. The same rows of each frame.
-        radiance: Three of (rows, W). The merged light, changed in place.
+        bands: The same rows of each frame, (rows, W, 3) uint8 each.
+        radiance: Red, green and blue of the merged light, (rows, W) float32 each, which are changed
+            in place.
     """
     logs, says, sure = [], [], []
     weights = np.zeros(radiance[0].shape, np.float32)
@@ -396,7 +402,7 @@ def agree(
 
 
 def _logs(pixels: Pixels, light: FrameLight) -> Float32:
-    """Return the logarithms of the light, (rows, W, 3)."""
+    """Return the logarithm of the light, (rows, W, 3)."""
     table = np.log(np.maximum(light.tables.value, np.float32(_LEAST)))
     return np.asarray(cv2.LUT(pixels, np.ascontiguousarray(table.T[None])), np.float32)
 

@@ -49,7 +49,7 @@ def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, floa
         rate = rate if math.isfinite(rate) and 1.0 <= rate <= _MOST_FPS else _USUAL_FPS
         if not 0 < count <= _LONGEST_FILM_S * rate:
             raise VideoError(
-                tr("{name} is longer than five minutes or does not state its length.",
+                tr("{name} is longer than five minutes or does not record its length.",
                    name=path.name),
                 tr("Film a single turn of 20 to 60 seconds."),
             )  # fmt: skip

@@ -204,7 +204,7 @@ def _check(auto_exposure: Exposure, limits: CameraLimits, shots: int, longest_s:
     values = (auto_exposure.shutter_s, auto_exposure.iso, auto_exposure.aperture)
     if not auto_exposure.known or not all(0.0 < value < math.inf for value in values):
         raise ProbeError(
-            tr("The metered picture does not state its exposure time, ISO and f-number."),
+            tr("The metered picture does not record its exposure time, ISO and f-number."),
             tr("Meter again."),
         )
     if not 2 <= shots <= MAX_SHOTS:

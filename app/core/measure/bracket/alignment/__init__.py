@@ -1,1 +1,1 @@
-"""Align the frames of a bracket with each other."""
+"""Align the frames of a bracket with one another."""

@@ -1,8 +1,8 @@
-"""Alignment of a bracket's panoramas.
+"""Align a bracket's panoramas.
 
-Each frame is compared with a reference frame, or with its neighbour if the two overlap too little.
-Frames that are already aligned stay exactly as they are, as do frames that cannot be compared,
-because no correction is better than a wrong one.
+Each frame is compared with a reference frame, or with its neighbour if the two have too little in
+common. Frames that are already aligned stay exactly as they are, as do frames that cannot be
+compared, because no correction is better than a wrong one.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from app.core.measure.bracket.alignment.registration import (
 )
 from app.core.measure.bracket.remarks import FramesApart, FramesRotated, FramesUnlike
 
-# degrees, less than a pixel of a 5376 x 2688 frame; resampling would do more harm
+# In degrees, less than a pixel of a 5376 x 2688 frame. Resampling would do more harm.
 _LEAST_DEG: Final = 0.05
-_FAR_STOPS: Final = 7.0  # stops; frames further apart have almost nothing in common
+_FAR_STOPS: Final = 7.0  # stops; frames farther apart have almost nothing in common
 _MANY_POINTS: Final = 500
 _STRANGE_DEG: Final = 0.3
 
@@ -41,8 +41,8 @@ class FrameAlignment:
     Attributes:
         rotation: (3, 3) float64, for `sphere.remap_frame`. None if the frame stays as it is,
             because `angle_deg` is too small or the frames could not be compared.
-        residual_deg: Standard error; infinite if nothing could be compared.
-        points: Number of points compared.
+        residual_deg: Standard error in degrees, or infinity if nothing could be compared.
+        points: Number of points that were compared.
         trusted: Whether the frames could be compared.
     """
 
@@ -57,10 +57,10 @@ _ALONE: Final = FrameAlignment(None, 0.0, math.inf, 0, trusted=False)
 
 
 def reference_of(frames: Sequence[Bytes]) -> int:
-    """Return the reference frame for alignment: the middle one if it is well exposed.
+    """Return the index of the reference frame, which is the middle one if it is well exposed.
 
-    Among the frames, (h, w, 3) uint8 in order of exposure, it is the one nearest to the middle that
-    has at least 60% as many usable pixels, by solid angle, as the best one.
+    Among the frames, (h, w, 3) uint8 in order of exposure, the reference is the one nearest to the
+    middle that has at least 60% as many usable pixels, by solid angle, as the best frame.
     """
     return middle_frame([usable_share(pyramid(frame)) for frame in frames])
 
@@ -72,13 +72,14 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlig
     that are already aligned or cannot be compared.
 
     Args:
-        frames: (h, w, 3) uint8. Area means, about 672 x 336, of coded RGB.
-        stops: Exposures of the frames.
+        frames: One thumbnail per frame, (h, w, 3) uint8. Area means of encoded RGB, about
+            672 x 336.
+        stops: Exposures of the frames, in stops.
     """
     count = len(frames)
     if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
         return (_ALONE,) * count
-    # Run one after another, since threads on such small pictures wait for each other too long.
+    # Run one after another, since threads on such small pictures wait too long for one another.
     pyramids = [pyramid(frame) for frame in frames]
     middle = middle_frame([usable_share(levels) for levels in pyramids])
     others = [index for index in range(count) if index != middle]
@@ -94,8 +95,8 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlig
 def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple[Remark, ...]:
     """Report the corrections of misaligned frames.
 
-    Empty if every comparable frame is aligned: then frames too dark to compare are no reason to
-    worry.
+    There are none if every comparable frame is aligned, since frames too dark to compare are then
+    no reason to worry.
     """
     moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
     blind = [k for k, a in enumerate(alignments) if not a.trusted]
@@ -134,7 +135,7 @@ def _through(
     pyramids: Sequence[list[Level]],
     stops: Sequence[float],
 ) -> Fit:
-    """Fit a frame via the nearest fitted frame if its direct fit is no good."""
+    """Fit a frame by way of the nearest fitted frame if its direct fit is not good enough."""
     apart = abs(stops[index] - stops[middle])
     others = [k for k in fits if k != middle and fits[k].trusted]
     if not others:
@@ -143,7 +144,7 @@ def _through(
     if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):
         return fit
     link, first = _between(near, index, pyramids, stops), fits[near]
-    # An aligned frame in between passes on exactly the rotation applied to it.
+    # An aligned frame in between passes on exactly the rotation that is applied to it.
     way = first.rotation if _alignment(first, False).rotation is not None else np.eye(3)
     error = math.hypot(link.error_deg, first.error_deg)
     return replace(link, rotation=link.rotation @ way, error_deg=error)

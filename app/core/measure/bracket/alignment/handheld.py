@@ -1,11 +1,11 @@
 """Align handheld brackets of ordinary pictures by homographies.
 
-A rotating camera transforms a picture by a homography whatever the scene; the hand's shift is small
-at usual distances. Each frame is aligned with its neighbour in exposure, and so step by step with
-the middle one, by least squares of the differences in brightness (Lucas and Kanade; second-order
-steps as Malis, "Improving vision-based control using efficient second-order minimization
-techniques", ICRA 2004), coarse to fine and robust, so that moving objects count little. Brightness
-is matched by rank first, so any tone curves will do.
+A rotating camera transforms a picture by a homography whatever the scene, and the shift of the hand
+is small at usual distances. Each frame is aligned with its neighbour in exposure, and so step by
+step with the middle one, by least squares of the differences in brightness (Lucas and Kanade, with
+second-order steps as in Malis, "Improving vision-based control using efficient second-order
+minimization techniques", ICRA 2004). The fit is coarse to fine and robust, so that moving objects
+count little. Brightness is first matched by rank, so any tone curve will do.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from app.core.measure.bracket.alignment.registration import middle_frame
 from app.core.measure.bracket.remarks import FramesShifted
 
 LONGEST: Final = 1600
-"""Pixels of the longer side of the compared pictures; more do not improve the result."""
+"""Longer side of the compared pictures in pixels. More pixels do not improve the result."""
 
-_COARSEST: Final = 56  # pixels of the shorter side at the first level
+_COARSEST: Final = 56  # shorter side at the first level, in pixels
 _ROUNDS: Final = 12
 _ENOUGH_PX: Final = 0.01
 _OPEN: Final = (8.0, 243.0)  # codes that are neither black nor clipped
 _WHOLE: Final = 0.999
 _ODD: Final = 30.0  # codes beyond which a difference carries no more information
-_BEST: Final = 60_000  # positions with the strongest gradients, which are compared
+_BEST: Final = 60_000  # number of positions with the strongest gradients to compare
 _FEWEST: Final = 400
-# Typical motion of a hand, in halves of the longer side: shift, turn, and the remaining
-# perspective; lenses and rolling shutters add a little scale and shear.
+# Typical motion of a hand, in halves of the longer side: shift, turn and the remaining perspective
+# (tilt). Lenses and rolling shutters add a little scale and shear.
 _SHIFT, _TURN, _SCALE, _SHEAR, _TILT = 0.1, 0.02, 0.003, 0.002, 0.005
 _LEAST_PX: Final = 0.4  # smaller shifts, in pixels, are not worth resampling
 _BETTER: Final = 0.95  # maximum fraction of the differences that may remain after moving a frame
 _LEAST_MIDDLE_PX: Final = 0.5
 _FARTHEST: Final = 0.08  # maximum shift as a fraction of the longer side
-# a pixel's noise is correlated with its neighbours': errors are three times as large
+# Noise is correlated between neighbouring pixels, so errors are three times as large.
 _NEIGHBOURS: Final = 9.0
 
 
@@ -54,11 +54,11 @@ class Lay:
     """A picture's homography to the reference.
 
     Attributes:
-        homography: (3, 3) float64. From pixels of the reference to those of the frame.
+        homography: (3, 3) float64. Map from pixels of the reference to those of the frame.
         shift_px: Largest shift of a corner or the middle, in pixels of the full frames.
         error_px: Standard error of the shift, in the same pixels.
         trusted: Whether the frames could be compared.
-        needed: Whether the shift exceeds its error, in a bracket shot handheld.
+        needed: Whether the bracket was shot handheld and the shift exceeds its error.
     """
 
     homography: Float64 = field(repr=False)
@@ -69,14 +69,14 @@ class Lay:
 
 
 def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
-    """Warp a frame by `Lay.homography`; areas outside repeat its edge.
+    """Warp a frame by `Lay.homography`, repeating its edge in areas outside the frame.
 
     Args:
-        pixels: (H, W) or (H, W, C): uint8 or uint16, coded, or float32, linear.
-        homography: (3, 3) float64. From pixels of the result to those of the frame.
+        pixels: (H, W) or (H, W, C). Encoded uint8 or uint16, or linear float32.
+        homography: (3, 3) float64. Map from pixels of the result to those of the frame.
 
     Returns:
-        Same shape and dtype.
+        The warped frame, with the same shape and dtype.
     """
     height, width = pixels.shape[:2]
     coded = pixels.dtype != np.float32
@@ -94,15 +94,17 @@ def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
 def visibility(
     proxies: Sequence[Bytes], moves: Sequence[Float64 | None], full: tuple[int, int]
 ) -> list[Float32 | None]:
-    """Return the visible area of each moved frame at the proxies' size, or None for all of it.
+    """Return the visible area of each moved frame, at the proxies' size.
 
     Args:
-        proxies: (h, w, 3) uint8 each. Small copies of the frames, coded.
-        moves: (3, 3) float64 each, in pixels of the frames, or None for a frame that stays.
+        proxies: Small encoded copies of the frames, (h, w, 3) uint8 each.
+        moves: Homography of each frame, (3, 3) float64 in pixels of the frames, or None for a frame
+            that is not moved.
         full: Rows and columns of the frames.
 
     Returns:
-        (h, w) float32 each: 1 or 0. Areas that no frame shows count as visible.
+        One mask per frame, (h, w) float32 of 1 or 0, or None for a frame that is entirely visible.
+        Areas that no frame shows count as visible.
     """
     masks: list[Float32 | None] = []
     for proxy, move in zip(proxies, moves, strict=True):
@@ -127,7 +129,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
     columns = (np.arange(small[1]) + 0.5) * (full[1] / small[1]) - 0.5
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
     x, y = moved_by(homography, places).T.reshape(2, *small)
-    # A small pixel and its neighbour, between which the mask is interpolated.
+    # Leave out a small pixel and its neighbour, between which the mask is interpolated.
     edge_y, edge_x = full[0] / small[0], full[1] / small[1]
     inside = (x >= edge_x) & (x <= full[1] - 1 - edge_x) & (y >= edge_y)
     return np.asarray(inside & (y <= full[0] - 1 - edge_y), np.float32)
@@ -146,10 +148,10 @@ def blank(picture: Bytes) -> Bools:
 
 
 def reference_of(pictures: Sequence[Bytes]) -> int:
-    """Return the index of the reference frame: the middle one if it is well exposed.
+    """Return the index of the reference frame, which is the middle one if it is well exposed.
 
     Args:
-        pictures: (h, w, 3) uint8 each, coded, brightest first.
+        pictures: Encoded pictures, (h, w, 3) uint8 each, brightest first.
     """
     return middle_frame([float(_open(picture).mean()) for picture in pictures])
 
@@ -166,10 +168,10 @@ def lay_on_each_other(
     """Return the homography of each picture to the reference.
 
     Args:
-        pictures: (h, w, 3) uint8. Coded, all reduced equally to `LONGEST` or less.
-        stops: Exposures of the pictures.
+        pictures: Encoded pictures, (h, w, 3) uint8 each, all reduced equally to `LONGEST` or less.
+        stops: Exposures of the pictures, in stops.
         reference: Index of the reference.
-        scale: Full pixels per pixel of the pictures.
+        scale: Number of pixels of a full frame per pixel of a picture.
     """
     order = sorted(range(len(pictures)), key=lambda k: stops[k])
     place = order.index(reference)
@@ -189,8 +191,9 @@ def lay_on_each_other(
         list(pool.map(onward, (order[place + 1 :], order[:place][::-1])))
     shape = (pictures[0].shape[0], pictures[0].shape[1])
     lays = [_lay(*ways[index], shape, scale) for index in range(len(pictures))]
-    # A hand never turns about the middle of every picture. Warped scans of film do, and their maker
-    # has aligned them as well as possible.
+    # A hand never turns about the middle of every picture. Warped scans of film do, and whoever
+    # made
+    # the scans has aligned them as well as possible.
     middles = [scale * float(_shifts(ways[index][0], shape)[-1]) for index in range(len(lays))]
     if max(m for lay, m in zip(lays, middles, strict=True) if lay.trusted) < _LEAST_MIDDLE_PX:
         return tuple(lays)
@@ -201,7 +204,7 @@ def lay_on_each_other(
 
 
 def _lay(matrix: Float64, error: float, shape: tuple[int, int], scale: float) -> Lay:
-    """Convert a fit to full pixels, and judge it."""
+    """Convert a fit to pixels of the full frames, and judge its quality."""
     enlarge = np.array(
         [[scale, 0.0, 0.5 * scale - 0.5], [0.0, scale, 0.5 * scale - 0.5], [0, 0, 1]]
     )
@@ -230,7 +233,7 @@ def _shifts(matrix: Float64, shape: tuple[int, int]) -> Float64:
 
 
 def _pyramid(picture: Bytes) -> list[Bytes]:
-    """Return grey pictures, the smallest first; pure blue, which marks borders, becomes white."""
+    """Return grey pictures, smallest first, in which pure blue, as in borders, becomes white."""
     grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), np.uint8)
     red, green, blue = cv2.split(picture)
     grey[(np.asarray(blue) > 247) & (np.maximum(red, green) < 8)] = 255
@@ -244,7 +247,7 @@ def _between(first: list[Bytes], second: list[Bytes]) -> tuple[Float64, float]:
     """Return the homography from one picture to another, and its standard error in pixels."""
     matrix, error = np.eye(3), math.inf
     one = alike = other = first[-1]
-    # scales to pictures twice as large, with pixel centres at integers
+    # Scales to pictures twice as large, with pixel centres at integers.
     up = np.diag([2.0, 2.0, 1.0])
     for number, (one, other) in enumerate(zip(first, second, strict=True)):
         matrix = up @ matrix @ np.linalg.inv(up) if number else matrix
@@ -259,7 +262,7 @@ def _between(first: list[Bytes], second: list[Bytes]) -> tuple[Float64, float]:
 
 
 def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
-    """Return whether moving reduces the mean difference, at edges and without outliers."""
+    """Return whether moving reduces the mean difference at edges, without outliers."""
     target = one.astype(np.float32)
     slope = _slope(target)
     results = []
@@ -304,7 +307,7 @@ def _fit(
             return start, math.inf
         so_far = (scaled(unit @ matrix @ np.linalg.inv(unit)) - np.eye(3)).ravel()[:8]
         step, spread = _step(target - warped, slope, picked, unit, (prior, so_far))
-        # The step moves positions in the reference; those in the frame follow.
+        # The step moves positions in the reference, and those in the frame follow.
         change = np.append(step, 0.0).reshape(3, 3) + np.eye(3)
         change = np.linalg.inv(unit) @ change @ unit
         matrix = scaled(matrix @ change)
@@ -314,7 +317,7 @@ def _fit(
 
 
 def _slope(picture: Float32) -> Float32:
-    """Return the change per pixel to the right and down, (2, h, w)."""
+    """Return the change per pixel to the right and downward, (2, h, w)."""
     down, right = np.gradient(picture)
     return np.asarray(np.stack([np.asarray(right), np.asarray(down)]), np.float32)
 
@@ -325,7 +328,7 @@ def _open(codes: Bytes) -> Bools:
 
 
 def _warp(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32]:
-    """Return a frame in the reference's brightness and position, and its openness."""
+    """Return a frame in the reference's brightness and position, and where its codes are open."""
     height, width = other.shape
     there, visible = (
         cv2.warpPerspective(

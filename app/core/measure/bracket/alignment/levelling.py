@@ -1,19 +1,21 @@
 """Level a bracket's panoramas by the tilt that the camera recorded.
 
-GPano pose angles (Google, "Photo Sphere XMP Metadata") are a camera's heading, pitch and roll in
-this order: pitch is the elevation of the picture's centre, and the horizon in the picture turns
+GPano pose angles (Google, "Photo Sphere XMP Metadata") are a camera's heading, pitch and roll, in
+that order. Pitch is the elevation of the picture's centre, and the horizon in the picture turns
 counter-clockwise as roll grows, exactly as in `app.core.base.sphere.rotation`. A Ricoh Theta writes
-something else under the same names: its accelerometer's reading of two separate axes, tan pitch =
-front / up and tan roll = left / up of the zenith in the camera's axes. For a tilt about one axis
-the two are the same; with pitch -29.0 and roll -35.8 degrees they are 4.7 degrees apart, and the
-edges in a Theta S picture with that tilt (R0010298) agree with the second within 0.5 degrees. Other
-makers and programs read the standard differently. So if the readings differ, the picture itself may
-decide: its vertical edges, if it has any, are upright for only one of them.
+something else under the same names: its accelerometer's readings of two separate axes, tan pitch =
+front / up and tan roll = left / up of the zenith in the camera's axes. For a tilt about one axis,
+the two interpretations agree. With pitch -29.0 and roll -35.8 degrees, they are 4.7 degrees apart,
+and the edges in a Theta S picture with that tilt (R0010298) agree with the second within 0.5
+degrees. Other manufacturers and programs interpret the standard differently. So if the readings
+differ, the picture itself may decide: its vertical edges, if it has any, are upright for only one
+reading.
 
-Heading is never applied: the front lens stays at azimuth 0, where the photographer is. A picture
+Heading is never applied, so the front lens stays at azimuth 0, where the photographer is. A picture
 that a Ricoh camera has levelled itself (maker note 0x0007) stays as it is, whatever its pose
-states: some firmware records a tilt that it has already corrected. The tilt recorded on a still
-tripod differs slightly from shot to shot, so all frames get one rotation, that of the first shot.
+states, because some firmware records a tilt that it has already corrected. The tilt recorded on a
+stationary tripod differs slightly from shot to shot, so all frames get the same rotation, that of
+the first shot.
 """
 
 from __future__ import annotations
@@ -36,15 +38,15 @@ from app.core.measure.read.frame import Bracket, Frame, XmpPose
 _LEVEL_DEG: Final = 0.05  # shown as 0.0 in a note with one decimal
 _DIFFERENT_DEG: Final = 0.5
 _LEAN_DEG: Final = 3.0
-_STEEP: Final = 0.9  # closer to the zenith, every edge is nearly upright
+_STEEP: Final = 0.9  # nearer to the zenith, every edge is nearly upright
 _SECTORS: Final = 12
 _MOST_SECTORS: Final = 6
-_CLEARLY: Final = 1.25  # minimum ratio, since in woods and crowds the sums differ by chance
+_CLEARLY: Final = 1.25  # minimum ratio of the sums, which in woods and crowds differ by chance
 
 
 @dataclass(frozen=True, slots=True)
 class Levelling:
-    """The levelling of a bracket.
+    """How a bracket is levelled.
 
     Attributes:
         rotation: (3, 3) float64, for `sphere.remap_frame` and `rotate_light`, or None if the
@@ -64,15 +66,16 @@ def levelling(
 ) -> Levelling:
     """Decide how to level a bracket, from its frames' poses and maker notes.
 
-    There is no rotation for pictures that are not panoramas, state no pose or only zeros, or were
-    levelled by the camera.
+    There is no rotation for pictures that are not panoramas, that state no pose or only zeros, or
+    that the camera has levelled.
 
     Args:
-        first_rotation: (3, 3). Rotation that `align` applies to the frame at `first_shot`: the pose
-            belongs to that frame, while the levelling is applied to the reference frame.
-        picture: (h, w, 3) uint8. A small copy of the reference frame, coded RGB. It decides the
-            meaning of the angles if that makes a difference and its upright edges are clear;
-            otherwise the camera's maker decides.
+        first_rotation: (3, 3) float64. Rotation that `align` applies to the frame at `first_shot`,
+            or None. The pose belongs to that frame, while the levelling is applied to the reference
+            frame.
+        picture: (h, w, 3) uint8. Small copy of the reference frame in encoded RGB, or None. It
+            decides what the angles mean if that makes a difference and its upright edges are clear.
+            Otherwise, the camera's manufacturer decides.
     """
     if not bracket.panorama:
         return Levelling()
@@ -85,7 +88,7 @@ def levelling(
         return Levelling(remark=remark)
     readings = _readings(pose, shot.camera)
     if first_rotation is not None:
-        # Their heading would be that of a small movement between two shots.
+        # Remove the heading, which would only be a small movement between two shots.
         readings = [_ahead(reading @ first_rotation.T) for reading in readings]
     matrix = readings[0] if picture is None else _most_upright(readings, picture)
     remark = Levelled(shot.path.name, pose.pitch_deg, pose.roll_deg)
@@ -93,23 +96,24 @@ def levelling(
 
 
 def first_shot(bracket: Bracket) -> int:
-    """Return the first shot, among the frames that state a pose if any do.
+    """Return the index of the first shot, among the frames that state a pose if any do.
 
-    Frames are ordered by file name, with numbers by value: cameras number their shots, and their
-    clocks only count seconds.
+    Frames are ordered by file name, with numbers by value, because cameras number their shots but
+    their clocks count only whole seconds.
     """
     frames = bracket.frames
     return min(range(len(frames)), key=lambda k: (frames[k].pose is None, _order(frames[k])))
 
 
 def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
-    """Return the rotation, (3, 3), that levels a tilted panorama, front lens at azimuth 0.
+    """Return the rotation, (3, 3), that levels a tilted panorama with its front at azimuth 0.
 
-    It maps directions in the tilted panorama to directions in the level one. Heading is not used.
+    The rotation maps directions in the tilted panorama to directions in the level one. The heading
+    is not used.
 
     Args:
         gravity: Whether the angles are accelerometer readings of separate axes, as a Theta writes
-            them; otherwise they follow the GPano standard.
+            them. If not, they follow the GPano standard.
 
     Examples:
         >>> from app.core.measure.read.frame import XmpPose
@@ -125,7 +129,7 @@ def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
 
 
 def _readings(pose: XmpPose, camera: str) -> list[Float64]:
-    """List the possible meanings of the angles, the likeliest first."""
+    """List the possible meanings of the angles, likeliest first."""
     standard, gravity = tilt_rotation(pose, gravity=False), tilt_rotation(pose)
     swapped = _ahead(rotation(0.0, 0.0, pose.roll_deg) @ rotation(0.0, pose.pitch_deg))
     if "THETA" in camera.upper():
@@ -134,12 +138,12 @@ def _readings(pose: XmpPose, camera: str) -> list[Float64]:
 
 
 def _ahead(matrix: Float64) -> Float64:
-    """Remove the heading from a rotation: the centre column stays at azimuth 0."""
+    """Remove the heading from a rotation, so that the centre column stays at azimuth 0."""
     return rotation(-angles_of(matrix)[0]) @ matrix
 
 
 def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
-    """Choose the reading for which the picture's edges are upright; by default the first.
+    """Choose the reading for which the picture's edges are upright, or by default the first.
 
     An edge lies on a great circle, whose normal is the direction of its gradient on the sphere.
     """
@@ -156,7 +160,7 @@ def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
         scores.append(np.bincount(place, upright * strengths, _SECTORS))
     totals = [float(score.sum()) for score in scores]
     best = int(np.argmax(totals))
-    # Edges all around must agree: those of a single object may lean.
+    # Edges all around must agree, since those of a single object may lean.
     wins = int((scores[best] > scores[0]).sum())
     return readings[best if totals[best] > _CLEARLY * totals[0] and wins >= _MOST_SECTORS else 0]
 
@@ -167,7 +171,7 @@ def _order(frame: Frame) -> tuple[tuple[int, str], ...]:
 
 
 def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
-    """Return whether the camera levelled a frame, or says so of another if it is silent here."""
+    """Return whether the camera levelled a frame, judging by another if it states nothing."""
     if shot.zenith_corrected is not None:
         return shot.zenith_corrected
     return any(frame.zenith_corrected for frame in frames)

@@ -1,15 +1,16 @@
-"""Estimation of the rotation between two panoramas.
+"""Estimate the rotation between two panoramas.
 
-Two frames are compared on the sphere: feature points of the brighter frame (local maxima of its
-gradient) are located in the darker one. Three rotation parameters are fitted by inverse
+Two frames are compared on the sphere by locating feature points of the brighter frame (local maxima
+of its gradient) in the darker one. Three rotation parameters are fitted by inverse
 compositional Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to
 fine, with Tukey's weights. The relation between the code values of the two frames does not come
-from the exposure tags or an assumed curve; it is measured at the same points, as the median of one
-for each value of the other (the comparagram of Mann and Picard 1995). As a result, wrong tags, tone
+from the exposure tags or an assumed curve. It is measured at the same points, as the median of one
+frame's codes for each code of the other (the comparagram of Mann and Picard 1995). As a result,
+wrong tags, tone
 curves and clipping do not look like motion, and moving objects are outvoted.
 
-The uncertainty is the jackknife over 24 equal parts of the sphere, so a rotation on which the parts
-disagree is not trusted.
+The uncertainty is a jackknife estimate over 24 equal parts of the sphere, so a rotation on which
+the parts disagree is not trusted.
 """
 
 from __future__ import annotations
@@ -26,41 +27,42 @@ import numpy as np
 from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
 from app.core.base.sphere import angle_of, from_vector, positions
 
-# code of the brightest channel of an area mean, from which nothing is compared
+# Area means are not compared if their brightest channel has at least this code.
 _CLIPPED: Final = 248
 _BLACK: Final = 4
-# fraction of the most usable frame's pixels that a reference frame needs
+# Minimum usable area of a reference frame, relative to the most usable frame.
 _MIDDLE_SHARE: Final = 0.6
 _COARSE: Final = 84  # columns of the coarsest size
 _BINS: Final = 32
 _STEPS: Final = 8
-_CLOSE_RAD: Final = (2e-3, 4e-4, 5e-5)  # size of a step that ends the search, coarse to fine
-_NEAR_DEG: Final = 0.3  # degrees from the coarsest result within which the finest level can start
+_CLOSE_RAD: Final = (2e-3, 4e-4, 5e-5)  # size of the step that ends the search, coarse to fine
+_NEAR_DEG: Final = 0.3  # maximum distance of the finest level's start from the coarsest result
 _NUDGE_RAD: Final = math.radians(1.0)
 _STARTS_RAD: Final = math.radians(5.0)
 _LEAST_POINTS: Final = 150
 _MOST_DEG: Final = 20.0
 _TRUSTED_DEG: Final = 0.08
-# over the root of the number of points: in nearly black frames, errors are not independent
+# Divided by the root of the number of points, since errors in nearly black frames are not
+# independent.
 _FLOOR_DEG: Final = 0.8
 _TRUSTED_CONTRAST: Final = 1.15
 _PARTS: Final = 8
 _LEAST_SEEN: Final = 40
 _MOST_SEEN: Final = 12_000
-# of 255, the invalid part of the pixels behind a coarse one that still counts as few
+# Maximum invalid fraction of a coarse pixel, out of 255.
 _FEW_BAD: Final = 25
-_POLAR: Final = 0.25  # cosine of elevation
+_POLAR: Final = 0.25  # minimum cosine of elevation
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
     """One frame at one size.
 
-    Codes are valid where they are neither clipped, black nor filled in.
+    Codes are valid where they are not clipped, black or filled in.
 
     Attributes:
-        codes: (h, w) float32. Smoothed.
-        valid: (h, w) uint8. 255 or 0.
+        codes: (h, w) float32. Smoothed codes.
+        valid: (h, w) uint8. 255 where a code is valid, otherwise 0.
     """
 
     codes: Float32
@@ -69,7 +71,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    """Feature points of a frame: direction, code value, and its change with a rotation."""
+    """Feature points of a frame, with direction, code value, and how a rotation changes it."""
 
     vectors: Float32
     codes: Float32
@@ -79,7 +81,7 @@ class _Places:
 
 @dataclass(frozen=True, slots=True)
 class _Match:
-    """The points of one frame that are visible in another, and the errors of their codes."""
+    """The points of one frame that are visible in another, and the errors in their codes."""
 
     use: Indices
     error: Float32
@@ -92,9 +94,9 @@ class Fit:
     """A rotation, (3, 3), from directions of one frame to another, and its evidence.
 
     Attributes:
-        error_deg: Standard error (jackknife, plus a part that falls with the number of points);
-            infinite if nothing could be compared.
-        contrast: How many times worse the frames fit one degree away.
+        error_deg: Standard error in degrees (jackknife, plus a part that falls with the number of
+            points), or infinity if nothing could be compared.
+        contrast: How many times worse the frames fit when rotated by one degree.
     """
 
     rotation: Float64
@@ -114,14 +116,14 @@ class Fit:
 
     @property
     def inverse(self) -> Fit:
-        """The same with the frames exchanged."""
+        """The same fit with the two frames exchanged."""
         return replace(self, rotation=np.ascontiguousarray(self.rotation.T))
 
 
 def register(bright: list[Level], dark: list[Level]) -> Fit:
-    """Return the small rotation from the longer exposure to the other.
+    """Return the small rotation from the longer exposure to the shorter one.
 
-    The search starts with no motion, then all around it.
+    The search starts from no motion, and then from all around that.
 
     Args:
         bright, dark: Results of `pyramid`.
@@ -142,7 +144,7 @@ def register(bright: list[Level], dark: list[Level]) -> Fit:
 
 
 def _refine(bright: list[Level], dark: list[Level], rotation: Float64) -> Fit:
-    """Refine a rotation up to the finest size, and judge it there."""
+    """Refine a rotation up to the finest size, and judge the fit there."""
     if angle_of(rotation) > _NEAR_DEG:
         rotation, _ = _search(_places(bright[1]), dark[1], rotation, _CLOSE_RAD[1])
     places = _places(bright[2])
@@ -196,13 +198,13 @@ def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
 
 
 def _weights(match: _Match) -> Float32:
-    """Return Tukey's biweight of the errors; the scale is at least half a code value."""
+    """Return Tukey's biweight of the errors, with a scale of at least half a code value."""
     scale = 4.685 * max(match.misfit, 0.5)
     return np.asarray(np.clip(1.0 - (match.error / scale) ** 2, 0.0, 1.0) ** 2, np.float32)
 
 
 def _transfer(codes: Float32, other_codes: Numbers) -> tuple[Float32, Float32]:
-    """Measure the codes of one frame as they appear in another: value and slope for each point."""
+    """Measure how one frame's codes appear in another, as a value and a slope for each point."""
     bins = (codes * (_BINS / 256.0)).astype(np.int64)
     order = np.argsort(bins * 256.0 + other_codes)
     counts = np.bincount(bins, minlength=_BINS)
@@ -220,13 +222,13 @@ def _transfer(codes: Float32, other_codes: Numbers) -> tuple[Float32, Float32]:
 
 
 def _solve(normal: Floats, right: Floats) -> Float64:
-    """Return the Gauss-Newton step, slightly damped where the sums do not determine it."""
+    """Return the Gauss-Newton step, slightly damped where the sums do not determine the step."""
     damping = 1e-6 * float(np.trace(normal)) + 1e-9
     return np.asarray(-np.linalg.solve(normal + damping * np.eye(3), right), np.float64)
 
 
 def _error_deg(places: _Places, match: _Match) -> float:
-    """Return the standard error of a rotation: jackknife over 3 x 8 equal parts of the sphere."""
+    """Return a rotation's standard error, by jackknife over 3 x 8 equal parts of the sphere."""
     slopes = places.slopes[match.use] * match.gain[:, None]
     weighted = slopes * (_weights(match) * places.weights[match.use])[:, None]
     vectors = places.vectors[match.use]
@@ -265,15 +267,15 @@ def pyramid(frame: Bytes) -> list[Level]:
     """Prepare a frame at three sizes, about 84, w / 2 and w columns wide.
 
     Args:
-        frame: (h, w, 3) uint8. A small copy (area means), coded RGB, equirectangular.
+        frame: (h, w, 3) uint8. Small equirectangular copy (area means) in encoded RGB.
     """
     codes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
     red, green, blue = cv2.split(frame)
     top = np.asarray(cv2.max(cv2.max(red, green), blue))
-    # Neighbours of a clipped pixel average over parts of it.
+    # Neighbours of a clipped pixel include parts of it in their averages.
     bad = cv2.dilate((top >= _CLIPPED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     bad |= codes <= _BLACK
-    # No real picture is perfectly uniform over 5 x 5 area means, so part of the file is missing.
+    # No real picture is perfectly uniform over 5 x 5 area means, so such a part is missing.
     block = np.ones((5, 5), np.uint8)
     bad |= np.asarray(cv2.dilate(codes, block)) == np.asarray(cv2.erode(codes, block))
     flags = np.where(bad, np.uint8(255), np.uint8(0))
@@ -289,25 +291,25 @@ def pyramid(frame: Bytes) -> list[Level]:
 
 
 def _smooth(codes: Float32) -> Float32:
-    """Blur slightly, across the edge, so that the gradients hold for a whole pixel."""
+    """Blur slightly, also across the edge, so that gradients hold for a whole pixel."""
     wide = cv2.copyMakeBorder(codes, 0, 0, 2, 2, cv2.BORDER_WRAP)
     return np.ascontiguousarray(cv2.GaussianBlur(wide, (3, 3), 0.7)[:, 2:-2])
 
 
 def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
-    """Find the edges of a coded RGB panorama, (h, w, 3) uint8, as parts of great circles.
+    """Find the edges in an encoded RGB panorama, (h, w, 3) uint8, as parts of great circles.
 
     Returns:
         Directions of points on edges away from the poles, (N, 3) float32; unit normals of the
         edges' great circles there, (N, 3) float32; and weights, (N,) float32. Strong edges count
-        more, those near the poles, where pixels crowd, less.
+        more, and those near the poles, where pixels are crowded, count less.
     """
     places = _places(pyramid(picture)[2])
-    # A rotation about an axis on the edge's great circle moves the picture across the edge; the
+    # A rotation about an axis on the edge's great circle moves the picture across the edge, and the
     # gradient itself is the normal.
     gradients = np.cross(places.slopes, places.vectors)
     sizes = np.linalg.norm(gradients, axis=1)
-    # Codes per pixel at the equator: above about twenty, all edges are equally good.
+    # In codes per pixel at the equator, above about twenty of which all edges are equally good.
     strengths = np.minimum(sizes * np.float32(2.0 * np.pi / picture.shape[1]), 20.0)
     normals = gradients / np.maximum(sizes, np.float32(1e-9))[:, None]
     return places.vectors, normals, np.asarray(strengths * places.weights, np.float32)
@@ -338,7 +340,7 @@ def _places(level: Level) -> _Places:
 
 
 def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, int]) -> Float32:
-    """Return the change of the code value per radian of rotation about each axis, (N, 3)."""
+    """Return the change in code value per radian of rotation about each axis, (N, 3)."""
     x, y, z = vectors.T
     level = np.hypot(x, z)
     per_east = across * (shape[1] / (2.0 * np.pi)) / level
@@ -351,14 +353,14 @@ def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, 
 
 
 def middle_frame(shares: Sequence[float]) -> int:
-    """Choose the frame nearest to the middle among those nearly as usable as the best."""
+    """Choose the frame nearest to the middle among those nearly as usable as the best one."""
     middle = (len(shares) - 1) / 2.0
     fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
     return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
 
 
 def usable_share(levels: list[Level]) -> float:
-    """Return the fraction of the sphere that is neither clipped nor black in a frame."""
+    """Return the fraction of the sphere where a frame is neither clipped nor black."""
     valid = levels[0].valid > 0
     elevation = np.pi * (0.5 - (np.arange(valid.shape[0]) + 0.5) / valid.shape[0])
     return float(np.average(valid.mean(axis=1), weights=np.cos(elevation)))

@@ -1,1 +1,1 @@
-"""The camera's tone curve, and wrongly stated exposures."""
+"""Find the camera's tone curve and wrongly stated exposures."""

@@ -1,12 +1,12 @@
-"""Matching of code values between the frames of a bracket.
+"""Match code values between the frames of a bracket.
 
-A response can be recovered or checked from this relation alone: pixels of code `a` in the brighter
+A response can be recovered or checked from one relation alone: pixels with code `a` in the brighter
 frame of a pair have code `b` in the darker one (the brightness transfer function of Grossberg and
-Nayar, "Determining the camera response from images: what is knowable?", PAMI 2003). It is estimated
-robustly from the joint histogram of the two frames, so that moving objects do not count. If the
-frames are not aligned pixel by pixel, the joint histogram is smeared, and ranks are matched
+Nayar, "Determining the camera response from images: what is knowable?", PAMI 2003). The relation is
+estimated robustly from the joint histogram of the two frames, so that moving objects do not count.
+If the frames are not aligned pixel by pixel, the joint histogram is smeared, and ranks are matched
 instead: the n-th brightest pixel of one frame corresponds to the n-th brightest of the other,
-wherever it is (same paper, section 4).
+wherever it is (section 4 of the same paper).
 """
 
 from __future__ import annotations
@@ -19,42 +19,45 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float64, Int64
 
-# Below this, sensor noise and rounding distort the code; above it, ringing and noise beside clipped
-# areas do.
+# Below this code, sensor noise and rounding distort the code; above the upper limit, ringing and
+# noise next to clipped areas do.
 _LOWEST: Final = 6
 _HIGHEST: Final = 248
 _LOWEST_DARK: Final = 1.5
 _FEWEST: Final = 3
-# Frames further apart share hardly any well-exposed area; frames closer together provide no
+# Frames farther apart share hardly any well-exposed area, and frames closer together provide no
 # information.
 _WIDEST_STOPS: Final = 6.1
 _NARROWEST_STOPS: Final = 0.15
-# Scatter of the darker code in a well aligned pair is 1.5 to 3 with JPEG and noise, also for
-# steep curves; frames that are turned by 1 degree and more reach 4.5 to 13.
+# The darker code in a well-aligned pair scatters by 1.5 to 3 with JPEG and noise, also for steep
+# curves. In frames that are turned by 1 degree or more, it scatters by 4.5 to 13.
 _SMEARED: Final = 3.5
-# A tenth of the picture in one exact colour is a filled-in part, such as the grey that decoders
-# put into the missing end of a file (a flat wall that is lost with it was no evidence either).
+# If a tenth of the picture has exactly one colour, it was filled in, like the grey that decoders
+# put
+# in place of the missing end of a file. A flat wall that is lost too would be no evidence either.
 _FILL_SHARE: Final = 0.1
 _DARK_MARK: Final = 8
-# A black of code 4 or more that does not change over nearly a stop is no picture; just above it,
-# codes say more of flare and grain than of light.
+# A black of code 4 or more that does not change over nearly a stop is not part of the picture. Just
+# above it, codes reflect flare and grain more than light.
 _RAISED: Final = 3
 _TELLING_STEP: Final = 0.9
 _OVER_BLACK: Final = 6
-# From this step on, code 0 in the darker frame is a missing part: even 4 stops down, sRGB gives 2.
+# From this code on, 0 in the darker frame means a missing part, since even 4 stops down sRGB gives
+# 2.
 _NEVER_BLACK: Final = 32
 _MOST_PLACES: Final = 24_000
 
-# A row is compared with the 15 on either side; codes that something which moved occupies on
-# its own lie tens of codes off and scatter by 15 and more, the relation itself bends by less
-# than 6 codes and scatters by 1 to 3, or thrice that where the curve is steep.
+# A row is compared with the 15 rows on either side. Codes that only a moving object has are tens of
+# codes off and scatter by 15 or more. The relation itself bends by less than 6 codes and scatters
+# by
+# 1 to 3, or three times that where the curve is steep.
 _BESIDE: Final = 15
 _JUMP: Final = 6.0
 _WIDE: Final = 4.0
 _WIDE_CODES: Final = 2.0
 
-# Codes of a frame that clips below white: they scatter by so much more than the usual, and hold
-# at least so many places and nearly all of those that are brighter still.
+# In a frame that clips below white, codes scatter this many times more than usual, and include at
+# least this many places and nearly all of those that are brighter still.
 _OPEN_ENDED: Final = 2.5
 _OPEN_CODES: Final = 3.0
 _OPEN_PLACES: Final = 20
@@ -69,19 +72,19 @@ _POWERS: Final = np.stack([_CODES**0, _CODES, _CODES**2], axis=-1).astype(np.flo
 
 @dataclass(frozen=True, slots=True)
 class CodeMatches:
-    """Matching codes of pairs of frames, in R rows, one per pair, channel and code.
+    """The matching codes in pairs of frames, in R rows, one per pair, channel and code.
 
     Attributes:
-        bright, dark: Frame numbers, 0 for the brightest.
-        channel: 0, 1, 2 for red, green, blue.
+        bright, dark: Indices of the frames, 0 for the brightest.
+        channel: 0, 1 or 2 for red, green or blue.
         code: Code in the brighter frame, 0 to 255.
         dark_code: Mean code of the same pixels in the darker frame.
-        places: Number of pixels of the row.
+        places: Number of pixels in the row.
         scatter: Standard deviation of the darker code.
         turned: Pairs (brighter, darker) that were matched by rank.
         raised_black: Whether black has a code well above 0, as in scans of film.
-        whites: For each frame the first code that may be clipped, since a local tone curve has
-            darkened clipped areas; 256 if there is none.
+        whites: The first code of each frame that may be clipped because a local tone curve has
+            darkened clipped areas, or 256 if there is none.
     """
 
     bright: Int64
@@ -100,18 +103,18 @@ class CodeMatches:
         return len(self.code)
 
     def steps(self, stops: Sequence[float]) -> Float64:
-        """Return the exposure step of each row, (R,), brighter minus darker, in stops."""
+        """Return the exposure step of each row, (R,), in stops, brighter minus darker."""
         exposure = np.asarray(stops, dtype=np.float64)
         return np.asarray(exposure[self.bright] - exposure[self.dark])
 
     def where(self, keep: Bools) -> CodeMatches:
-        """Return only the rows to keep, (R,)."""
+        """Return only the rows for which `keep`, (R,), is true."""
         columns = ("bright", "dark", "channel", "code", "dark_code", "places", "scatter")
         return replace(self, **{name: getattr(self, name)[keep] for name in columns})
 
 
 def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]:
-    """List pairs of frames (brighter, darker) 0.15 to 6.1 stops apart; `stops` decrease."""
+    """List pairs of frames (brighter, darker) 0.15 to 6.1 stops apart, for decreasing `stops`."""
     return [
         (bright, dark)
         for bright in range(len(stops))
@@ -124,8 +127,8 @@ def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeM
     """Return the code of the darker frame for each code of the brighter one.
 
     Args:
-        samples: (K, N, 3) uint8. The same N places in all K frames, brightest first.
-        stops: Exposures, decreasing; they only choose the pairs.
+        samples: (K, N, 3) uint8. Codes at the same N places in all K frames, brightest first.
+        stops: Exposures in decreasing order, which only determine the pairs.
 
     Raises:
         ValueError: If `samples` and `stops` do not match.
@@ -171,7 +174,7 @@ def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeM
 
 
 def _white(histogram: Int64) -> int:
-    """Return the first code that the darker frame spreads widely; 256 if there is none."""
+    """Return the first code that scatters widely in the darker frame, or 256 if there is none."""
     places = histogram.sum(axis=1)
     low, high = _quantiles(histogram, (0.16, 0.84))
     usable = (places >= _OPEN_PLACES) & (_CODES >= _LOWEST) & (_CODES <= _HIGHEST)
@@ -188,10 +191,10 @@ def _white(histogram: Int64) -> int:
 
 
 def _filled(frame: Bytes) -> Bools:
-    """Mark places of a frame without a picture, (N,).
+    """Return a mask, (N,), of the places where a frame has no picture.
 
-    Pure primary colours, which mark borders (a lamp of such a colour is no loss), and any exact
-    colour that fills a tenth of the frame.
+    These have a pure primary colour, which marks borders (a lamp of such a colour is no loss), or
+    one exact colour that fills a tenth of the frame.
     """
     red, green, blue = frame.T
     least = np.minimum(np.minimum(red, green), blue)
@@ -201,7 +204,7 @@ def _filled(frame: Bytes) -> Bools:
 
 
 def _one_colour(frame: Bytes) -> Bools:
-    """Mark places that a decoder filled with one exact colour, (N,)."""
+    """Return a mask, (N,), of the places that a decoder filled with one exact colour."""
     green = frame[:, 1]
     counts = np.bincount(green, minlength=256)
     counts[:_LOWEST] = 0
@@ -221,10 +224,11 @@ def _one_colour(frame: Bytes) -> Bools:
 
 
 def _black_codes(samples: Bytes, stops: Sequence[float]) -> list[int]:
-    """Return the code of black in each channel, above 0 with flare, in scans or with raised blacks.
+    """Return the code of black in each channel.
 
-    Then the darkest places of the two darkest frames have the same code, however far apart the
-    frames are; without a raised black it decreases by at least a quarter per stop.
+    The code is above 0 with flare, in scans, or with raised blacks. The darkest places in the two
+    darkest frames then have the same code, however far apart the frames are. Without a raised
+    black, their code decreases by at least a quarter per stop.
     """
     if len(stops) < 2 or stops[-2] - stops[-1] < _TELLING_STEP:
         return [0, 0, 0]
@@ -234,7 +238,7 @@ def _black_codes(samples: Bytes, stops: Sequence[float]) -> list[int]:
 
 
 def _joint_histograms(bright: Bytes, dark: Bytes) -> list[Int64]:
-    """Count places by brighter (row) and darker (column) code, for each channel."""
+    """Count places by brighter code (row) and darker code (column), for each channel."""
     both = bright.astype(np.uint16) << 8 | dark
     histograms = [
         np.bincount(both[:, channel], minlength=65536).reshape(256, 256) for channel in range(3)
@@ -245,10 +249,10 @@ def _joint_histograms(bright: Bytes, dark: Bytes) -> list[Int64]:
 
 
 def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
-    """Return mean darker code, places and scatter for each brighter code, without outliers.
+    """Return the mean darker code, places and scatter for each brighter code, without outliers.
 
-    The mean is taken within twice the interquartile range around the median: a median alone would
-    jump in whole codes, and a plain mean would follow moving objects.
+    The mean is taken within twice the interquartile range around the median, since a median alone
+    would jump in whole codes, and a plain mean would follow moving objects.
     """
     rows = histogram[_LOWEST : _HIGHEST + 1]
     median, low, high = _quantiles(rows, (0.5, 0.25, 0.75))
@@ -258,19 +262,19 @@ def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
     some = np.maximum(places, 1.0)
     mean = total / some
     variance = np.maximum(squares / some - mean**2, 0.0)
-    # A code that never varies still has its rounding error.
+    # Even a code that never varies has a rounding error.
     return mean, places, np.sqrt(variance + 1.0 / 12.0)
 
 
 def _quantiles(rows: Int64, shares: tuple[float, ...]) -> list[Float64]:
-    """Return quantiles of each histogram row, interpolated within a code, (R,) each."""
+    """Return the quantiles of each histogram row, (R,) each, interpolated within a code."""
     running = np.concatenate([[0], np.cumsum(rows)])  # cumulative counts over all rows, end to end
     first = np.arange(len(rows)) * 256
     before, count = running[first], running[first + 256] - running[first]
     results = []
     for share in shares:
         target = before + count * share
-        # Rows without a place find the end of an earlier row; they are left out later.
+        # Rows without places find the end of an earlier row, and are left out later.
         cell = np.clip(np.searchsorted(running, target) - 1, first, first + 255)
         inside = (target - running[cell]) / np.maximum(running[cell + 1] - running[cell], 1)
         results.append(cell - first - 0.5 + inside)
@@ -284,7 +288,7 @@ def _smeared(means: list[tuple[Float64, Float64, Float64]]) -> bool:
 
 
 def _by_rank(histogram: Int64) -> tuple[Float64, Float64, Float64]:
-    """Match the codes of two frames by rank; the same results as `_ridge`."""
+    """Match the codes of two frames by rank, with results like those of `_ridge`."""
     places = histogram.sum(axis=1).astype(np.float64)
     middle = np.cumsum(places) - places / 2.0
     edges = np.concatenate([[0.0], np.cumsum(histogram.sum(axis=0, dtype=np.float64))])
@@ -297,14 +301,14 @@ def _by_rank(histogram: Int64) -> tuple[Float64, Float64, Float64]:
 def _usable(
     mean: Float64, places: Float64, scatter: Float64, least: float = _LOWEST_DARK
 ) -> Float64:
-    """Return reliable rows (code, darker code, places, scatter), (R, 4)."""
+    """Return the reliable rows (code, darker code, places, scatter), (R, 4)."""
     keep = (places >= _FEWEST) & (mean >= least)
     codes = _CODES[_LOWEST : _HIGHEST + 1]
     return np.column_stack([codes, mean, places, scatter])[keep]
 
 
 def _continuous(rows: Float64) -> Float64:
-    """Remove rows that are off the curve, whose codes hardly occur except in a moving object."""
+    """Remove rows off the curve, whose codes hardly occur except in a moving object."""
     if len(rows) <= 2 * _BESIDE:
         return rows
     rows = rows[rows[:, 3] <= _WIDE * np.median(rows[:, 3]) + _WIDE_CODES]
@@ -315,5 +319,5 @@ def _continuous(rows: Float64) -> Float64:
 
 
 def reach(stops: Sequence[float]) -> int:
-    """Return how far apart in order two frames of a pair may be: in long brackets, neighbours."""
+    """Return how far apart in order a pair's frames may be, which in long brackets is one."""
     return 2 if len(stops) <= 5 else 1

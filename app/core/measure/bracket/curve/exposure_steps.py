@@ -1,9 +1,9 @@
-"""Measured exposure steps between frames, as a check of response and tags.
+"""Measure the exposure steps between frames, to check the response curve and the exposure tags.
 
 The ratio of the linear values of matching codes is the step between two frames. A wrong response
-curve shows as a step that depends on the level, or as all steps off by one factor, because a curve
-raised to a power cannot be distinguished from longer steps. A wrong tag in a file shows as a
-constant difference in the pairs of one frame.
+curve shows up as a step that depends on the level, or as all steps being off by one factor, because
+a curve raised to a power cannot be distinguished from longer steps. A wrong tag in a file shows up
+as a constant difference in the pairs of one frame.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ import numpy as np
 from app.core.base.arrays import Float64, Int64
 from app.core.measure.bracket.curve.brightness_transfer import CodeMatches
 
-# Brackets of 20 scenes with an sRGB curve, noise and JPEG 95: three quarters of the levels of
-# 2-stop steps lie within 0.015 stops, of turned frames within 0.03. A curve that is off by so
-# little that radiance is wrong by 1% (median) and 4% (95th percentile) shows as 0.05.
+# In brackets of 20 scenes with an sRGB curve, noise and JPEG 95, three quarters of the levels of
+# 2-stop steps are within 0.015 stops, and for turned frames within 0.03. A curve that makes
+# radiance
+# wrong by as little as 1% (median) and 4% (95th percentile) shows up as 0.05.
 _TOLERANCE: Final = 0.01
 _TOLERANCE_PER_STOP: Final = 0.01
-# Steps between frames that are turned or very noisy are less certain: up to 0.1 of 2 stops.
+# Steps between frames that are turned or very noisy are less certain, by up to 0.1 of 2 stops.
 _TURNED: Final = 3.5
 _LEVELS: Final = 6
 _DARKEST_CODE: Final = 24
@@ -36,11 +37,11 @@ _NORMAL: Final = 1.1503
 
 @dataclass(frozen=True, slots=True)
 class MeasuredStep:
-    """The step between two frames, stops: as the files state it, and the median over levels.
+    """The step between two frames in stops, as the files state it and as the median over levels.
 
     Attributes:
         levels: Measured minus nominal step at rising levels of the brighter frame, for red, then
-            green, then blue, without levels of too few places.
+            green, then blue, without levels that have too few places.
     """
 
     bright: int
@@ -51,19 +52,19 @@ class MeasuredStep:
 
     @property
     def off(self) -> float:
-        """Measured minus nominal, in stops."""
+        """The measured minus the nominal step, in stops."""
         return self.measured - self.nominal
 
 
 @dataclass(frozen=True, slots=True)
 class StepCheck:
-    """Comparison of all measured steps with the nominal ones.
+    """A comparison of all measured steps with the nominal ones.
 
     Attributes:
-        residual_stops: Root mean square of measured minus nominal over pairs and levels, estimated
-            from the upper quartile so that a few outliers do not count, or NaN if no frames
-            overlap.
-        disagreement: Upper quartile of the difference over its `tolerance`, or 0 if no frames
+        residual_stops: Root mean square of measured minus nominal steps over pairs and levels,
+            estimated from the upper quartile so that a few outliers do not count, or NaN if no
+            frames overlap.
+        disagreement: Upper quartile of the difference divided by its `tolerance`, or 0 if no frames
             overlap.
     """
 
@@ -78,7 +79,7 @@ class StepCheck:
 
     @property
     def agrees(self) -> bool:
-        """Whether noise explains the differences; True if nothing could be compared."""
+        """Whether noise explains the differences, or nothing could be compared."""
         return self.disagreement <= 1.0
 
 
@@ -91,8 +92,8 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) 
     """Compare matching codes with the stated exposures.
 
     Args:
-        table: (256,), (3, 256) or, per frame, (K, 3, 256) float64. Linear light of each code,
-            strictly increasing.
+        table: (256,), (3, 256), or (K, 3, 256) with one per frame, float64. Linear light of each
+            code, strictly increasing.
     """
     measured, slope = _measured(matches, table)
     rows = (matches.code >= _DARKEST_CODE) & (matches.dark_code >= _DARKEST_DARK_CODE)
@@ -122,7 +123,7 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) 
 
 
 def _measured(matches: CodeMatches, table: Float64) -> tuple[Float64, Float64]:
-    """Return the step that each row measures, and stops per code at its darker code, (R,) each."""
+    """Return each row's measured step, and the stops per code at its darker code, (R,) each."""
     measured = np.zeros(len(matches))
     slope = np.zeros(len(matches))
     curves = np.asarray(table)
@@ -137,14 +138,14 @@ def _measured(matches: CodeMatches, table: Float64) -> tuple[Float64, Float64]:
             measured[here] += log[matches.code[here] - 1]
             here = rows & (matches.dark == frame) if own else rows
             dark = matches.dark_code[here]
-            # Between codes the curve is a power law, as in the recovery.
+            # Between codes, the curve is a power law, as in the recovery.
             measured[here] -= np.interp(np.log2(dark), np.log2(np.arange(1, 256)), log)
             slope[here] = np.gradient(log)[np.clip(dark.astype(np.int64) - 1, 0, 254)]
     return measured, slope
 
 
 def _by_level(level: Int64, values: Float64, weights: Float64, places: Float64) -> list[float]:
-    """Return weighted means of the values, for each level with enough places."""
+    """Return the weighted mean of the values at each level with enough places."""
     count = np.bincount(level, places, minlength=3 * _LEVELS)
     total = np.maximum(np.bincount(level, weights, minlength=3 * _LEVELS), 1e-300)
     means = np.bincount(level, weights * values, minlength=3 * _LEVELS) / total

@@ -1,14 +1,15 @@
-"""Choice of the camera's response curve, and detection of wrong exposure tags.
+"""Choose the camera's response curve, and detect wrong exposure tags.
 
 The curve is sRGB (as in the paper that this program implements) unless the bracket contradicts it.
 The steps between the frames are measured (`brightness_transfer`). If they disagree with the files,
 either one frame's tag is wrong, or the camera's curve is not sRGB and is recovered from the bracket
 (`app.core.measure.bracket.curve.response_recovery`).
 
-With a known curve, one frame's wrong tag stands out: it shifts all pairs of this frame by the same
-amount, at every level, and no others. With an unknown curve and the usual three frames, a wrong tag
-of one frame with one curve is equivalent to a wrong tag of another frame with a power of that
-curve. In this case the curve closest to sRGB is used, and all possibly wrong frames are named.
+With a known curve, one frame's wrong tag stands out, because it shifts all pairs of this frame by
+the same amount at every level, and no other pairs. With an unknown curve and the usual three
+frames, a wrong tag on one frame with one curve is equivalent to a wrong tag on another frame with a
+power of that curve. In this case, the curve closest to sRGB is used, and all frames that may be
+wrong are named.
 """
 
 from __future__ import annotations
@@ -42,12 +43,13 @@ from app.core.measure.bracket.remarks import (
 
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 
-# A recovered curve fits its own bracket to 0.1 to 1 of the tolerance, to 2 in dark scenes with hard
-# curves; with a tag that is wrong by a quarter of a stop, the misfit is 2.4 to 14.
+# A recovered curve fits its own bracket to within 0.1 to 1 of the tolerance, or 2 in dark scenes
+# with
+# hard curves. With a tag that is wrong by a quarter of a stop, the misfit is 2.4 to 14.
 _RECOVERED_FITS: Final = 1.5
 _MISFIT: Final = 4.0
-# Separate curves for red, green and blue lower the cost by 4 to 25% if there is one curve (each
-# has more freedom than it needs), by half for film, and by 90% if they clearly differ.
+# Separate curves for red, green and blue lower the cost by 4 to 25% if there is really one curve
+# (since each has more freedom than it needs), by half for film, and by 90% if they clearly differ.
 _CHANNELS_DIFFER: Final = 0.6
 _CHANNEL_HOLD: Final = 0.1
 _MID_TONES: Final = slice(64, 193)
@@ -59,9 +61,9 @@ class Response:
     """A response curve: the linear light of each code.
 
     Attributes:
-        table: (3, 256) float64. Linear light of each code in red, green and blue: strictly rising,
-            0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest at
-            1. (K, 3, 256) if each frame has its own curve.
+        table: (3, 256) float64, or (K, 3, 256) if each frame has its own curve. Linear light of
+            each code in red, green and blue, which rises strictly from 0 at code 0 to 1 at code
+            255. Channels of scanned film can end at different values, the highest at 1.
         residual_stops: `StepCheck.residual_stops` with this curve, or NaN if no frames overlap.
     """
 
@@ -72,12 +74,12 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class ResponseChoice:
-    """Response curve and corrected exposures, in stops.
+    """The response curve and the corrected exposures, in stops.
 
     Attributes:
-        stops: As stated, except for tags found wrong, so they may not fall in order.
-        check: Measured against stated steps, before any correction, with sRGB.
-        tag_errors: Errors of a fifth of a stop or more.
+        stops: Exposures as stated, with wrong tags corrected, so they may be out of order.
+        check: Comparison of measured and stated steps with sRGB, before any correction.
+        tag_errors: Errors in the tags of a fifth of a stop or more.
     """
 
     response: Response
@@ -87,7 +89,7 @@ class ResponseChoice:
     remarks: tuple[Remark, ...] = ()
 
     def with_tags(self, names: Sequence[str]) -> tuple[Remark, ...]:
-        """Return all remarks, with the names of the frames, brightest first."""
+        """Return all remarks, given the names of the frames, brightest first."""
         return (*(error.remark(names) for error in self.tag_errors), *self.remarks)
 
 
@@ -97,21 +99,21 @@ def srgb_response() -> Response:
 
 
 def srgb_choice() -> ResponseChoice:
-    """Return the sRGB curve, without a check."""
+    """Return the sRGB curve without checking it."""
     return ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
 
 
 def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
     """Choose the response curve of a bracket, and find wrong tags.
 
-    Moving objects and frames turned by a few degrees do no harm. The curve is always sRGB if frames
-    do not overlap.
+    Moving objects and frames turned by a few degrees do no harm. The curve is always sRGB if no
+    frames overlap.
 
     Args:
-        samples: (K, N, 3) uint8. The same positions in all frames, brightest first.
-        stops: Stated exposures, falling.
-        mode: "srgb" for sRGB, with a warning if the steps disagree; "recover" to recover it from
-            the bracket; "auto" for sRGB unless noise cannot explain the disagreement.
+        samples: (K, N, 3) uint8. Codes at the same positions in all frames, brightest first.
+        stops: Stated exposures, in decreasing order.
+        mode: "srgb" for sRGB, with a warning if the steps disagree; "recover" to recover the curve
+            from the bracket; or "auto" for sRGB unless noise cannot explain the disagreement.
 
     Raises:
         ValueError: For invalid samples, stops or modes.
@@ -155,14 +157,14 @@ def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | 
 
 
 def _disagreement(check: StepCheck) -> CurveDoubtful:
-    """Report by how much the steps disagree with sRGB."""
+    """Report how much the steps disagree with sRGB."""
     order = sorted(check.steps, key=lambda step: abs(step.off) / step.nominal)
-    typical = order[len(order) // 2]  # a typical one; the worst may have another cause
+    typical = order[len(order) // 2]  # a typical step, since the worst may have another cause
     return CurveDoubtful(typical.measured, typical.nominal)
 
 
 def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> ResponseChoice:
-    """Recover the curve, with a wrong tag if only that makes the frames fit."""
+    """Recover the curve, assuming a wrong tag if only that makes the frames fit."""
     stops = plain.stops
     curve = recover_curve(matches, stops)
     check = check_matches(matches, stops, curve.table)
@@ -190,7 +192,7 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
 def _each_its_own(
     plain: ResponseChoice, matches: CodeMatches, check: StepCheck
 ) -> ResponseChoice | None:
-    """Return each frame its own curve if only that makes the frames fit."""
+    """Return a separate curve for each frame if only that makes the frames fit, or None."""
     if check.disagreement <= _RECOVERED_FITS or len(plain.stops) < 2:
         return None
     table, stops = recover_own_curves(matches, plain.stops)
@@ -204,11 +206,11 @@ def _each_its_own(
 def _by_channel(
     matches: CodeMatches, stops: Sequence[float], shared: RecoveredCurve, check: StepCheck
 ) -> tuple[Float64, StepCheck]:
-    """Return each channel its own curve if one for all does not fit; (3, 256).
+    """Return a curve, (3, 256), for each channel, the same for all if one curve fits.
 
     A bracket does not determine the relative scale of the channels. A sensor clips all channels at
-    its white, so at equal linear values. Film does not: if a raised black reveals a scan, equal
-    codes in the mid-tones are neutral (Debevec and Malik 1997, 2.2).
+    its white, and so at equal linear values. Film does not, so if a raised black reveals a scan,
+    equal codes in the mid-tones are taken to be neutral (Debevec and Malik 1997, 2.2).
     """
     table = np.tile(shared.table, (3, 1))
     parts = [matches.where(matches.channel == channel) for channel in range(3)]
@@ -228,8 +230,8 @@ def _by_channel(
 
 Stops: TypeAlias = tuple[float, ...]
 
-# Marked shutter times are rounded (1/15 s is 1/16 s): up to 0.12 stops, so 0.2 with noise. Smaller
-# differences that are equal at all levels are corrected without a remark.
+# Marked shutter times are rounded (1/15 s is really 1/16 s) by up to 0.12 stops, or 0.2 with noise.
+# Smaller differences that are equal at all levels are corrected without a remark.
 _WORTH_A_WORD: Final = 0.2
 _ALIKE: Final = 1.15
 _TRIED: Final = 5
@@ -255,17 +257,17 @@ class TagError:
 def explain_by_tags(
     matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
-    """Return wrong tags that reconcile a known curve, (256,), with the measured steps.
+    """Find the wrong tags that reconcile a known curve, (256,), with the measured steps.
 
     Returns:
-        Corrected exposures, the errors of a fifth of a stop or more, and the check with them; None
-        if tags do not explain the steps (then the curve is another one).
+        The corrected exposures, the errors of a fifth of a stop or more, and the check with the
+        corrections, or None if tags do not explain the steps, so that the curve must be another.
     """
     trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
     fitting = [trial for trial in trials if trial[2].agrees]
     if fitting:
-        # In a bracket of two, or without more overlap, either tag may be wrong. The darker frame is
-        # chosen, since the scale comes mostly from the brighter, metered one.
+        # In a bracket of two frames, or without more overlap, either tag may be wrong. The darker
+        # frame is chosen, since the scale comes mostly from the brighter, metered one.
         least = min(trial[2].disagreement for trial in fitting)
         alike = [trial for trial in fitting if trial[2].disagreement <= _ALIKE * least + 0.05]
         frame, stops_off, better = alike[-1]
@@ -280,11 +282,11 @@ def explain_by_tags(
 def recover_with_tag(
     matches: CodeMatches, stops: Stops, curve: RecoveredCurve, check: StepCheck
 ) -> tuple[RecoveredCurve, Stops, tuple[TagError, ...], StepCheck] | None:
-    """Recover a curve and one wrong exposure, from three frames or more.
+    """Recover a curve and one wrong exposure from three or more frames.
 
     Returns:
-        Curve, corrected exposures, error, and the check with them, or None if no single tag makes
-        the frames fit much better.
+        The curve, the corrected exposures, the error and the check with these, or None if
+        correcting no single tag makes the frames fit much better.
     """
     trials: list[tuple[int, RecoveredCurve, StepCheck]] = []
     for frame in _likeliest(matches, check, stops, curve):
@@ -305,9 +307,9 @@ def recover_with_tag(
 def _unlikely(curve: RecoveredCurve) -> float:
     """Return a score for how unlikely a curve and its tag error are, based on judgement.
 
-    Curves with roughly sRGB's contrast are the usual ones, measured over the brighter half of the
-    nodes (codes above 40), where all curves are well determined. Tags are usually wrong by a whole
-    stop (doubled or halved by mistake) or by a third of a stop, one mark of the dial.
+    Most curves have roughly the contrast of sRGB, measured over the brighter half of the nodes
+    (codes above 40), where all curves are well determined. Tags are usually wrong by a whole stop
+    (doubled or halved by mistake) or by a third of a stop, which is one mark on the dial.
     """
     contrast = abs(float(np.mean(curve.unknowns[len(curve.unknowns) // 2 :])))
     stops = curve.tag_stops
@@ -321,7 +323,7 @@ def _unlikely(curve: RecoveredCurve) -> float:
 
 
 def _paired(check: StepCheck) -> list[int]:
-    """Return the frames that share well exposed areas with another one."""
+    """Return the frames that share well-exposed areas with another frame."""
     return sorted({step.bright for step in check.steps} | {step.dark for step in check.steps})
 
 
@@ -342,14 +344,14 @@ def _telling(stops: float) -> bool:
 
 
 def _shift_stops(stops: Stops, by: dict[int, float]) -> Stops:
-    """Return the exposures with some of them corrected."""
+    """Return the exposures with some of them corrected, by frame index."""
     return tuple(value + by.get(frame, 0.0) for frame, value in enumerate(stops))
 
 
 def _one_wrong(
     frame: int, matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[int, float, StepCheck]:
-    """Trust all frames but one; return the frame, its error in stops, and the check then."""
+    """Trust all frames but one, and return that frame, its error in stops, and the new check."""
     signs = [(step.bright == frame) - (step.dark == frame) for step in check.steps]
     off = [sign * step.off for sign, step in zip(signs, check.steps, strict=True) if sign]
     error = float(np.median(off))
@@ -357,7 +359,7 @@ def _one_wrong(
 
 
 def _longer_steps(check: StepCheck) -> bool:
-    """Return whether all steps are off by about one factor, as with a power of the curve."""
+    """Return whether all steps are off by about the same factor, as with a power of the curve."""
     nominal = np.array([step.nominal for step in check.steps])
     off = np.array([step.off for step in check.steps])
     factor = float(nominal @ off / (nominal @ nominal))
@@ -370,7 +372,7 @@ def _several_wrong(
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
     """Use only the measured steps, if they do not depend on the level.
 
-    The exposures keep the median of the stated ones, to preserve absolute luminance.
+    The exposures keep the median of the stated ones, which preserves absolute luminance.
     """
     if len(_paired(check)) < len(stops):
         return None

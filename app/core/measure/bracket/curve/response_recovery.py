@@ -1,28 +1,28 @@
-"""Recover response curves from a bracket: one for the camera, or one per frame.
+"""Recover response curves from a bracket, either one for the camera or one per frame.
 
 As in Debevec and Malik ("Recovering high dynamic range radiance maps from photos", SIGGRAPH
 1997), the logarithm of each code's exposure is found by least squares from positions visible in
 several frames, with a penalty on curvature. The differences are:
 
 * the unknown is the logarithm of the *local gamma*, d log exposure / d log code, at 16 nodes, as
-  a departure from that of sRGB. So the curve always rises, any plausible curve is smooth in the
-  unknowns, and where the bracket has no data the curve bends like sRGB;
+  a deviation from that of sRGB. So the curve always rises, any plausible curve is smooth in the
+  unknowns, and where the bracket has no data, the curve bends like sRGB;
 * residuals are measured in codes of the darker frame, where their size is known (rounding, noise,
   compression), not in logarithms, where dark codes would weigh hundreds of times too much;
 * the positions are first condensed to matching codes (`brightness_transfer`), so that
-  the solution takes a few milliseconds for any number of them;
+  the solution takes a few milliseconds for any number of positions;
 * large residuals count less (Cauchy weights).
 
 Steps of equal size leave a curve undetermined up to a ripple that repeats with the step (Grossberg
 and Nayar 2003, "fractal ambiguity"); the penalty on curvature selects the curve without it.
 
-Phones choose a tone curve for every frame by appearance. For them, `recover_own_curves` gives each
-frame k its own curve, log2 radiance = sRGB(z) - stops_k + d_k(z), all of them by one linear
-least-squares problem. The frames agree only up to a monotone function of the radiance, and a
-flatter one always makes them agree better. So each frame's saturation is kept near its stated
-exposure, and the mean of all d_k near 0: a camera that brightens one frame and darkens another does
-so around sRGB. Curves that vary across the picture also darken clipped areas to codes well under
-255; such codes count as clipped.
+Phones choose a tone curve for every frame by appearance. For such frames, `recover_own_curves`
+fits a separate curve for each frame k, log2 radiance = sRGB(z) - stops_k + d_k(z), all in one
+linear least-squares problem. The frames agree only up to a monotone function of the radiance, and a
+flatter function always makes them agree better. So each frame's saturation is kept near its stated
+exposure, and the mean of all d_k near 0, because a camera that brightens one frame and darkens
+another does so around sRGB. Curves that vary across the picture also darken clipped areas to codes
+well under 255, which then count as clipped.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ from app.core.base.arrays import Float64, Int64
 from app.core.measure.bracket.curve.brightness_transfer import CodeMatches
 
 _NODES: Final = 16
-# Nodes are evenly spaced in log(1 + code / toe): near the toe, curves bend over a few codes.
+# Nodes are evenly spaced in log(1 + code / toe), since near the toe curves bend over a few codes.
 _TOE: Final = 0.05
-# Penalties of a change of the log local gamma by 1, and of a departure from sRGB. Chosen on 12
-# curves and 20 scenes; half or twice as much changes no median error by 0.2%.
+# Penalties for a change in the log local gamma by 1, and for a deviation from sRGB, chosen on 12
+# curves and 20 scenes. Halving or doubling them changes no median error by as much as 0.2%.
 _BENDING: Final = 20.0
 _LEANING: Final = 0.4
 _LEAVING: Final = 0.004
-# Systematic errors of codes in compressed frames; smaller differences are no evidence.
+# Systematic error of codes in compressed frames. Smaller differences are not evidence.
 _FLOOR_CODES: Final = 0.25
 _CAUCHY: Final = 9.0
 _ROUNDS: Final = 14
@@ -59,8 +59,9 @@ class RecoveredCurve:
     """A recovered curve.
 
     Attributes:
-        table: (256,) float64. Linear exposure of each code, strictly rising, 0 -> 0, 255 -> 1.
-        tag_stops: True minus stated exposure of the free frame, or 0 if none is free.
+        table: (256,) float64. Linear exposure of each code, rising strictly from 0 at code 0 to 1
+            at code 255.
+        tag_stops: True minus stated exposure of the free frame in stops, or 0 if no frame is free.
         unknowns: (16,) float64. Log local gamma at the nodes minus that of sRGB.
     """
 
@@ -87,32 +88,32 @@ def recover_curve(
     start: Float64 | None = None,
     hold: float = 0.0,
 ) -> RecoveredCurve:
-    """Recover the response curve from matching codes, at falling exposures.
+    """Recover the response curve from matching codes, at decreasing exposures.
 
     Args:
-        free_frame: Frame whose exposure is an unknown, too.
-        start: (16,) float64. `RecoveredCurve.unknowns` to start from.
-        hold: Strength that keeps the unknowns near the start.
+        free_frame: Index of a frame whose exposure is unknown too, or None.
+        start: (16,) float64. `RecoveredCurve.unknowns` to start from, or None for sRGB.
+        hold: Strength with which the unknowns are kept near the start.
 
     Raises:
         ValueError: If there are no matches.
     """
     if len(matches) == 0:
-        raise ValueError("frames that do not overlap tell nothing about the response")
+        raise ValueError("frames that do not overlap reveal nothing about the response")
     return _Problem(matches, stops, free_frame).solve(
         np.zeros(_NODES) if start is None else start, hold
     )
 
 
 class _Problem:
-    """Gauss-Newton on the log local gamma, and on one exposure if it is free."""
+    """Gauss-Newton fit of the log local gamma, and of one exposure if it is free."""
 
     def __init__(
         self, matches: CodeMatches, stops: Sequence[float], free_frame: int | None
     ) -> None:
         nodes = np.linspace(0.0, 1.0, _NODES)
         codes = np.arange(2, 256)
-        # Between codes k - 1 and k the curve is a power law, with the gamma of their middle.
+        # Between codes k - 1 and k, the curve is a power law with the gamma of their middle.
         middle = np.sqrt(codes * (codes - 1.0)) / 255.0
         place = np.log1p(middle / _TOE) / np.log1p(1.0 / _TOE)
         self.hats = np.column_stack([np.interp(place, nodes, row) for row in np.eye(_NODES)])
@@ -126,7 +127,7 @@ class _Problem:
             self.sign = (matches.bright == free_frame) * 1.0 - (matches.dark == free_frame)
 
     def curve(self, gamma: Float64) -> tuple[Float64, Float64]:
-        """Return the log2 exposure of codes 1 to 255, and its derivative by the unknowns."""
+        """Return the log2 exposure of codes 1 to 255, and its derivatives by the unknowns."""
         rise = self.prior_rise * np.exp(self.hats @ gamma)
         log_exposure = np.zeros(255)
         log_exposure[:-1] = -np.cumsum(rise[::-1])[::-1]
@@ -135,7 +136,7 @@ class _Problem:
         return log_exposure, slope
 
     def residuals(self, unknowns: Float64) -> tuple[Float64, Float64]:
-        """Return the darker code minus its prediction, and the derivative of the prediction."""
+        """Return the darker code minus its prediction, and the derivatives of the prediction."""
         curve, slope = self.curve(unknowns[:_NODES])
         target = curve[self.code - 1] - self.steps
         if self.sign is not None:
@@ -193,19 +194,19 @@ class _Problem:
 
 
 def _strictly_rising(table: Float64) -> Float64:
-    """Guard the darkest codes against underflow of very steep curves; (256,)."""
+    """Guard the darkest codes of a table, (256,), against underflow in very steep curves."""
     floor = np.arange(256) * 1e-12
     return np.asarray(np.maximum(table, floor) / max(float(table[-1]), float(floor[-1])))
 
 
 _OWN_NODES: Final = 14
-# Stops by which curves depart from sRGB at a node, and by which they bend between three nodes.
+# Stops by which curves deviate from sRGB at a node, and by which they bend between three nodes.
 _DEPARTS: Final = 1.0
 _BENDS: Final = 0.25
-# Stops by which white departs from the stated exposure, and the mean curve from sRGB.
+# Stops by which white deviates from the stated exposure, and the mean curve from sRGB.
 _WHITE: Final = 0.1
 _MEAN: Final = 0.3
-# Systematic errors of compressed frames, in stops and in codes; neighbouring codes share them, so
+# Systematic errors of compressed frames, in stops and in codes. Neighbouring codes share them, so
 # only one in this number of rows counts.
 _FLOOR_STOPS: Final = 0.03
 _OWN_FLOOR_CODES: Final = 0.3
@@ -218,12 +219,12 @@ _LEAST_RISE: Final = 0.2  # minimum rise between two codes, as a fraction of sRG
 def recover_own_curves(
     matches: CodeMatches, stops: Sequence[float]
 ) -> tuple[Float64, tuple[float, ...]]:
-    """Recover a response curve per frame, at falling exposures.
+    """Recover a response curve for each frame, at decreasing exposures.
 
     Returns:
-        Tables, (K, 3, 256) float64: linear light of each code of each frame, rising from 0 to 1,
-        equal for all channels, 1 from the code in `CodeMatches.whites` on; and the corresponding
-        exposures, at which each frame saturates.
+        The linear light of each code of each frame, (K, 3, 256) float64, and the corresponding
+        exposures at which each frame saturates. The light rises from 0 to 1, is equal for all
+        channels, and is 1 from the code in `CodeMatches.whites` on.
     """
     frames = len(stops)
     white = np.minimum(matches.whites or [255] * frames, 255)
@@ -247,7 +248,7 @@ def recover_own_curves(
 
 
 def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, Float64, Float64]:
-    """Return the design matrix, (R, unknowns), its right side, (R,), and variances, (R,)."""
+    """Return the design matrix, (R, unknowns), the right side, (R,), and the variances, (R,)."""
     hats, base = _hats(), np.log2(srgb_table()[1:])
     bright = matches.code - 1
     dark = np.clip(matches.dark_code, 1.0, 255.0)
@@ -266,7 +267,7 @@ def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, F
 
 
 def _hats() -> Float64:
-    """Return the weight of each node for each code from 1 on, (255, nodes)."""
+    """Return the weight of each node at each code from 1 on, (255, nodes)."""
     codes = np.arange(1, 256) / 255.0
     place = np.log1p(codes / _TOE) / np.log1p(1.0 / _TOE)
     nodes = np.linspace(0.0, 1.0, _OWN_NODES)
@@ -284,7 +285,7 @@ def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
 
 
 def _rising(logs: Float64, base: Float64) -> Float64:
-    """Make every curve rise, from its middle to both ends."""
+    """Make every curve rise, working from the middle toward both ends."""
     least = _LEAST_RISE * np.diff(base)
     rise = np.maximum(np.diff(logs, axis=1), least)
     middle = logs.shape[1] // 2
