@@ -28,7 +28,10 @@ _ONE_ROW: Final = 4
 
 
 class _Spot(OutlineBox):
-    """A spot's picture, its verdict and a button to open it; the best spot has a thicker border."""
+    """A spot's picture, its verdict and a button that opens the spot.
+
+    The best spot has a thicker border.
+    """
 
     def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
         # In high contrast, all fills are white, so only the wider border marks the best spot.

@@ -48,7 +48,7 @@ class BigDegrees(Plot):
         return QSize(px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
-        """Show a non-negative number, or hide it if it is None because the heading is lost.
+        """Show a non-negative number, or no number if it is None because the heading is lost.
 
         The text is "to go" or "too far", for example. More than two words take two lines.
         """

@@ -58,7 +58,7 @@ class PanoramaView(Plot):
     """Emitted with the marker's azimuth in (-180, 180] degrees, repeatedly while it is dragged."""
 
     marker_released = Signal(float)
-    """Emitted with the marker's azimuth in degrees on release; it stays there until `set_front`."""
+    """Emitted with the marker's azimuth in degrees on release, where it stays until `set_front`."""
 
     zoom_changed = Signal(float)
     """Emitted with the new zoom, from 1 to 8."""

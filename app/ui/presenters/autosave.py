@@ -70,7 +70,7 @@ class Autosave:
             return self._waiting.get(folder)
 
     def forget(self, folder: Path) -> None:
-        """Discard the waiting state of a place, for example because it was saved elsewhere."""
+        """Discard the waiting state of a place, for example if the place was saved elsewhere."""
         with self._lock:
             self._waiting.pop(folder, None)
 

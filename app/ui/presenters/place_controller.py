@@ -245,7 +245,7 @@ class PlaceController:
         """Light the targets of the open place with other lamps. The user can undo this.
 
         Args:
-            studio: The lamps, or None to use the common ones again.
+            studio: The lamps, or None to use the common lamps again.
             style: The style to change together with its mirror image, or an empty string to change
                 all styles.
         """
@@ -323,7 +323,7 @@ class PlaceController:
     def _reading(
         self, paths: Sequence[Path], name: str = "", way: str = "", layer: str = ""
     ) -> tuple[Callable[[Token, Report], OpenPlace], str]:
-        """Return a job that opens files, and the name to show meanwhile.
+        """Return a job that opens files, and the name to show while it runs.
 
         Args:
             way: How the photos were taken, or an empty string to use the setting.

@@ -15,7 +15,7 @@ WHAT_TO_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
 """Text for drop areas, and for the window while files are dragged over it."""
 
 NOT_SAVED: Final = tr("This place is not saved: {reason}.")
-STROKES_KEPT: Final = tr("Every stroke is saved. Leave at any time.")
+STROKES_KEPT: Final = tr("Every stroke is saved. You can leave at any time.")
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
 _FIELDS: Final = frozenset(

@@ -181,7 +181,7 @@ class Commands:
 
     def _choose_sitter(self, at: QPoint) -> None:
         selected = self.services.model.head_name
-        menu = Menu(self.window, tr("Who is lit"))
+        menu = Menu(self.window, tr("Sitter"))
         for name, title in self.place_controller.heads.titles():
             icon = "check" if name == selected else "person"
             menu.add(title, partial(self.place_controller.heads.load, name), icon)

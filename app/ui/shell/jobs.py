@@ -115,7 +115,7 @@ class _Job:
 
 
 class _Bridge(QObject):
-    """Carries results from any thread to the UI thread. All jobs share one, which lives forever."""
+    """Carries the results of all jobs from any thread to the UI thread, and is never deleted."""
 
     progressed = Signal(object, float, str)
     finished = Signal(object, object, object)

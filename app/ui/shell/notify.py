@@ -277,7 +277,7 @@ _VOICES: Final = {
 
 @cache
 def _voice() -> tuple[str, ...]:
-    """Return the command that speaks its argument or the variable `_SAYS`, or () if none does."""
+    """Return the command that speaks its argument or the variable `_SAYS`, or () without one."""
     for program, *options in _VOICES.get(sys.platform, ()):
         if (path := shutil.which(program)) is not None:
             return (path, *options)

@@ -271,7 +271,7 @@ class App:
         self.notify.tell(tr("Log copied."), kind="done")
 
     def _may_close(self) -> bool:
-        """Save everything, and return whether the window may close, which one failure prevents."""
+        """Save everything, and return False on the first failure to keep the window open."""
         if self.place_controller.keep_all() or self._warned:
             return True
         self._warned = True

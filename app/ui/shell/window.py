@@ -49,7 +49,7 @@ SMALLEST: Final = QSize(1024, 640)
 DESIGNED: Final = QSize(1440, 900)
 """Initial size of the window, if the screen has room for it."""
 FULL_SIZE: Final = QSize(1280, 760)
-"""Smallest size of the window in the full layout; a smaller window uses the narrow layout."""
+"""Smallest window size for the full layout, below which the narrow layout is used."""
 
 
 class Window(QWidget):

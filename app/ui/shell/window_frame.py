@@ -213,7 +213,7 @@ _FRAME: Final = QMargins(4, 32, 4, 4)
 
 
 def fitted(rect: QRect, room: QRect) -> QRect:
-    """Shrink a rectangle to the available area and move it inside, both in the same pixels."""
+    """Shrink a rectangle to the available area, given in the same pixels, and move it inside."""
     size = rect.size().boundedTo(room.size())
     left = min(max(rect.left(), room.left()), room.left() + room.width() - size.width())
     top = min(max(rect.top(), room.top()), room.top() + room.height() - size.height())
@@ -359,10 +359,8 @@ class TopBar(Surface):
         """Show the place, the sitter, the camera and the undo steps."""
         self._place.show_place(state.place, state.time)
         self._sitter.set("person", "" if self._compact else state.sitter)
-        self._sitter.setAccessibleName(
-            tr("Who is lit: {sitter}", sitter=state.sitter or tr("loading"))
-        )
-        self._sitter.setToolTip(tr("Who is lit: {sitter}", sitter=state.sitter))
+        self._sitter.setAccessibleName(tr("Sitter: {sitter}", sitter=state.sitter or tr("loading")))
+        self._sitter.setToolTip(tr("Sitter: {sitter}", sitter=state.sitter))
         words = state.camera_short if self._compact else state.camera
         self._camera.set("theta", words, warning=state.camera_warning)
         self._camera.setAccessibleName(tr("Camera: {camera}", camera=state.camera))

@@ -44,7 +44,7 @@ _ARROWS: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """The colours and the border width of a control in one state, where None paints nothing."""
+    """The colours and border width of a control in one state. A colour of None paints nothing."""
 
     fill: QColor | None
     edge: QColor | None
@@ -167,7 +167,7 @@ class Button(Pressable):
             self.update()
 
     def set_busy(self, label: str | None) -> None:
-        """Show a label such as "Saving…" with a spinner and ignore presses, or stop if None."""
+        """Show a label such as "Saving…" with a spinner and ignore presses, unless it is None."""
         if label is not None and self._busy is None:
             self._last_size = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label

@@ -29,7 +29,7 @@ from app.words.explanations import EXPLANATIONS
 
 
 def ask_files(asker: QWidget, title: str, filters: str) -> list[Path]:
-    """Ask for existing files, and return none if the user cancels."""
+    """Ask for existing files, and return an empty list if the user cancels."""
     names, _ = QFileDialog.getOpenFileNames(asker.window(), title, "", filters)
     return [path_from_library(name) for name in names]
 

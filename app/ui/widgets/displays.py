@@ -22,7 +22,7 @@ _SPAN_DEG: Final = 100
 
 
 def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg: float) -> None:
-    """Paint the ring of a busy indicator, its moving part at an angle clockwise from the top."""
+    """Paint a busy indicator, whose moving part starts at an angle clockwise from the top."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)

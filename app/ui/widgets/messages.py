@@ -75,7 +75,7 @@ class Banner(OutlineBox):
 
 
 class Empty(QWidget):
-    """An empty state, with one sentence and one or two buttons that start something."""
+    """An empty state, with one sentence and one or two buttons for the next step."""
 
     pressed = Signal(int)
 

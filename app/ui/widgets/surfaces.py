@@ -111,7 +111,7 @@ class Scroll(QScrollArea):
     """A named area that scrolls vertically with a slim bar, on a transparent background."""
 
     bar_changed = Signal(int)
-    """Emitted when the scroll bar appears or disappears, with its width in logical pixels or 0."""
+    """Emitted with the scroll bar's width in logical pixels when it appears, or 0 when it hides."""
 
     def __init__(self, content: QWidget | None = None, height: int = 0, name: str = "") -> None:
         super().__init__()

@@ -41,7 +41,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         self._images: dict[int, QImage] = {}
 
     def set_pixels(self, pixels: Bytes | None) -> None:
-        """Show other pixels.
+        """Show a different image.
 
         Args:
             pixels: (h, w) grey, (h, w, 3) sRGB, or (h, w, 4) blue, green, red and opacity with

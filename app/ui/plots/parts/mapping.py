@@ -15,7 +15,7 @@ from app.core.base.angles import arc_width, difference, wrap
 from app.words.phrases.turns import signed
 
 ZOOMS: Final = (1.0, 8.0)
-"""Minimum and maximum zoom; 1 shows the whole panorama."""
+"""Minimum and maximum zoom, where 1 shows the whole panorama."""
 
 SPAN_DEG: Final = 150.0
 """Width of the background strip in degrees."""
