@@ -20,7 +20,10 @@ from app.ui.widgets.paint import text_width
 def name_place(
     dial: Dial, radius: float, turn: float, name: str, peaks: Sequence[Point]
 ) -> Point | None:
-    """Return a free position for a mark's name outside or inside its dot, or None."""
+    """Return a free position for a mark's name, or None if there is none.
+
+    The position is outside or inside the mark's dot.
+    """
     wide = text_width(theme().font(12), name)
     half = wide / 2.0 * abs(math.sin(math.radians(turn)))
     away = half + px(12)
