@@ -241,7 +241,7 @@ def _add_window_options(parser: argparse.ArgumentParser) -> None:
         "--screenshots",
         metavar="DIR",
         type=Path,
-        help=tr("with --demo: walk through every screen, save pictures there, then quit"),
+        help=tr("with --demo: walk through every screen, save pictures in DIR, then quit"),
     )
     group.add_argument("--theme", choices=("dark", "light", "contrast"), help=tr("colours"))
     group.add_argument("--scale", type=int, choices=(1, 2), help=tr("pixels per point"))

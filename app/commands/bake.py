@@ -31,8 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bake``."""
     parser.description = tr(
         "Compute how light from every direction falls on a head, and the studio pictures "
-        "of all styles on it, from the front and with the head turned. A stopped bake continues "
-        "where it stopped. Writes T.npz, T.styles.npz, T.shape.npz and T.views.npz."
+        "of all styles on it, from the front and with the head turned. An interrupted bake "
+        "continues where it stopped. Writes T.npz, T.styles.npz, T.shape.npz and T.views.npz."
     )
     add = partial(argument, parser)
     add("-o --output T.npz", tr("file to write"), type=Path)

@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``photo``."""
     parser.description = tr(
         "Read the light on each face in a photo: the position of the key light, the "
-        "ratio between the cheeks and the style. With a place, also how far to turn. "
+        "ratio between the cheeks and the style. If a place is given, also how far to turn. "
         "The photo stays on this computer and is not saved."
     )
     add = partial(argument, parser)

@@ -63,7 +63,7 @@ def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS)
     add("--model", tr("camera model to simulate (default: V)"), choices=models, default="V")
     add("--port", tr("port to listen on (default: any free port)"), type=_port, default=0)
     add("--rate MBIT", tr("network speed in Mbit/s"), type=_positive)
-    add("--log", tr("print every request on stderr"), action="store_true")
+    add("--log", tr("print every request to stderr"), action="store_true")
     add(
         "--until-eof",
         tr("stop when standard input is closed, as when the parent program has ended"),
@@ -151,7 +151,7 @@ def _server(
     clock: Clock,
 ) -> CameraServer:
     sentence = tr("Cannot listen on port {port}: {reason}.")
-    hint = tr("Choose another port, or leave --port out.")
+    hint = tr("Choose another port, or leave out --port.")
     with os_errors_as(CoreError, sentence, hint, port=args.port):
         return server_class(camera, args.port, clock=clock, log=say if args.log else None)
 

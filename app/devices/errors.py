@@ -115,5 +115,5 @@ def not_written(kind: type[_Failed], folder: Path, error: OSError) -> _Failed:
     if error.errno in _NO_ROOM:
         hint = tr("Free some disk space, then try again.")
     return kind(
-        tr("Cannot write into {folder}: {reason}.", folder=folder, reason=reason), hint, "disk"
+        tr("Cannot write to {folder}: {reason}.", folder=folder, reason=reason), hint, "disk"
     )

@@ -233,7 +233,7 @@ def default_password_hint(model: str, serial: str) -> str:
     name = model.strip().upper()
     digits = serial.strip().upper().removeprefix("THETA").lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
     digits_rule = tr(
-        "Unless its owner has set another one, the password is the eight digits "
+        "Unless the owner has set a different one, the password is the eight digits "
         "of the serial number on the camera's base, without the letters."
     )
     if name.startswith("RICOH360 THETA A1"):

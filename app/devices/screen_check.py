@@ -109,8 +109,8 @@ def _unknown(name: str, env: Mapping[str, str]) -> str | None:
     if name in platforms or elsewhere or not platforms:
         return None
     return tr(
-        "QT_QPA_PLATFORM is set to {name!r}, which Qt does not have here: unset "
-        "it, or choose among {names}.",
+        "QT_QPA_PLATFORM is set to {name!r}, which is not available here: unset "
+        "it or choose one of {names}.",
         name=name,
         names=", ".join(platforms),
     )

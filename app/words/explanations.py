@@ -12,7 +12,7 @@ EXPLANATIONS: Final = {
         "How far you and the sitter rotate. Clockwise is seen from above: you walk to "
         "your left around the sitter.")),
     "clock": (tr("Clock position"), tr(
-        "The turn on a clock face laid on the floor: 12 is straight ahead of the sitter "
+        "The turn on a clock face lying on the floor: 12 is straight ahead of the sitter "
         "before the turn, 3 is to their right.")),
     "good_from": (tr("Good from … to"), tr(
         "Any of these turns looks about as good, so choose the nicer background.")),

@@ -247,7 +247,7 @@ def takes(entry: Setting) -> str:
         names = ", ".join(words for _, words in choices(entry))
         return tr("“{title}” must be one of: {names}.", title=name, names=names)
     if entry.kind == "folder":
-        return tr("“{title}” must be the full path of a folder, or empty.", title=name)
+        return tr("“{title}” must be the full path of a folder or be empty.", title=name)
     return tr("“{title}” must be at most {most} characters long.", title=name, most=entry.longest)
 
 

@@ -481,7 +481,7 @@ def test_a_full_disk_while_metering_is_named(
         return open(path, *arguments, **options)
 
     monkeypatch.setattr(metering, "open", full, raising=False)
-    with pytest.raises(CaptureFailed, match=r"Cannot write into .*: no space left") as caught:
+    with pytest.raises(CaptureFailed, match=r"Cannot write to .*: no space left") as caught:
         made.shoot()
     assert caught.value.hint == not_written(CaptureFailed, tmp_path, OSError(errno.ENOSPC, "")).hint
     assert caught.value.code == "disk"

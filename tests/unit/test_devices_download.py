@@ -385,7 +385,7 @@ def test_a_full_disk_is_said_before(bench: Bench, monkeypatch: pytest.MonkeyPatc
 
 def test_a_folder_that_is_gone_is_a_sentence(bench: Bench) -> None:
     bench.folder = bench.folder / "gone"
-    with pytest.raises(DownloadFailed, match=r"Cannot write into .*gone: no such file") as caught:
+    with pytest.raises(DownloadFailed, match=r"Cannot write to .*gone: no such file") as caught:
         bench.fetch(plain())
     assert caught.value.code == "disk"
     assert (
@@ -401,7 +401,7 @@ def test_a_disk_that_fills_up_meanwhile_is_said_as_for_every_file_of_a_capture(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("app.devices.capture.download.os.replace", full)
-    with pytest.raises(DownloadFailed, match=r"Cannot write into .*: no space left") as caught:
+    with pytest.raises(DownloadFailed, match=r"Cannot write to .*: no space left") as caught:
         bench.fetch(plain())
     assert (
         caught.value.hint

@@ -25,7 +25,7 @@ _HEAT: Final = (
 _BLOCKING: Final = {
     "NO_MEMORY": (
         tr("The camera's storage is full."),
-        tr("Delete photos from the camera that you have copied, then try again."),
+        tr("Delete photos that you have already copied from the camera, then try again."),
     ),
     "FILE_NUMBER_OVER": (
         tr("The camera has used up its file numbers."),
@@ -172,6 +172,6 @@ def _check_storage(job: CaptureJob) -> None:
                 room=max(int(room_for), 0),
                 count=count,
             ),
-            tr("Delete photos from the camera that you have copied, then try again."),
+            tr("Delete photos that you have already copied from the camera, then try again."),
             "storage",
         )

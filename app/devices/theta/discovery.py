@@ -93,7 +93,7 @@ class Discovery:
         )
         raise DeviceError(
             tr("Several cameras were found: {cameras}.", cameras=names),
-            tr("Enter the address of the one to use."),
+            tr("Enter the address of the camera to use."),
             "several-cameras",
         )
 

@@ -231,11 +231,13 @@ def password_error(*, is_refused: bool) -> WebcamError:
     if is_refused:
         return WebcamError(
             tr("The camera does not accept this user name and password."),
-            tr("Set both in its app."),
+            tr("Check both in its app."),
             "password-refused",
         )
     return WebcamError(
-        tr("The camera needs a user name and password."), tr("Set both in its app."), "password"
+        tr("The camera requires a user name and password."),
+        tr("Both are set in its app."),
+        "password",
     )
 
 

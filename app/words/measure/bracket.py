@@ -353,7 +353,7 @@ SENTENCES: Final[Sentences] = {
     WrongTag: _wrong_tag,
     CurveUnchecked: _unchecked,
     CurveDoubtful: tr(
-        "The frames are {measured_stops:.2f} stops apart, but the files say "
+        "The frames are {measured_stops:.2f} stops apart, but the files record "
         "{stated_stops:.2f}. The camera’s tone curve is probably not sRGB: recover it "
         "from the bracket."
     ),

@@ -63,7 +63,7 @@ SENTENCES: Final[Sentences] = {
     Repaired: _repaired,
     LayerChosen: _layer,
     FromOnePhoto: tr("{name} was made from one photo: its clipped light is an estimate."),
-    ClippedFile: tr("{name} is clipped: its highlights may be brighter than the file says."),
+    ClippedFile: tr("{name} is clipped: its highlights may be brighter than recorded."),
     PartUnseen: _unseen,
 }
 """For each type of remark, a sentence with field names or a function that returns the sentence."""

@@ -131,7 +131,7 @@ SENTENCES: Final[Sentences] = {
         "near the seam may be off by a few degrees. If you can, stitch with the camera "
         "maker’s software."
     ),
-    OneExposure: tr("Only one exposure: lamps and windows are clipped, so in reality brighter."),
+    OneExposure: tr("Only one exposure: lamps and windows are clipped and brighter in reality."),
     PhotosLeftOut: _left_out,
     CameraMoved: tr("The camera moved between photos. Nearby objects may appear twice."),
     GapsFilled: _gaps,
@@ -141,8 +141,8 @@ SENTENCES: Final[Sentences] = {
     FilmBlank: _film_blank,
     FilmRough: tr("The face changed more than light can explain. Treat the result as rough."),
     FrontCamera: tr(
-        "This film was taken with a front camera. If text in it is backwards, switch on "
-        "Mirrored and open it again."
+        "This film was taken with a front camera. If text in it is backwards, turn on "
+        "Mirrored and open the film again."
     ),
     OffsetMissed: tr(
         "The camera cannot reach {wanted_ev:+.1f} EV; the nearest is {nearest_ev:+.1f} EV."
