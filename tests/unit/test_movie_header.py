@@ -112,7 +112,7 @@ def test_window_reads_a_film_as_it_is_set(
     assert bool(given[0][2][30, 50, 1] > 128) is mirrored
     assert opened.place.capture is not None
     words = " ".join(sentences(opened.place.capture.warnings))
-    assert ("switch on Mirrored" in words) is not mirrored
+    assert ("turn on Mirrored" in words) is not mirrored
 
 
 @pytest.mark.parametrize(
