@@ -38,11 +38,8 @@ _CELL: Final = 8  # pixels between two outputs of the network
 _USUAL_PX: Final = 26.0  # height of a head for which the network outputs 0
 _CLOSE: Final = ((96, 28.0), (112, 36.0))  # side of the close-ups, and height of the head in them
 _NEAR_SIDE: Final = 160
-_SIDES: Final = (
-    320,
-    160,
-    80,
-)  # longer side of the picture, in pixels, for heads from 4 to 60% of it
+# longer side of the picture, in pixels, for heads that are 4 to 60% of it
+_SIDES: Final = (320, 160, 80)
 _WINDOW: Final = 31  # pixels, for the local mean and deviation
 _FLOOR: Final = 6.0  # grey levels: keeps noise on an even wall from becoming a pattern
 
