@@ -227,7 +227,7 @@ def test_a_pack_of_another_transport_gives_no_sheet(
     save_pack(pack_path(path), synthetic_pack())
     sheet = tmp_path / "sheet.png"
     assert main(["solve", place, "--head", str(path), "--sheet", str(sheet)]) == 2
-    assert "another transport" in capsys.readouterr().err
+    assert "a different transport" in capsys.readouterr().err
     assert not sheet.exists()
 
 

@@ -301,7 +301,7 @@ def test_a_pack_of_another_transport_is_noticed(tmp_path: Path) -> None:
     path = tmp_path / "mine.npz"
     save_transport(path, lambert_sphere_transport())
     save_pack(pack_path(path), synthetic_pack())
-    with pytest.raises(TransportError, match="another transport"):
+    with pytest.raises(TransportError, match="a different transport"):
         load_transport_of(load_named_pack(str(path)), str(path))
 
 

@@ -237,8 +237,7 @@ def portraits(
         values: (n, N, N, 3) float. Linear Rec. 709 on black. Pixels at the head's edge contain only
             the head's own part of the light.
         coverage: (N, N) float32. Fraction of each pixel covered by the head.
-        gain_list: Gains of the pictures, by default those for the pictures' own light (see
-            `exposures`).
+        gain_list: Gains of the pictures, by default those that `exposures` computes from them.
 
     Returns:
         (n, h, w, 3) uint8. sRGB.
