@@ -20,7 +20,10 @@ class LayersBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        words = tr("This file has several layers. The light is often named beauty or combined.")
+        words = tr(
+            "This file has several layers. The one with the light is often named “beauty” or "
+            "“combined”."
+        )
         self.buttons = [
             Button(name, do=partial(self._take, name)) for name in commands.place_controller.layers
         ]

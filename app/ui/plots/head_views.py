@@ -404,6 +404,6 @@ class SideView(_HeadView):
         far = metres(state.distance_m)
         words = tr("The ring is {far} from the middle of the head.", far=far)
         if state.distance_m > _DRAWN_M[1]:
-            words = tr("{far} from the middle of the head, drawn closer.", far=far)
+            words = tr("{far} from the middle of the head, but drawn closer.", far=far)
         line = QRectF(px(8), self.height() - px(26), self.width() - px(16), px(16))
         put_text(painter, line, words, t.font(12), t.c.dim, MIDDLE)

@@ -63,7 +63,7 @@ def sound_words(enabled: bool, sounds: Sounds) -> tuple[str, str]:
         return tr("Sound off"), "sound-off"
     if not sounds.available:
         return NO_LOUDSPEAKER, "sound-off"
-    return tr("Sound on: faster as you get closer"), "sound"
+    return tr("Sound on: beeps quicken as you get closer"), "sound"
 
 
 T = TypeVar("T")

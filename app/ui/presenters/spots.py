@@ -146,7 +146,7 @@ class SpotsPresenter(Presenter[View]):
             tuple((name, title, _where(within[name])) for name, title in titles.items()),
             style,
             _verdict(best, style),
-            tr("{count} of {every} styles are within reach at one of these spots.",
+            tr("{count} of {every} styles are within reach at one or more of these spots.",
                count=sum(map(bool, within.values())), every=len(titles)),
         )  # fmt: skip
 

@@ -77,7 +77,7 @@ class Commands:
         """Offer the demo place and the tour at the very first start."""
         if not self.services.model.settings.tour_seen:
             self.services.notify.tell(
-                tr("New here? Take the tour in five steps, or try the demo place."),
+                tr("New here? Take the five-step tour, or try the demo place."),
                 actions=[
                     (tr("Take the tour"), lambda: self.ask("tour")),
                     (tr("Demo place"), self.place_controller.open_demo),

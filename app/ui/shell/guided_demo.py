@@ -38,7 +38,8 @@ STEPS: Final = (
         tr("Measure the light"),
         tr(
             "Put the 360 camera where the sitter’s head will be, with its front lens toward you. "
-            "Press Capture and kneel below it. No camera? Drop any HDR panorama onto the window."
+            "Press Capture and kneel below the camera. No camera? Drop any HDR panorama onto the "
+            "window."
         ),
     ),
     (
