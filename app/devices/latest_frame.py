@@ -14,7 +14,7 @@ T = TypeVar("T")
 class Mailbox(Generic[T]):
     """Holds the newest item until it is read. Any number of threads may use it.
 
-    It waits in real time, since it only connects two threads of this process.
+    The mailbox waits in real time, since it only connects two threads of this process.
 
     Examples:
         >>> box: Mailbox[str] = Mailbox()

@@ -54,7 +54,7 @@ def preview(
             `measure.finish.display.display_panorama` at that exposure, if already available.
 
     Returns:
-        NDArray[np.uint8], (rows, columns, 3). sRGB for `images.write_png`; the panorama in it is
+        NDArray[np.uint8], (rows, columns, 3). sRGB for `images.write_png`, with the panorama
         2,048 pixels wide.
     """
     picture = display_panorama(merged.radiance, exposure_stops) if display is None else display

@@ -88,7 +88,7 @@ def fetch_file(
     Raises:
         DownloadFailed: After several attempts, with one of these codes: "interrupted" for a lost
             connection; "bad-answers" for invalid replies; "damaged", "damaged-on-camera" or
-            "too-long" for a bad file; "disk-full", "disk" or "other-file" if it cannot be written.
+            "too-long" for a bad file; "disk-full", "disk" or "other-file" if it cannot be saved.
         CameraRefused: If a retry would be pointless.
         Cancelled: If the token is cancelled.
     """

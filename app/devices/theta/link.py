@@ -53,8 +53,8 @@ class Link:
     """The connection to one camera.
 
     Args:
-        adapter: Adapter that sends the requests, or None for real connections. It must return bytes
-            as they arrive.
+        adapter: Adapter that sends the requests, or None for real connections. The adapter
+            must return bytes as they arrive.
     """
 
     def __init__(

@@ -149,7 +149,7 @@ def shown_names(
 ) -> tuple[tuple[int, str], ...]:
     """Name the devices that could be opened.
 
-    They are called "Webcam 1" and so on if the system does not name them, or the order is
+    Devices are called "Webcam 1" and so on if the system does not name them, or the order is
     uncertain.
     """
     command = _NAME_COMMANDS.get(system) if indices else None
@@ -289,8 +289,8 @@ class OpenCvWebcam(CaptureStream):
 def list_webcams() -> tuple[tuple[int, str], ...]:
     """Return the webcams and HDMI grabbers of this computer with their indices.
 
-    Linux lists them. On other systems the first few are opened one by one, which takes seconds and
-    turns on their indicator lights, so do not call this on the UI thread.
+    Linux lists the devices. On other systems the first few are opened one by one, which takes
+    seconds and turns on their indicator lights, so do not call this on the UI thread.
 
     All names are distinct.
     """

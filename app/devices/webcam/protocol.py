@@ -55,8 +55,8 @@ class Manner:
         pauses_s: Pauses in seconds before reopening: after a frame, after the first failure, and so
             on; the last one repeats.
         still: Whether the same frame may repeat forever.
-        silence_s: Seconds without a frame after which the source is reopened. It counts as lost
-            earlier, but a camera that serves one client may not accept another immediately.
+        silence_s: Seconds without a frame after which the source is reopened. The source counts as
+            lost earlier, but a camera that serves one client may not accept another immediately.
     """
 
     noun: str = tr("webcam")
@@ -128,7 +128,7 @@ class Webcam(ABC):
         """Close the source. Calling this again has no effect."""
 
     def pace(self, step_s: float, behind_s: float) -> None:
-        """Wait until the next frame is due, or restart the pacing if it is too late.
+        """Wait until the next frame is due, or restart the pacing if the frame is too late.
 
         A slow reader therefore gets fewer frames instead of a burst.
         """

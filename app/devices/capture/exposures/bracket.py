@@ -320,7 +320,7 @@ def _after_silence(job: CaptureJob, run: Run) -> tuple[str, ...]:
     """Wait for a bracket whose start was not confirmed.
 
     Raises:
-        _NotHeard: If the camera did not shoot it.
+        _NotHeard: If the camera did not shoot the bracket.
     """
     watch(job, run)
     if not _new_files(job):

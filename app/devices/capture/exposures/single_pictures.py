@@ -239,8 +239,8 @@ def _note_single(job: CaptureJob, url: str) -> None:
 def _taken_anyway(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture | None:
     """Find a photo that was taken although the reply was lost, or return None if there is none.
 
-    The photo counts as named if it is the only new one and the newest in the camera's state, or if
-    the state names none and the photo was taken in time.
+    The photo counts as named if it is the only new photo and the newest in the camera's state, or
+    if the state names no photo and this one was taken in time.
     """
     start = job.session.journal.shot_start
     until = job.clock.now() + longest_s + FRAME_S
