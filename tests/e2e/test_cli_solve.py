@@ -265,5 +265,5 @@ def test_a_photograph_that_is_no_sphere_is_refused(
     assert cv2.imwrite(str(tmp_path / "wall.png"), np.full((300, 400, 3), 99, np.uint8))
     assert main(["solve", str(tmp_path / "wall.png")]) == 2
     error = capsys.readouterr().err
-    assert "twice as wide as high" in error
+    assert "twice as wide as it is high" in error
     assert "Traceback" not in error

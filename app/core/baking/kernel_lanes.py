@@ -3,9 +3,8 @@
 In Mitsuba's wavefront variants (llvm, cuda), a number in a kernel is an array with one entry for
 each lane, and one call computes all lanes. In the scalar variant, a number is a plain Python
 number, and the kernel is called once for each lane. A kernel works in both if it reads from a
-`Table`, adds to
-a `Tally`, and otherwise uses only ``dr.while_loop``, ``dr.if_stmt``, ``dr.select`` and arithmetic.
-It must use `negate` in place of ``~``, because Python's ``~True`` is -2.
+`Table`, adds to a `Tally`, and otherwise uses only ``dr.while_loop``, ``dr.if_stmt``, ``dr.select``
+and arithmetic. It must use `negate` in place of ``~``, because Python's ``~True`` is -2.
 
 `select_variant` chooses how Mitsuba computes: on the graphics card, compiled for this processor, or
 interpreted.

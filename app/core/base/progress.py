@@ -1,9 +1,8 @@
 """Cancel long tasks and report their progress, independently of threads and of the UI.
 
 A long-running function takes a `Token` and a `Report`. It calls ``token.check()`` often (a few
-times a
-second) and ``report(fraction, progress)`` when there is progress to report. The caller chooses the
-thread and the display, and `app.words.progress` writes the text.
+times a second) and ``report(fraction, progress)`` when there is progress to report. The caller
+chooses the thread and the display, and `app.words.progress` writes the text.
 """
 
 from __future__ import annotations
@@ -93,7 +92,7 @@ class Token:
         self._cancelled = False
 
     def cancel(self) -> None:
-        """Request a stop; further calls have no effect."""
+        """Request a stop. Further calls have no effect."""
         self._cancelled = True
 
     @property

@@ -1,8 +1,7 @@
 """Detect undeclared clipping in a panorama, in which many texels share one maximum.
 
-Clipping gives all brighter light the same value. Unclipped light is hardly ever that even: of
-42 panoramas, none has more texels within 0.2% of its maximum than just below. Half floats,
-Radiance's
+Clipping gives all brighter light the same value. Unclipped light is hardly ever that even: of 42
+panoramas, none has more texels within 0.2% of its maximum than just below. Half floats, Radiance's
 shared exponent and resampling spread the value by up to a percent, so wider bands, which require
 more texels, are tried as well. Lossy compression overshoots, so the common value is then slightly
 below the maximum (`benchmarks/light/marred_panoramas.py`).

@@ -29,7 +29,7 @@ class LayerChosen(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FromOnePhoto(Remark):
-    """The file states that it was created from one photo; its clipped light is an estimate."""
+    """The file states that it comes from one photo, so its clipped light is an estimate."""
 
     name: str
 

@@ -37,7 +37,7 @@ class Repairs:
 
     @property
     def total(self) -> int:
-        """Sum of all counts; a texel with two kinds of damage counts twice."""
+        """Sum of all counts, in which a texel with two kinds of damage counts twice."""
         return self.nan + self.infinite + self.negative
 
     def remarks(self, name: str) -> tuple[Repaired, ...]:

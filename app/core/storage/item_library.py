@@ -25,7 +25,7 @@ _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Wind
 
 
 def title_key(title: str) -> str:
-    """Return the key by which titles are compared; titles with equal keys look alike."""
+    """Return the key by which titles are compared, since titles with equal keys look alike."""
     return unicodedata.normalize("NFKC", title).casefold()
 
 

@@ -244,8 +244,7 @@ def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
 
     Returns:
         `file_facts` if nothing has changed. Otherwise, `new` with the entries that only
-        `file_facts`
-        has.
+        `file_facts` has.
 
     Examples:
         >>> carry_unknown({"a": 2}, {"a": 1}, {"a": 1, "b": 7})

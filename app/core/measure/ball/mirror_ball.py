@@ -105,7 +105,7 @@ class Side:
     """The panorama of a ball from one side, with the photographer at azimuth 0.
 
     Attributes:
-        texels: (H, W, 5) float32. Radiance, and the clipped and dark shares.
+        texels: (H, W, 5) float32. Radiance, and the clipped and dark fractions.
         weight: (H, W) float32. Relative resolution, 0 to 1, which is 0 in gaps.
         notes: Remarks about the ball and the lens.
     """

@@ -16,7 +16,7 @@ class BallDirty(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallColoured(Remark):
-    """The ball is tinted; its reflectance in each colour was corrected."""
+    """The ball is tinted, and its reflectance in each colour was corrected."""
 
     red: float
     green: float
@@ -46,4 +46,4 @@ class BallBlind(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LensFromBackground(Remark):
-    """No file states the focal length; it was estimated from the background."""
+    """No file states the focal length, which was estimated from the background."""

@@ -209,7 +209,7 @@ _SAME_PLACE: Final = 0.6
 def fill_hidden(
     frames: list[Bytes], hidden: Sequence[Float32 | None], predictions: Predictions
 ) -> None:
-    """Fill frames beyond their edges from their neighbours, so that they do not contradict them.
+    """Fill frames beyond their edges from their neighbours, which they then do not contradict.
 
     Args:
         frames: Encoded frames, (h, w, 3) uint8 each, which are replaced in the list.

@@ -38,7 +38,7 @@ from app.core.measure.bracket.contradiction import (
 from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.remarks import Motion, MovedPart, MuchMotion
 
-_BLACK: Final = 8  # code below which a code is an upper limit rather than a value
+_BLACK: Final = 8  # a code below this is an upper limit rather than a value
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region
 _SEEDS: Final = 4  # minimum number of such proxy pixels in a region, in pixels at the horizon
 _GROWTH: Final = 6  # proxy pixels by which a region may grow by the stricter test
@@ -304,7 +304,7 @@ def _settle(
         order.insert(0, unclipped)
     elif explanation >= _MAJORITY:
         usable = [1 - _closed(outlier, closing, inside) for outlier in outliers]
-        # If a vote is tied, trust the frame that is left out most often least.
+        # If a vote is tied, the frame that is left out most often is trusted least.
         order.sort(key=lambda k: int(np.count_nonzero(outliers[k])))
     for place, frame in enumerate(order[1:], start=1):
         clash = np.zeros(inside.shape, bool)
@@ -433,7 +433,7 @@ def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> Ghost
 def _remarks(
     where: tuple[GhostRegion, ...], share: float, panorama: bool, exposures_known: bool
 ) -> tuple[Remark, ...]:
-    """Report the motion, and whether there is too much of it."""
+    """Report the motion, and warn if there is too much of it."""
     if not where:
         return ()
     places = tuple(

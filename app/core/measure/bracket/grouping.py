@@ -205,7 +205,7 @@ def _check_times(times: Sequence[float] | None, count: int) -> list[float | None
                 times=tr_plural("{count} exposure time", "{count} exposure times", len(times)),
                 pictures=tr_plural("{count} picture", "{count} pictures", count),
             ),
-            tr("Give one for each file, in the order of the files (in a folder, by name)."),
+            tr("Set one for each file, in the order of the files (in a folder, by name)."),
         )
     low, high = SHUTTER_LIMITS_S
     for time in times:

@@ -52,8 +52,7 @@ from app.core.measure.read.frame import Frame
 
 _TAIL: Final = 64  # number of last bytes in which to search for a JPEG's end marker
 # Largest step at which an anchor still resolves detail at the upper end of a frame's range, where
-# the
-# anchor's codes are about 70.
+# the anchor's codes are about 70.
 _REACH_STOPS: Final = 4.1
 # Codes by which a pixel must exceed the mean of its group of four to count as hidden, and the
 # allowance for noise in an anchor's code.

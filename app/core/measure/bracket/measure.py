@@ -41,7 +41,7 @@ from app.core.measure.read.opened_frame import Opener, open_frame
 from app.core.text import tr
 
 _BLACK: Final = 0.0024  # linear light of code 8, to which compression can change black
-_HALF: Final = 0.5  # fraction of a texel
+_HALF: Final = 0.5  # fraction of a texel from which it counts as filled
 _MOST_BLIND: Final = 0.9  # maximum unseen fraction of the sphere
 
 

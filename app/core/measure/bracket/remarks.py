@@ -32,7 +32,7 @@ class PicturesTaken(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FileLeftOut(Remark):
-    """A file in a folder cannot be read; the message is that of the error."""
+    """A file in a folder cannot be read. `message` is that of the error."""
 
     message: str
 

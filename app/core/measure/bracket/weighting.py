@@ -67,8 +67,7 @@ CLIPPED_CODE: Final = 254
 """First code that counts as clipped, since JPEG changes 255 by one."""
 
 # In electrons, for a small sensor at base sensitivity. Twice or half as many change no weight by
-# more
-# than a third, since the error of the codes dominates an 8-bit picture's noise.
+# more than a third, since the error of the codes dominates an 8-bit picture's noise.
 _FULL_WELL: Final = 20_000.0
 _READ_NOISE: Final = 4.0
 _BLACK_ERROR: Final = 0.0015

@@ -48,7 +48,7 @@ class Beside:
 
     @property
     def typical_deg(self) -> int | None:
-        """Median difference of the turns in whole degrees, or None if both offer no style."""
+        """Median difference of the turns in whole degrees, or None if no style is in both."""
         apart = np.abs([*self.apart_deg.values()])
         return round(float(np.median(apart))) if self.apart_deg else None
 
@@ -61,7 +61,7 @@ class Beside:
 def looks_mirrored(
     frames: Iterable[tuple[float, float, Bytes]], index: HeadingIndex
 ) -> bool | None:
-    """Return whether only the mirrored film fits a place, or None if the film does not fit at all.
+    """Return whether only the mirrored film fits a place, or None if neither version does.
 
     Args:
         frames: A dozen frames of the film, as for `read_film`.
@@ -88,7 +88,7 @@ def beside(
     Args:
         results: Results of the video.
         frames: A dozen frames of the video, as for `read_film`.
-        index: Index of the place's panorama, if it exists already.
+        index: Index of the place's panorama, or None to build it.
 
     Raises:
         ProbeError: If the video shows another place.

@@ -47,7 +47,7 @@ _FEWEST: Final = 6  # minimum frames with a face
 _ASIDE_DEG: Final = 50.0  # a face turned farther from the lens is not read
 _STILL_DEG: Final = 45.0  # a lens that moved around by less counts as still
 _LEAST_DEG: Final = 40.0  # minimum range of turns, so that there is a choice
-_WHOLE: Final = 60  # of 64 turns
+_WHOLE: Final = 60  # minimum number of the 64 turns in a whole turn
 _MOST_ASSUMED: Final = 0.5
 _UNSURE: Final = 0.15
 _FACELESS: Final = 12  # frames without a face after which the video is rejected
@@ -63,7 +63,7 @@ _WHOLLY: Final = 0.9  # minimum visible and unclipped fraction of a texel of the
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glimpse:
-    """Face and background of one frame.
+    """The face and the background of one frame.
 
     Attributes:
         grey, visible: (N * N,) float32 and bool. The face on the head's pixels, or empty arrays if
@@ -81,7 +81,7 @@ class Glimpse:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Film:
-    """Result of a video of a turn.
+    """The result of reading a video of a turn.
 
     Attributes:
         times_s, trust: (n,) float64. Time in seconds, and weight, of each frame.

@@ -89,13 +89,13 @@ class FramePair:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Headings:
-    """Azimuths of the lens.
+    """The azimuths of the lens.
 
     Attributes:
         turns_deg: (n,) float64. Turn of the lens around the sitter since the first frame, clockwise
-            from above; more than 360 after a full turn.
-        rotations: (n, 3, 3) float64. From the camera's axes to level ones that look at the sitter
-            from the lens's position in the first frame.
+            from above, which exceeds 360 after a full turn.
+        rotations: (n, 3, 3) float64. Rotations from the camera's axes in each frame to level axes
+            that look at the sitter from the lens's position in the first frame.
         focal: Focal length divided by the picture's longer side.
         closed: Whether the video returned to an earlier view.
         error_deg: Gap between the ends of the video before the drift was removed.
@@ -114,7 +114,7 @@ def background(picture: Bytes, face: Face | None) -> Background:
     """Return the feature points of the background.
 
     Args:
-        picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
+        picture: (H, W, 3) uint8. Upright, unmirrored frame in sRGB.
         face: The sitter's face, which is excluded together with the body, or None if there is none.
     """
     longer = max(picture.shape[:2])

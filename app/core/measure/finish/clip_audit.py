@@ -80,7 +80,7 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
 
     The loss is the best value of the objective among the permitted turns, minus the value at the
     given turn, divided by the range of the objective's curve. A turn of a lower grade that matches
-    better loses by the same rule, since it lacks the grade.
+    better counts as losing by the same amount, since it lacks the grade.
 
     Args:
         truth: Choice under the true light.
@@ -322,7 +322,7 @@ def _changes(
 
 
 def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
-    """Return the grid turns offered in brighter light, (S,), unchanged if the best turn is."""
+    """Return the grid turns offered in brighter light, (S,), the same for the same best turn."""
     best, turns_offer = then.turns, now.copy()
     for row in np.flatnonzero(best != turns).tolist():
         turns_offer[row] = then[row].peak(int(best[row])).index

@@ -87,7 +87,7 @@ def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -
 
     Args:
         blueness: Blue over red in the light.
-        alone: Whether the light is most of the light of all lamps in the place.
+        alone: Whether this light provides most of the light from all lamps in the place.
     """
     width = 2 * place.height
     top = 90.0 - 180.0 * float(light.texels.min() // width) / place.height
@@ -121,7 +121,7 @@ def sources_of(
     sun: Light | None = None,
     grid: LightGrid | None = None,
 ) -> tuple[Source, ...]:
-    """Classify the lights of a place; `sun` is the light already identified as the sun."""
+    """Classify the lights of a place, where `sun` is the one already identified as the sun."""
     grid = light_grid(merged) if grid is None else grid
     place, total = surroundings_of(merged, grid), sum(light.share for light in lights)
     sun_id = None if sun is None else sun.id

@@ -93,7 +93,7 @@ def components(area: Bools) -> list[Bools]:
 
 def _check(shape: tuple[int, int], mask: FloatImage) -> None:
     if shape[1] != 2 * shape[0]:
-        raise ProbeError(tr("Only a full panorama, twice as wide as high, can be filled."))
+        raise ProbeError(tr("Only a full panorama, twice as wide as it is high, can be filled."))
     if mask.shape != shape:
         raise ProbeError(
             tr(

@@ -33,7 +33,7 @@ _GRID: Final = (256, 512)
 _ABOVE_MEAN: Final = 4.0
 _BELOW_PEAK: Final = 1.0 / 8.0
 _LEAST_SHARE: Final = 0.003  # minimum fraction of the light for a measured lamp
-# A clipped lamp has only a lower bound; the sun's own disc, clipped by 13 stops, has 1e-4.
+# A clipped lamp has only a lower bound: the sun's own disc, clipped by 13 stops, has 1e-4.
 _LEAST_CLIPPED_SHARE: Final = 2e-5
 _HIDDEN: Final = 64.0  # six stops by which a clipped lamp may be brighter than its lower bound
 

@@ -176,7 +176,9 @@ def _open(path: Path) -> ImageInput:
                 width=spec.width,
                 height=spec.height,
             ),
-            tr("It must be twice as wide as high, and at most {widest} wide.", widest=_WIDEST),
+            tr(
+                "It must be twice as wide as it is high, and at most {widest} wide.", widest=_WIDEST
+            ),
         )
     if is_unwieldy(spec):
         source.close()

@@ -23,7 +23,7 @@ Effect: TypeAlias = Literal["turn", "into reach", "out of reach"]
 
 @dataclass(frozen=True, slots=True)
 class LampClipped(Remark):
-    """A lamp that is clipped in every frame, and the advice for it.
+    """A lamp is clipped in every frame, which calls for a remedy.
 
     Attributes:
         frames: Number of darker frames to shoot, 1 to 4.
@@ -41,7 +41,7 @@ class LampClipped(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MaybeSun(Remark):
-    """A clipped lamp that would be the sun if the exposure of the frames were known."""
+    """A clipped lamp would count as the sun if the exposure of the frames were known."""
 
     lamp: str
     azimuth_deg: float

@@ -147,7 +147,7 @@ def resolve(
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if specs and shape[1] != 2 * shape[0]:
-        raise ProbeError(tr("Only a full panorama, twice as wide as high, can be masked."))
+        raise ProbeError(tr("Only a full panorama, twice as wide as it is high, can be masked."))
     clutter: list[Clutter] = []
     for spec in specs:
         if spec.kind == "suggested":

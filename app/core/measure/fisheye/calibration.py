@@ -99,7 +99,7 @@ def _nominal(tones: Float32, circles: Circles, model: FisheyeModel) -> Pair:
             off = np.abs(matches.toward - np.median(matches.toward)) * STEP_DEG
             # Low strips look alike more readily.
             agree = float(matches.trust[off < _ALIKE_DEG].sum()) * math.sqrt(seam_rows(field_deg))
-        # Without evidence, the likeliest field wins.
+        # Without evidence, the most likely field wins.
         pairs.append((agree, -abs(field_deg - model.field_deg), pair))
     return max(pairs, key=lambda each: each[:2])[2]
 

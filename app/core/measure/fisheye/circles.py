@@ -6,11 +6,10 @@ equal size, dark all around, in every frame of a bracket, regardless of brightne
 a panorama is a single point in the sky, so it cannot be dark at the corners and in the middle but
 bright in between.
 
-A fisheye maps the angle t from its axis to a distance from the circle's centre,
-r = f (t + b3 t^3 + b5 t^5 ...), and is equidistant without the distortion terms. `MODELS` contains
-cameras with published data
-from makers or users. By default a model is assumed to be equidistant, 200 degrees wide, upright in
-the file, and calibrated from the frame.
+A fisheye maps the angle t from its axis to a distance from the circle's centre, r = f (t + b3 t^3 +
+b5 t^5 ...), and is equidistant without the distortion terms. `MODELS` contains cameras with
+published data from makers or users. By default a model is assumed to be equidistant, 200 degrees
+wide, upright in the file, and calibrated from the frame.
 """
 
 from __future__ import annotations
@@ -261,7 +260,7 @@ def _boxes(bright: Bytes) -> list[_Box]:
 
 
 def _layouts(box: _Box) -> list[bool]:
-    """Return whether circles in a box may be side by side (False), stacked (True) or both."""
+    """Return the arrangements that may be in a box: False for side by side, True for stacked."""
     ratio = (box[2] - box[0]) / max(box[3] - box[1], 1)
     fits = (_ASPECT[0] <= ratio <= _ASPECT[1], _ASPECT[0] <= 1.0 / max(ratio, 1e-9) <= _ASPECT[1])
     return [stacked for stacked, one in zip((False, True), fits, strict=True) if one]
@@ -404,7 +403,7 @@ def _fits(frame: Bytes, circles: Circles) -> bool:
 
 
 def _filled(frame: Bytes, circles: Circles) -> bool:
-    """Return whether a frame has content, and not only stray light, around others' circles."""
+    """Return whether a frame has content, not just stray light, around the given circles."""
     away, light = _away(frame, circles), srgb_decode(worst(frame) / 255.0)
     outside, inside = light[away > _AROUND], light[(away > 0.8) & (away < 0.97)]
     return float(np.quantile(outside, 0.9)) > _PICTURE and outside.mean() > 0.3 * inside.mean()

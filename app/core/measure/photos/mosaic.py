@@ -63,8 +63,7 @@ class OrientedPicture:
 
         Returns:
             The pixels, (h, w, 3), and their distance from the picture's edge as a fraction of half
-            a
-        side, (h, w) float32, which is 0 outside the picture.
+            a side, (h, w) float32, which is 0 outside the picture.
         """
         local = rays @ self.rotation.astype(np.float32)
         scale = np.float32(self.focal_px) / np.maximum(local[..., 2], np.float32(_AHEAD))

@@ -188,8 +188,7 @@ def decode(frame: Frame, token: Token) -> Pixels:
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
     # Decode into one array, for which numpy requests huge pages, unlike the decoders' own buffers.
-    # On
-    # some machines that saves a third of the time.
+    # On some machines that saves a third of the time.
     pixels: Pixels = np.empty((*frame.shape, 3), _TYPES[frame.kind])
     source = FileRows(frame)
     with contextlib.closing(source):

@@ -1,4 +1,4 @@
-"""Measure from a single 360 photo; clipped light is estimated."""
+"""Measure from a single 360 photo, estimating the clipped light."""
 
 from __future__ import annotations
 

@@ -39,8 +39,8 @@ class FrameAlignment:
     """The rotation of a frame to the reference frame.
 
     Attributes:
-        rotation: (3, 3) float64, for `sphere.remap_frame`. None if the frame stays as it is,
-            because `angle_deg` is too small or the frames could not be compared.
+        rotation: (3, 3) float64. Rotation for `sphere.remap_frame`, or None if the frame stays as
+            it is because `angle_deg` is too small or the frames could not be compared.
         residual_deg: Standard error in degrees, or infinity if nothing could be compared.
         points: Number of points that were compared.
         trusted: Whether the frames could be compared.

@@ -192,8 +192,7 @@ def lay_on_each_other(
     shape = (pictures[0].shape[0], pictures[0].shape[1])
     lays = [_lay(*ways[index], shape, scale) for index in range(len(pictures))]
     # A hand never turns about the middle of every picture. Warped scans of film do, and whoever
-    # made
-    # the scans has aligned them as well as possible.
+    # made the scans has aligned them as well as possible.
     middles = [scale * float(_shifts(ways[index][0], shape)[-1]) for index in range(len(lays))]
     if max(m for lay, m in zip(lays, middles, strict=True) if lay.trusted) < _LEAST_MIDDLE_PX:
         return tuple(lays)

@@ -49,8 +49,8 @@ class Levelling:
     """How a bracket is levelled.
 
     Attributes:
-        rotation: (3, 3) float64, for `sphere.remap_frame` and `rotate_light`, or None if the
-            bracket is level or its tilt is unknown.
+        rotation: (3, 3) float64. Rotation for `sphere.remap_frame` and `rotate_light`, or None if
+            the bracket is level or its tilt is unknown.
     """
 
     rotation: Float64 | None = None

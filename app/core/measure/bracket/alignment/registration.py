@@ -1,13 +1,12 @@
 """Estimate the rotation between two panoramas.
 
 Two frames are compared on the sphere by locating feature points of the brighter frame (local maxima
-of its gradient) in the darker one. Three rotation parameters are fitted by inverse
-compositional Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to
-fine, with Tukey's weights. The relation between the code values of the two frames does not come
-from the exposure tags or an assumed curve. It is measured at the same points, as the median of one
-frame's codes for each code of the other (the comparagram of Mann and Picard 1995). As a result,
-wrong tags, tone
-curves and clipping do not look like motion, and moving objects are outvoted.
+of its gradient) in the darker one. Three rotation parameters are fitted by inverse compositional
+Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to fine, with
+Tukey's weights. The relation between the code values of the two frames does not come from the
+exposure tags or an assumed curve. It is measured at the same points, as the median of one frame's
+codes for each code of the other (the comparagram of Mann and Picard 1995). As a result, wrong tags,
+tone curves and clipping do not look like motion, and moving objects are outvoted.
 
 The uncertainty is a jackknife estimate over 24 equal parts of the sphere, so a rotation on which
 the parts disagree is not trusted.

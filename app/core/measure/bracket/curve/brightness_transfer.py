@@ -19,8 +19,8 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float64, Int64
 
-# Below this code, sensor noise and rounding distort the code; above the upper limit, ringing and
-# noise next to clipped areas do.
+# Below this code, sensor noise and rounding distort it. Above the upper limit, ringing and noise
+# next to clipped areas do.
 _LOWEST: Final = 6
 _HIGHEST: Final = 248
 _LOWEST_DARK: Final = 1.5
@@ -33,8 +33,8 @@ _NARROWEST_STOPS: Final = 0.15
 # curves. In frames that are turned by 1 degree or more, it scatters by 4.5 to 13.
 _SMEARED: Final = 3.5
 # If a tenth of the picture has exactly one colour, it was filled in, like the grey that decoders
-# put
-# in place of the missing end of a file. A flat wall that is lost too would be no evidence either.
+# put in place of the missing end of a file. A flat wall that is lost too would be no evidence
+# either.
 _FILL_SHARE: Final = 0.1
 _DARK_MARK: Final = 8
 # A black of code 4 or more that does not change over nearly a stop is not part of the picture. Just
@@ -42,15 +42,14 @@ _DARK_MARK: Final = 8
 _RAISED: Final = 3
 _TELLING_STEP: Final = 0.9
 _OVER_BLACK: Final = 6
-# From this code on, 0 in the darker frame means a missing part, since even 4 stops down sRGB gives
-# 2.
+# From this code on, 0 in the darker frame means a missing part, since sRGB gives 2 even 4 stops
+# down.
 _NEVER_BLACK: Final = 32
 _MOST_PLACES: Final = 24_000
 
 # A row is compared with the 15 rows on either side. Codes that only a moving object has are tens of
 # codes off and scatter by 15 or more. The relation itself bends by less than 6 codes and scatters
-# by
-# 1 to 3, or three times that where the curve is steep.
+# by 1 to 3, or three times that where the curve is steep.
 _BESIDE: Final = 15
 _JUMP: Final = 6.0
 _WIDE: Final = 4.0

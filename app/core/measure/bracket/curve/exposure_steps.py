@@ -19,8 +19,7 @@ from app.core.measure.bracket.curve.brightness_transfer import CodeMatches
 
 # In brackets of 20 scenes with an sRGB curve, noise and JPEG 95, three quarters of the levels of
 # 2-stop steps are within 0.015 stops, and for turned frames within 0.03. A curve that makes
-# radiance
-# wrong by as little as 1% (median) and 4% (95th percentile) shows up as 0.05.
+# radiance wrong by as little as 1% (median) and 4% (95th percentile) shows up as 0.05.
 _TOLERANCE: Final = 0.01
 _TOLERANCE_PER_STOP: Final = 0.01
 # Steps between frames that are turned or very noisy are less certain, by up to 0.1 of 2 stops.

@@ -44,8 +44,7 @@ from app.core.measure.bracket.remarks import (
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 
 # A recovered curve fits its own bracket to within 0.1 to 1 of the tolerance, or 2 in dark scenes
-# with
-# hard curves. With a tag that is wrong by a quarter of a stop, the misfit is 2.4 to 14.
+# with hard curves. With a tag that is wrong by a quarter of a stop, the misfit is 2.4 to 14.
 _RECOVERED_FITS: Final = 1.5
 _MISFIT: Final = 4.0
 # Separate curves for red, green and blue lower the cost by 4 to 25% if there is really one curve
@@ -58,7 +57,7 @@ _OWN_FIT: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """A response curve: the linear light of each code.
+    """A response curve, which is the linear light of each code.
 
     Attributes:
         table: (3, 256) float64, or (K, 3, 256) if each frame has its own curve. Linear light of
