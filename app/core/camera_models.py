@@ -62,7 +62,7 @@ class CameraFacts:
         native_bracket: Whether the camera can shoot a bracket on one command, of at most
             `max_shots` frames.
         by_method: Whether `_shootingMethod` has to select the bracket.
-        old_bracket: Whether a frame of a bracket is described without a program and a white
+        old_bracket: Whether the frames of a bracket are requested without a program and a white
             balance.
         watched: Whether the camera never reports the end of a bracket.
         switches_api: Whether the camera starts in API 2.0 and must be switched to 2.1.

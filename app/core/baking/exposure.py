@@ -51,8 +51,8 @@ class Points:
             skin's faces come first, then those of the eyes.
         first: (F,) uint32. Index in `table` of each face's first point.
         table: (K,) uint32. Indices of points. In a face of level n, point (i, j) with i + j <= n is
-            entry ``j (n + 1) - j (j - 1) / 2 + i``, at barycentric coordinates b1 = i / n and b2 =
-            j / n.
+            entry ``j (n + 1) - j (j - 1) / 2 + i``, with the barycentric coordinates
+            b1 = i / n and b2 = j / n.
     """
 
     positions: Float32
@@ -308,7 +308,7 @@ _CHIN_UNITS: Final = 1.25  # skin farther below the eyes counts as neck
 
 
 def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: int) -> HeadShape:
-    """Find the position on the head behind each pixel of its picture.
+    """Find the position on the head behind each pixel of the head's picture.
 
     Args:
         pixels: (P,) int32. Flat row-major indices of the pixels that the head covers.

@@ -78,7 +78,7 @@ def trace_pixels(
     """Trace `paths` paths from each pixel to the points where the light entered the skin.
 
     Args:
-        pixels: (n,) int32. Flat row-major pixel numbers.
+        pixels: (n,) int32. Flat row-major pixel indices.
         paths: Paths per pixel.
     """
     rows = len(pixels) * tables.points
@@ -101,7 +101,7 @@ def trace_profile(
     """Measure the light that leaves the skin, by the cosine of its angle to the normal.
 
     Args:
-        pixels: (n,) int32. Flat row-major pixel numbers.
+        pixels: (n,) int32. Flat row-major pixel indices.
         paths: Paths per pixel.
 
     Returns:

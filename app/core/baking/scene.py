@@ -219,7 +219,8 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
     kind = _check_mesh_file(path)
     if not 0.0 < unit_mm <= _MOST_UNIT_MM:
         raise HeadError(
-            tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm), tr("A metre is 1000.")
+            tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm),
+            tr("For metres, use 1000."),
         )
     # Load the mesh first without normals, since Mitsuba then computes them from the faces.
     plain = _load({"type": kind, "filename": str(path), "face_normals": True})

@@ -115,7 +115,7 @@ def check_target(path: Path | str) -> Path:
 
 
 def is_private(path: Path | str) -> bool:
-    """Return whether a path must be private, as in the data folder or in a place elsewhere."""
+    """Return whether a path must be private, being in the data folder or in a saved place."""
     full = Path(os.path.realpath(path))
     if full.is_relative_to(os.path.realpath(user_data())):
         return True
@@ -242,7 +242,7 @@ def disk_trouble(error: BaseException) -> DiskTrouble | None:
 def write_trouble(path: Path, size: int) -> OSError | None:
     """Return the system's error for appending `size` bytes to a file, or None if there is none.
 
-    It finds the reason for a failure that an image library reports without the system's code.
+    This finds the reason for a failure that an image library reports without the system's code.
     """
     block = bytes(min(size, _BLOCK))
     try:

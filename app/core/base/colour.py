@@ -52,10 +52,10 @@ def luminance(rgb: ArrayLike) -> FloatImage:
     """Return the luminance of linear red, green and blue.
 
     Args:
-        rgb: array_like, (..., 3). Linear Rec. 709 radiance or picture, any scale.
+        rgb: array_like, (..., 3). Linear Rec. 709 radiance or picture, on any scale.
 
     Returns:
-        Float32, (...). Luminance in the same scale.
+        Float32, (...). Luminance on the same scale.
 
     Raises:
         ValueError: If the last axis does not have length 3.

@@ -2,8 +2,9 @@
 
 Directions are unit vectors in the panorama's axes, which are right-handed and those of the head at
 turn 0: **+Y is up (elevation 90), +Z is the centre column (azimuth 0, elevation 0), and +X is
-azimuth -90**, left of the centre. Azimuth a and elevation e give the direction (-sin a cos e, sin
-e, cos a cos e). A rotation is a 3 x 3 matrix R that acts on column vectors and *moves the content*:
+azimuth -90**, left of the centre. Azimuth a and elevation e give the direction
+(-sin a cos e, sin e, cos a cos e). A rotation is a 3 x 3 matrix R that acts on column vectors and
+*moves the content*:
 the content at direction d moves to direction R d.
 """
 

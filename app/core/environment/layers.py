@@ -77,7 +77,7 @@ def layers_of(source: ImageInput) -> tuple[Layer, ...]:
 
 
 def choose_layer(layers: Sequence[Layer], layer_name: str, file_name: str) -> Layer:
-    """Return a layer by name, or without a name the unnamed layer or the beauty pass.
+    """Return a layer by name, or if no name is given, the unnamed layer or the beauty pass.
 
     Raises:
         LayerError: If there are several layers and no default, or not exactly one has that name.

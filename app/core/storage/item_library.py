@@ -131,7 +131,7 @@ class Library:
         return new_title
 
     def free_title(self, folder: Path, title: str) -> str:
-        """Return a free title: this one, or with a number if it is taken."""
+        """Return this title, with a number added if it is already taken."""
         titles = self.titles(folder)
         likes = titles_like(title, self.longest)
         return self._first(each for each in likes if title_key(each) not in titles)

@@ -263,7 +263,7 @@ def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
 
 
 def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], part: _Lost) -> Any:
-    """Return an entry or its default; remove an invalid entry and list it in `bad`."""
+    """Return an entry or its default, removing an invalid entry and listing it in `bad`."""
     if name not in facts:
         return default
     try:

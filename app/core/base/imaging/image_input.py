@@ -169,7 +169,7 @@ def _endings(path: Path) -> tuple[str, ...]:
 
 
 def _is_plain(stream: BinaryIO) -> bool:
-    """Return whether the headers of an OpenEXR file have few attributes, as many take minutes.
+    """Return whether an OpenEXR file's headers have few attributes, since many take minutes.
 
     In the OpenEXR file layout, names and types end with 0, and a header ends with an empty name, as
     does the list of headers in a multi-part file.

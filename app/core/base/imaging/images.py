@@ -35,7 +35,7 @@ def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
     """Write an sRGB picture as PNG.
 
     Args:
-        picture: (H, W, 3) uint8. sRGB.
+        picture: (H, W, 3) uint8. Picture in sRGB.
         pixels_per_inch: Resolution to state in the file, or 0 for none.
 
     Raises:
@@ -66,7 +66,7 @@ def write_exr(
     """Write linear light as 32-bit OpenEXR.
 
     Args:
-        picture: (H, W, 3) float32. Linear Rec. 709.
+        picture: (H, W, 3) float32. Linear Rec. 709 light.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
         check: Function called with the temporary file before it replaces the old one. It may raise
             an exception to keep the old file.
@@ -104,7 +104,7 @@ def write_half_exr(
     """Write linear light as half-float OpenEXR, PIZ compressed to a third of the size.
 
     Args:
-        picture: (H, W, 3) float32. Linear Rec. 709.
+        picture: (H, W, 3) float32. Linear Rec. 709 light.
         scale: Power of two by which to divide the picture. It is saved as the attribute `SCALE`.
         white_cd_m2: Luminance of the stored value 1 in cd/m2.
         check, rough: As in `write_exr`.
@@ -129,7 +129,7 @@ def write_hdr(path: Path, picture: FloatImage) -> None:
     """Write linear light as Radiance RGBE, with 8 bits per channel and a common exponent.
 
     Args:
-        picture: (H, W, 3) float32. Linear Rec. 709.
+        picture: (H, W, 3) float32. Linear Rec. 709 light.
 
     Raises:
         CoreError: If the file cannot be written.

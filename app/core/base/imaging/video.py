@@ -94,7 +94,7 @@ def fitted(picture: Bytes, width: int) -> Bytes:
     """Shrink a picture that is wider than `width`.
 
     Args:
-        picture: (H, W, 3) uint8. sRGB.
+        picture: (H, W, 3) uint8. Picture in sRGB.
         width: Maximum width in pixels, or 0 for no limit.
 
     Returns:

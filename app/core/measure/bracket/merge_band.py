@@ -75,7 +75,7 @@ class Sums:
         self.weights.append(weight.copy() if keep else weight)
 
     def mark(self, clipped: Bytes | None, dark: Bytes | None, first: bool) -> None:
-        """Intersect the masks with those of a frame, the first of which starts them."""
+        """Intersect the masks with those of a frame, or start with those of the first frame."""
         self.clipped = clipped if first else _both(self.clipped, clipped)
         self.dark = dark if first else _both(self.dark, dark)
 

@@ -59,7 +59,7 @@ class MemoryRows:
 
 
 class RawRows:
-    """A frame in a temporary file, for a frame that cannot be read by rows.
+    """A copy of a frame in a temporary file, because the frame cannot be read by rows.
 
     The file has no name and is deleted together with the object.
 
