@@ -28,7 +28,7 @@ from app.core.styles.style_pack_file import load_named_pack
 Key: TypeAlias = Literal["front", "behind", "flat"]
 
 FRONTAL_DEG: Final = 10.0
-"""Least yaw of a face that does not look into the lens."""
+"""Smallest yaw, in degrees, of a face that does not look into the lens."""
 _PAIRS: Final = 3.0  # weight, in likeness, of differences between mirrored places with a fill
 _PAIRS_ALONE: Final = 1.0
 _FILL_GAIN: Final = 0.6  # fraction of the difference without a fill that the fill must explain
@@ -211,9 +211,9 @@ def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
 def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> float:
     """Return the angle that includes 70% of the true keys, in degrees.
 
-    Its logarithm is linear in properties of the fit, by quantile regression over 19 people under
-    single lamps and with fills of 8:1 to 1.5:1 (`benchmarks/faces/photos.py`, leaving one person
-    out at a time).
+    The logarithm of this angle is linear in properties of the fit, by quantile regression over 19
+    people under single lamps and with fills of 8:1 to 1.5:1 (`benchmarks/faces/photos.py`, leaving
+    one person out at a time).
     """
     return math.exp(
         1.096

@@ -18,7 +18,7 @@ _STIFF: Final = (
 )
 """Landmarks that do not move with lips and lids."""
 USUAL_FOCAL: Final = 1.3
-"""Focal length over the longer side, assumed for an unknown lens: 47 mm on 24 x 36."""
+"""Assumed focal length of an unknown lens over the longer side: 47 mm on 24 x 36 mm."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ LOST_AFTER_S: Final = 1.0
 """Time in seconds that the last number stays after the heading is lost."""
 
 NOSE_DEG: Final = 8
-"""Tolerance of the nose's direction: a face cannot be read more precisely."""
+"""Tolerance of the nose's direction, as a face cannot be read more precisely."""
 
 _BESIDE_DEG: Final = 5  # largest offset of the lens from its goal at which the nose is read
 _SETTLE_DEG: Final = 0.7  # a number on screen stays while the heading is within this distance

@@ -58,7 +58,7 @@ class SteadyOverlay:
 
 
 BARE: Final = SteadyOverlay()
-"""No overlay yet."""
+"""The overlay before the first picture."""
 
 
 def steady_overlay(

@@ -139,12 +139,12 @@ class Effort(NamedTuple):
 
 
 SEARCHING: Final = Effort(640 * 480, 1000)
-"""For a live picture, anywhere in the panorama."""
+"""Effort for a live picture that is searched anywhere in the panorama."""
 
 _TRACKING: Final = Effort(320 * 240, 350)  # nearly as accurate, and three times as fast
 
 FINE: Final = Effort(1200 * 900, 2500)
-"""For photos, which may take longer."""
+"""Effort for photos, which may take longer."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -167,8 +167,8 @@ def _refined(
 ) -> Float64 | None:
     """Refine the fit to the agreeing points, or return None if the view's corners stay uncertain.
 
-    Gauss-Newton on the first eight elements, with weights that depend on the spread of the
-    residuals; the remaining error is propagated to the corners.
+    The fit is by Gauss-Newton on the first eight elements, with weights that depend on the spread
+    of the residuals. The remaining error is propagated to the corners.
     """
     width = float(sizes[1][0])
     unit = np.diag([1.0 / width, 1.0 / width, 1.0])

@@ -281,8 +281,8 @@ def _out_of_plane(pairs: _Pairs, state: _Solution) -> tuple[Float64, Float64]:
 def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
     """Return the divisor that converts a distance from the common plane to an angle, (N,).
 
-    A point closer to the direction to the probe than its match, by more than usual, turns its match
-    further around that direction when it is wrong.
+    If a point is closer to the direction to the probe than its match is, by more than usual, an
+    error of the point turns the match further around that direction.
     """
     here, beyond = (np.linalg.norm(_cross(way, one), axis=1) for one in (full, there))
     here = np.maximum(here, _NEAR)

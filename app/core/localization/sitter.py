@@ -130,7 +130,7 @@ def find_sitter(
 def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
     """Return the previous face if it is still there, or the largest face.
 
-    Live pictures are searched at half size or less, since the next one follows soon.
+    Live pictures are searched at half size or less, since the next picture follows soon.
     """
     scale = 1.0 if keen else min(_LIVE_SIDE / max(frame.shape[:2]), 1.0)
     size = round(frame.shape[1] * scale), round(frame.shape[0] * scale)

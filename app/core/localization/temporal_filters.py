@@ -249,7 +249,7 @@ class Stillness:
 
 
 STILL: Final = Stillness()
-"""No observations yet."""
+"""The observations before the first picture."""
 
 
 def watch(

@@ -27,7 +27,7 @@ from app.core.text import tr
 def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     """Return the canvas of a built-in style: the weights of its target (eq. 6).
 
-    Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
+    Averaged over the head's pixels, the canvas's weights are those of eq. 6 to within 1e-6.
 
     Raises:
         StyleError: If the pack has no such style, or was made for a different head.

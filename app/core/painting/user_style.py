@@ -171,7 +171,7 @@ class UserStyle:
 def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
     """Return a canvas from a user style that was painted on this head or another.
 
-    Its layers are resized to this head's canvas if necessary.
+    The style's layers are resized to this head's canvas if necessary.
     """
     size = canvas_size(transport)
     return make_canvas(resized(style.weights, size), resized(style.ignore, size))

@@ -96,7 +96,7 @@ MERGED: Final = "environment.exr"
 
 _CAPTURE: Final = "capture"
 EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
-"""Time of a place with unknown time."""
+"""Time of a place whose time is unknown."""
 
 
 @dataclass(frozen=True, slots=True)

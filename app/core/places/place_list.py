@@ -28,7 +28,7 @@ from app.core.places.remarks import FolderUnreadable
 from app.core.text import tr
 
 TRASH: Final = ".trash"
-"""Name of the folder in the folder of places."""
+"""Name of the trash in the folder of places."""
 
 _ENTRY: Final = re.compile(r"(\d{8}T\d{6}Z)--(.+?)(?:~\d+)?")
 _WHEN: Final = "%Y%m%dT%H%M%SZ"

@@ -51,7 +51,7 @@ class UnfinishedPlace:
 def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
     """List the places that can be completed, newest first.
 
-    None of them has light. Captures that ended but could not be saved are included.
+    None of these places has light. Captures that ended but could not be saved are included.
     """
     every = (find_unfinished(summary) for summary in list_places(places))
     return tuple(each for each in every if each is not None and each.can_finish)

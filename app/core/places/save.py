@@ -109,7 +109,8 @@ def save_again(open_place: OpenPlace) -> OpenPlace:
 def save_anywhere(open_place: OpenPlace, places: Path) -> OpenPlace:
     """Save a place wherever possible, before a forced exit.
 
-    Its own folder is recreated if it is gone; otherwise the place gets a new one in `places`.
+    The place's own folder is recreated if it is gone; otherwise the place gets a new folder in
+    `places`.
 
     Raises:
         CoreError, OSError: If the disk fails.

@@ -47,7 +47,7 @@ _CLOSE: Final = (
     61.0,
 )  # rows and columns of the head alone, from crown to chin and ear to ear
 CLOSE_SHAPE: Final = _CLOSE[0] / _CLOSE[1]
-"""Height over width of a picture of the head alone."""
+"""Ratio of height to width of a picture of the head alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

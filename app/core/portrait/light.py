@@ -22,18 +22,18 @@ from app.core.measure.finish.lamp_detection import components
 from app.core.styles.style import StyleLamp
 
 ROWS: Final = 24
-"""Rows of the soft light's grid; its columns become fewer toward the poles."""
+"""Rows of the soft light's grid, whose columns become fewer toward the poles."""
 COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
 _BRIGHT: Final = 6.0
-"""Least brightness of a lamp, relative to the mean of the sky,"""
+"""Least brightness of a lamp, relative to the mean of the sky."""
 _SHARE: Final = 0.01
-"""least fraction of all light,"""
+"""Least fraction of all light that a lamp provides."""
 _LARGEST: Final = np.pi * math.radians(6.0) ** 2
-"""and largest size, 6 degrees in radius; larger ones have soft edges on a face anyway."""
+"""Largest size of a lamp, 6 degrees in radius: larger lamps make soft edges on a face anyway."""
 _WIDEST: Final = math.radians(11.0)
-"""Radius of a studio's lamp up to which nodes know its visible share."""
+"""Radius of a studio's lamp up to which nodes know how much of the lamp is visible."""
 _LEAST_RADIUS: Final = 0.0046
 SHARP: Final = 8
 """Number of lamps with sharp shadows; all others are part of the soft light."""

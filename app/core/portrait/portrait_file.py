@@ -31,10 +31,10 @@ _MOST_BYTES: Final = 1 << 27
 _MOST_NODES: Final = 1 << 15
 _MOST_SIDE: Final = 2048
 UNIT_ARRAYS: Final = ("normals", "view", "way", "glass_way")
-"""Unit vectors, stored with 16 bits per component."""
+"""Arrays of unit vectors, stored with 16 bits per component."""
 HALF_ARRAYS: Final = ("gain", "glass_gain")
 COARSE_ARRAYS: Final = ("albedo", "detail")
-"""Stored in steps of 1/128."""
+"""Arrays stored in steps of 1/128."""
 NODE_ARRAYS: Final = ("normals", "horizon", "eye", "profile", "patches")
 SEEN_ARRAYS: Final = ("view", "gain", "way")
 HEAD_ARRAYS: Final = (

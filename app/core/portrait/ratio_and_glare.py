@@ -102,7 +102,7 @@ def lighting_ratio(
 ) -> LightingRatio:
     """Measure the lighting ratio in a picture of the head.
 
-    There is no side, and 0 stops, if both cheeks are in shadow, as with only rim light.
+    The result has no side and 0 stops if both cheeks are in shadow, as with rim light alone.
 
     Args:
         picture: (P, 3) or (P,) float. Linear Rec. 709 picture on the head's pixels

@@ -37,9 +37,9 @@ SOME: Final = ((0.125, 0.375), (0.375, 0.875), (0.625, 0.125), (0.875, 0.625))
 """Rows and columns of the four samples inside a pixel at an edge."""
 _LEAVING: Final = {"dark": (0.05, -0.02, -0.08)}
 _LEAVING_USUAL: Final = (0.25, 0.12, 0.02)
-"""Reduction of the skin's red, green and blue light at grazing angles, relative to straight up,"""
+"""Reduction of the skin's red, green and blue light at grazing angles, relative to straight up."""
 _DIMMED: Final = 0.65
-"""and the cosine below which it begins."""
+"""Cosine below which this reduction begins."""
 _FLAT: Final = 1e-9  # area of a degenerate triangle, in pixels
 _FACETS: Final = 7  # along each axis, to integrate a rough surface
 _SMOOTH: Final = 0.04  # roughness of the tear film

@@ -278,7 +278,7 @@ def _dots(wide: int, tall: int) -> tuple[Float64, Float64]:
     """Return positions of dots along width and height, -0.5 to 0.5, one in each cell of a grid.
 
     Each row and column is shifted by a different part of a cell, so that a texel's edge never runs
-    along a whole row of them.
+    along a whole row of dots.
     """
     i, j = np.divmod(np.arange(wide * tall), tall)
     x, y = (i + (j * _GOLDEN) % 1.0) / wide, (j + (i * _GOLDEN) % 1.0) / tall

@@ -109,7 +109,7 @@ KINDS: Final = {
         Kind("softbox", (0.60, 0.60), False, 1500.0, 1.0, _WHITE),
     )
 }
-"""Kinds by name."""
+"""The kinds of lamp, by name."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,8 @@ def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
 def within_arm(distance_m: float) -> Bools:
     """Return the placements within the sitter's own reach, (576,) bool.
 
-    They are within reach of either arm, not far behind the head, and not inside the trunk.
+    These placements are within reach of either arm, not far behind the head, and not inside the
+    trunk.
     """
     places = directions() * distance_m
     shoulders = np.array([_SHOULDER_M, (-_SHOULDER_M[0], *_SHOULDER_M[1:])])

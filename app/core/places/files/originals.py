@@ -150,7 +150,7 @@ def _only_named(folder: str) -> bool:
 
 
 ORIGINALS: Final = "originals"
-"""Name of the folder in a place's folder."""
+"""Name of the folder of originals in a place's folder."""
 
 _MOST_FILES: Final = 200
 _MOST_BYTES: Final = 1 << 31

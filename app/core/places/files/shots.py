@@ -58,7 +58,7 @@ from app.core.storage.json_file import (
 from app.core.text import tr
 
 SHOTS: Final = "shots.json"
-"""Name of the file in a place's folder."""
+"""Name of the file that lists the photos in a place's folder."""
 
 _FOLDER: Final = "shots"
 _VERSION: Final = 1

@@ -37,7 +37,7 @@ from app.core.storage.json_file import Facts, number, optional, read_json, take,
 from app.core.text import tr
 
 MAX_TITLE: Final = 80
-"""Longest title, in characters."""
+"""Length of the longest title, in characters."""
 
 _FORMAT: Final = 1
 _MOST_BYTES: Final = 1 << 16
