@@ -106,8 +106,8 @@ def find_sitter(
         fov_deg: Horizontal field of view, in degrees, in (0, 180).
         near: The previous result. The search starts at that head, at a quarter of the cost, and
             continues everywhere if the head is gone.
-        keen: Whether this is a single photo of somebody. A head as large as one 1 to 3 m away then
-            needs less certainty.
+        keen: Whether this is a single photo of somebody. A head of the size expected at a distance
+            of 1 to 3 m then needs less certainty.
 
     Raises:
         CoreError: If the program's own network is missing or damaged.

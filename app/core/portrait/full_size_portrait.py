@@ -283,7 +283,7 @@ def fresnel(cosine: Float32) -> Float32:
     Walter et al., equation 22.
 
     Args:
-        cosine: float32, any shape. Cosine of that angle.
+        cosine: float32, any shape. Cosine of the angle to the facet.
     """
     inside = np.sqrt(_INDEX**2 - 1 + cosine**2)
     less, more = inside - cosine, inside + cosine

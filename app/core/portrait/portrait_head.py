@@ -397,7 +397,7 @@ class PortraitSkin:
 
     Attributes:
         source: (K, M) intp. Sources of each visible node: nodes, then small patches, then large
-            ones, all of the left half, then all of the right.
+            patches, first all of the left half, then all of the right half.
         share: (K, M, 3) float32. Fraction of the light entering there that leaves here.
     """
 
