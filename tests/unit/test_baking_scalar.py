@@ -244,7 +244,7 @@ def test_auto_without_llvm_says_that_it_is_slow_and_goes_on_in_scalar(tmp_path: 
     done = python(CLI, *words)
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("No LLVM 16 or newer was found") == 1
-    assert "hundreds of times slower" in done.stderr
+    assert "hundreds of times more slowly" in done.stderr
     assert "libllvm" in done.stderr
     assert (target / "scene.xml").is_file()
 
