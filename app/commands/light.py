@@ -129,7 +129,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--lamp-lux E",
         tr(
-            "light meter reading where the camera stood, facing the lamp, for a captured "
+            "light meter reading where the camera was, facing the lamp, for a captured "
             "lamp whose brightness is not recorded"
         ),
         type=finite,

@@ -171,7 +171,7 @@ def _hint(comparison: Comparison) -> str:
     if comparison.unknown is Unknown.PLACE:
         return tr("Enter the light on the face there, in lux, or capture the place again.")
     return tr(
-        "Enter the lamp’s illuminance: hold a light meter where the camera stood, facing the "
+        "Enter the lamp’s illuminance: hold a light meter where the camera was, facing the "
         "lamp. Or capture it again with files that record ISO, aperture and shutter."
     )
 

@@ -58,7 +58,7 @@ def test_ctrl_z_after_deleting_a_style_brings_it_back_and_stays_in_the_gallery(
     say(app, robot, "Mine deleted")
     assert sees(robot, "Undo delete Mine") or app.services.undo.undo_words == "delete Mine"
     robot.press(Qt.Key.Key_Z, CTRL)
-    say(app, robot, "Mine is back.")
+    say(app, robot, "Mine has been restored.")
     assert (app.model.step, app.model.painting) == (Step.STYLES, None)
     assert [one.title for one in app.model.user_styles] == ["Mine"]
     assert app.window._idle[0] == "Undone: delete Mine."

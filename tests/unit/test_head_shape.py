@@ -191,7 +191,7 @@ def test_one_changed_number_is_found(tmp_path: Path) -> None:
 
 
 def test_a_newer_shape_asks_for_an_update(tmp_path: Path) -> None:
-    with pytest.raises(TransportError, match="newer Turnlight") as found:
+    with pytest.raises(TransportError, match="newer version of Turnlight") as found:
         load_shape(_store(tmp_path / "x.shape.npz", _arrays(version=2)))
     assert "Update" in (found.value.hint or "")
 

@@ -51,7 +51,7 @@ def _stored(path: Path, **changes: object) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"format": 2}, "newer Turnlight"),
+        ({"format": 2}, "newer version of Turnlight"),
         ({"format": 0}, "not a draft"),
         ({"format": None}, "not a draft"),
         ({"weights": np.zeros((48, 48))}, "not a draft"),

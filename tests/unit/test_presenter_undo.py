@@ -151,7 +151,7 @@ def test_what_was_undone_is_said_and_offered_again(world: World) -> None:
     world.undo.undo()
     assert frame.resolve().status == "Undone: delete Other."
     assert frame.resolve().redo == "delete Other"
-    assert world.room.told.messages[-1] == "Other is back."
+    assert world.room.told.messages[-1] == "Other has been restored."
     world.undo.redo()
     assert frame.resolve().status == "Redone: delete Other."
     world.paint("left-loop", LEFT)

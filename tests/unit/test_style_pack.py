@@ -194,7 +194,7 @@ def test_missing_files_are_named(tmp_path: Path) -> None:
 def test_newer_files_ask_for_an_update(stored: Path) -> None:
     values = _header(stored)
     _rewrite(stored, header=_raw({**values, "format_version": 99}))
-    with pytest.raises(TransportError, match="newer Turnlight"):
+    with pytest.raises(TransportError, match="newer version of Turnlight"):
         load_pack(stored)
 
 

@@ -149,7 +149,7 @@ def read_sealed(
         if file_version > version:
             raise TransportError(
                 tr(
-                    "{name} was made by a newer Turnlight (format {made}).",
+                    "{name} was made by a newer version of Turnlight (format {made}).",
                     name=path.name,
                     made=file_version,
                 ),

@@ -86,7 +86,7 @@ def load_draft(path: Path) -> Draft:
     if version > DRAFT_FORMAT:
         raise StyleError(
             tr(
-                "{name} was made by a newer Turnlight (format {version}).",
+                "{name} was made by a newer version of Turnlight (format {version}).",
                 name=path.name,
                 version=version,
             ),

@@ -74,7 +74,7 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
     """
     if not replace and file.exists():
         raise StyleError(
-            tr("There is already a file {name}.", name=file.name), tr("Choose another name.")
+            tr("A file named {name} already exists.", name=file.name), tr("Choose another name.")
         )
     with tempfile.TemporaryDirectory() as folder:
         layers = Path(folder) / _LAYERS

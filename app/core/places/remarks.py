@@ -57,7 +57,7 @@ class PartLost(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FromNewer(Remark):
-    """A newer Turnlight saved the place; unknown data are kept."""
+    """A newer version of Turnlight saved the place. Unknown data are kept."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,7 +90,7 @@ def _check_format(version: object, where: str) -> None:
     if version > PAINTED_FORMAT:
         raise StyleError(
             tr(
-                "{where} was made by a newer Turnlight (format {version}).",
+                "{where} was made by a newer version of Turnlight (format {version}).",
                 where=where,
                 version=version,
             ),

@@ -174,7 +174,7 @@ def delete_with_undo(
         tell(words, kind="done", actions=[(tr("Undo"), change.take_back)])
 
     def undone(result: K) -> None:
-        tell(tr("{title} is back.", title=returned(result)), kind="done")
+        tell(tr("{title} has been restored.", title=returned(result)), kind="done")
 
     what = tr("delete {title}", title=title)
     change = FileChange(

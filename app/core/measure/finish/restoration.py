@@ -118,7 +118,7 @@ def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoratio
                 held=energy,
                 lux=lux,
             ),
-            tr("Hold the light meter where the camera stood, facing the lamp."),
+            tr("Hold the light meter where the camera was, facing the lamp."),
         )
     extra_light = np.stack([texels, light_of * weights * (gain - 1.0)], axis=1)
     near = (0.9 * lux, 1.1 * lux)

@@ -1,6 +1,6 @@
 """Format of saved remarks: the name of their class, with their fields.
 
-Earlier files contain sentences. Remarks of a newer Turnlight are skipped.
+Earlier files contain sentences. Remarks from a newer version of Turnlight are skipped.
 """
 
 from __future__ import annotations

@@ -128,7 +128,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
     version = file_facts.get("format", _FORMAT)
     if isinstance(version, int) and version > _FORMAT:
         raise CoreError(
-            tr("The lamp {name} was saved by a newer Turnlight.", name=name),
+            tr("The lamp {name} was saved by a newer version of Turnlight.", name=name),
             tr("Update Turnlight."),
         )
     bare = name.replace("-", " ").capitalize()
