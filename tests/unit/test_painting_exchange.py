@@ -77,7 +77,7 @@ def test_the_same_style_gives_the_same_file(style: UserStyle, tmp_path: Path) ->
 def test_a_file_is_replaced_only_when_asked(style: UserStyle, tmp_path: Path) -> None:
     file = tmp_path / "letter.txt"
     file.write_text("dear", encoding="utf-8")
-    with pytest.raises(StyleError, match="already a file"):
+    with pytest.raises(StyleError, match="already exists"):
         export_style(style, file)
     assert file.read_text(encoding="utf-8") == "dear"
     with pytest.raises(CoreError, match="does not exist"):

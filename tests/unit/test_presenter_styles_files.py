@@ -144,7 +144,7 @@ def test_a_file_that_nobody_agreed_to_replace_stays(table: Table, tmp_path: Path
     there = tmp_path / "style.turnstyle"
     there.write_bytes(b"precious")
     table.presenter.files.export(tmp_path / "style")
-    assert "already a file" in table.told.messages[-1]
+    assert "already exists" in table.told.messages[-1]
     assert there.read_bytes() == b"precious"
     sheet = tmp_path / "sheet.pdf"
     sheet.write_bytes(b"precious")
