@@ -13,7 +13,7 @@ from app.commands.shared.printing import answer, say, short
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_from_face import FaceLight, read_light
-from app.core.faces.shot_check import (
+from app.core.faces.shot_against_goal import (
     Check,
     Promise,
     check_face,

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, TypeAlias
 
-from app.core.camera_models import CAMERAS, CameraFacts, CameraLimits, camera_facts
+from app.core.camera_catalogue import CAMERAS, CameraFacts, CameraLimits, camera_facts
 from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192

@@ -38,7 +38,7 @@ import numpy as np  # noqa: E402
 from app.core.base.arrays import Bytes  # noqa: E402
 from app.core.base.atomic_files import atomic_write_text  # noqa: E402
 from app.core.base.colour import FloatImage  # noqa: E402
-from app.core.camera_models import camera_facts  # noqa: E402
+from app.core.camera_catalogue import camera_facts  # noqa: E402
 from app.core.environment.environment import energy, read_environment, reduce_light  # noqa: E402
 from app.core.measure.finish.clip_audit import given_up  # noqa: E402
 from app.core.measure.single.preview import preview_light, rough_answers  # noqa: E402

@@ -37,7 +37,7 @@ from benchmarks.light.sun_restored import SUNS, load
 ROOT = Path(__file__).resolve().parents[2]
 
 
-from app.core.camera_models import camera_facts  # noqa: E402
+from app.core.camera_catalogue import camera_facts  # noqa: E402
 from app.core.measure.finish.clip_audit import given_up  # noqa: E402
 from app.core.measure.finish.sunlight import SkyWord, direct_normal_lux  # noqa: E402
 from benchmarks.speed.plain_search import choose  # noqa: E402

@@ -21,10 +21,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import camera_models as camera_table
+from app.core import camera_catalogue as camera_table
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.sphere import direction, directions_at
-from app.core.camera_models import CameraLimits
+from app.core.camera_catalogue import CameraLimits
 from app.core.environment.environment import (
     read_environment,
     reduce_radiance,

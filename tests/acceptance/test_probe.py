@@ -18,7 +18,7 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
-from app.core.camera_models import camera_facts
+from app.core.camera_catalogue import camera_facts
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.clip_audit import given_up

@@ -15,7 +15,7 @@ import pytest
 from app.cli import main
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
-from app.core.camera_models import camera_facts
+from app.core.camera_catalogue import camera_facts
 from app.core.environment.environment import read_environment, reduce
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure

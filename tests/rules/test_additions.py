@@ -70,7 +70,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import app
-from app.core.camera_models import camera_facts
+from app.core.camera_catalogue import camera_facts
 from app.devices.protocol_profiles import profile_for
 from app.devices.simulated.cameras import personality_named
 from app.devices.theta.client import Info

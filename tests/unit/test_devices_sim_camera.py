@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.camera_models import camera_facts
+from app.core.camera_catalogue import camera_facts
 from app.core.measure.read.makernote import read_ricoh_note
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import Personality

@@ -15,7 +15,7 @@ from app.core.faces.face_on_head import on_head
 from app.core.faces.facing import FacingEstimate, find_facing, standing
 from app.core.faces.finder import find_faces
 from app.core.faces.pose import head_pose
-from app.core.faces.shot_check import (
+from app.core.faces.shot_against_goal import (
     Check,
     Promise,
     check_face,

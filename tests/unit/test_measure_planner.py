@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
-from app.core.camera_models import CAMERAS, CameraFacts, CameraLimits, camera_facts
+from app.core.camera_catalogue import CAMERAS, CameraFacts, CameraLimits, camera_facts
 from app.core.measure.plan.planner import Plan, plan
 from app.core.measure.plan.remarks import (
     BracketShifted,

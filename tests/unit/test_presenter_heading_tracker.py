@@ -18,7 +18,7 @@ from app.core.base.progress import Token, silent
 from app.core.faces.finder import Face
 from app.core.faces.light_from_face import FaceLight
 from app.core.faces.pose import HeadPose
-from app.core.faces.shot_check import Check
+from app.core.faces.shot_against_goal import Check
 from app.core.guidance.who_moves import Mode
 from app.core.localization import tracking
 from app.core.localization.features import HeadingIndex

@@ -17,7 +17,7 @@ from app.core.base.errors import CoreError
 from app.core.faces.finder import Face
 from app.core.faces.light_from_face import FaceLight
 from app.core.faces.pose import HeadPose
-from app.core.faces.shot_check import Check
+from app.core.faces.shot_against_goal import Check
 from app.core.localization.photo_location import PhotoLocation
 from app.core.places.files.shots import read_shots
 from app.core.portrait.head import Head

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.core.base.paths import resources
-from app.core.camera_models import CAMERAS, CameraFacts, camera_facts, tuples
+from app.core.camera_catalogue import CAMERAS, CameraFacts, camera_facts, tuples
 
 _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})

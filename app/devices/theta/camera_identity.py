@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
-from app.core.camera_models import CAMERAS
+from app.core.camera_catalogue import CAMERAS
 from app.devices.protocol_profiles import profile_for
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.messages import Info

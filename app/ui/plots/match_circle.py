@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
-from app.ui.plots.match_circle_marks import (
+from app.ui.plots.match_circle_rings import (
     draw_dot,
     draw_needle_dot,
     draw_peak,

@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
-from app.core.camera_models import camera_facts
+from app.core.camera_catalogue import camera_facts
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.measure import measure
 from app.core.measure.plan.planner import plan

@@ -22,7 +22,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.phrases import small_percent
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import rotate_light
-from app.core.camera_models import camera_facts
+from app.core.camera_catalogue import camera_facts
 from app.core.environment.environment import energy
 from app.core.environment.holes import GOES_ON, canvas
 from app.core.environment.remarks import PartUnseen

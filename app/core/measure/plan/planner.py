@@ -5,7 +5,7 @@ nominal thirds of a stop, so a target exposure is rounded to the logarithmically
 then on, the exposure actually sent is used, never the target.
 
 A camera reports its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the
-manual program). For cameras that cannot be queried, `app.core.camera_models` has the lists
+manual program). For cameras that cannot be queried, `app.core.camera_catalogue` has the lists
 of Ricoh's Web API v2.1.
 """
 
@@ -18,7 +18,7 @@ from typing import Final, Literal
 
 from app.core.base.errors import ProbeError
 from app.core.base.remarks import Remark
-from app.core.camera_models import CameraLimits
+from app.core.camera_catalogue import CameraLimits
 from app.core.measure.plan.remarks import BracketShifted, DarkestExposure, OffsetMissed, WiderSteps
 from app.core.measure.read.frame import Exposure
 from app.core.text import tr

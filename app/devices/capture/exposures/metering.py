@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from app.core.base.atomic_files import file_opener
 from app.core.base.errors import ProbeError
-from app.core.camera_models import CameraLimits
+from app.core.camera_catalogue import CameraLimits
 from app.core.measure.bracket.exposures import metered_exposure
 from app.core.measure.plan.planner import Plan, plan
 from app.core.measure.read.frame import Exposure

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import direction_of
 from app.core.base.progress import PhraseReport, Token
-from app.core.camera_models import camera_facts
+from app.core.camera_catalogue import camera_facts
 from app.core.measure.single.preview import RoughAnswer, preview_light, rough_answers
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr

@@ -18,7 +18,7 @@ from app.words.styles import side_words
 from app.words.why_out_of_reach import grade_words
 
 if TYPE_CHECKING:
-    from app.core.faces.shot_check import Check
+    from app.core.faces.shot_against_goal import Check
     from app.core.painting.user_style import UserStyle
     from app.core.solver.style_result import StyleResult
 

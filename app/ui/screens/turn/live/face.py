@@ -8,7 +8,7 @@ from typing import Final
 
 from app.core.base.arrays import Bytes
 from app.core.faces.finder import Face, find_faces
-from app.core.faces.shot_check import Check, Promise, check_face, graded_by, promise_of_place
+from app.core.faces.shot_against_goal import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
 from app.ui.presenters.services import Services

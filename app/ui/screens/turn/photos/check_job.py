@@ -16,7 +16,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import PhraseReport, Token
 from app.core.faces.finder import find_faces
-from app.core.faces.shot_check import Check, Promise, check_face, graded_by, promise_of_place
+from app.core.faces.shot_against_goal import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_location import (

@@ -1,4 +1,4 @@
-"""The small marks on the circle of matches: rings of peaks, dots with names, the needle's handle.
+"""The rings, dots and names on the circle of matches: secondary peaks, marks, the needle's handle.
 
 Positions and sizes are in logical pixels.
 """
