@@ -1,8 +1,8 @@
-"""Read the table of cameras, `resources/cameras/theta.toml`: what each Ricoh Theta accepts.
+"""Read the table of cameras, `resources/cameras/theta.toml`, with what each Ricoh Theta accepts.
 
 The bracket planner, the client (`app.devices.protocol_profiles`) and the simulated cameras
 (`app.devices.simulated.cameras`) each use the table in their own way, so a new row adds a model to
-all three. Exposure times, ISO and apertures are those of the manual program, digit for digit as in
+all three. Exposure times, ISO values and apertures are those of the manual program, exactly as in
 Ricoh's Web API v2.1 (options/shutter_speed.md, iso.md, aperture.md). If a camera reports its own
 lists (`shutterSpeedSupport` and so on), those take precedence.
 """
@@ -59,10 +59,10 @@ class CameraFacts:
         name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
         sizes: Rows and columns of the camera's panoramas, largest first.
         overhead_s: Time that each frame takes in addition to its exposure, in seconds.
-        native_bracket: Whether the camera can shoot a bracket on one command, of at most
-            `max_shots` frames.
-        by_method: Whether `_shootingMethod` has to select the bracket.
-        old_bracket: Whether the frames of a bracket are requested without a program and a white
+        native_bracket: Whether the camera can shoot a bracket of at most `max_shots` frames on one
+            command.
+        by_method: Whether the bracket has to be selected with `_shootingMethod`.
+        old_bracket: Whether the frames of a bracket are requested without a program or a white
             balance.
         watched: Whether the camera never reports the end of a bracket.
         switches_api: Whether the camera starts in API 2.0 and must be switched to 2.1.
@@ -110,7 +110,7 @@ def _read() -> tuple[CameraFacts, ...]:
         facts: dict[str, Any] = {}
         if "isos" in row:
             least, most = row.pop("isos")
-            # Other times that are already in the list are removed from it.
+            # A time in `other_shutters_s` is removed if it is in the list, and added if it is not.
             times = {*shutters} ^ {*row.pop("other_shutters_s", ())}
             shortest = row.pop("shortest_s", 0.0)
             facts["limits"] = CameraLimits(

@@ -202,7 +202,7 @@ def test_names_that_lead_nowhere(three: list[Path]) -> None:
     (folder / "zero.jpg").touch()
     assert "no pictures to merge" in refusal([])
     assert "contains no pictures" in refusal([folder / "empty"])
-    assert "there are other names too" in refusal([folder, three[0]])
+    assert "other paths were chosen too" in refusal([folder, three[0]])
     assert "no file" in refusal([*three, folder / "none.jpg"])
     assert "zero.jpg is empty" in refusal([*three, folder / "zero.jpg"])
     (folder / "empty" / "zero.jpg").touch()

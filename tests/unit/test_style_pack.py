@@ -200,7 +200,7 @@ def test_newer_files_ask_for_an_update(stored: Path) -> None:
 
 def test_older_packs_are_to_be_baked_again(stored: Path) -> None:
     _rewrite(stored, header=_raw({**_header(stored), "format_version": 1}))
-    with pytest.raises(TransportError, match="older Turnlight"):
+    with pytest.raises(TransportError, match="older version of Turnlight"):
         load_pack(stored)
 
 

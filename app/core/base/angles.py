@@ -12,7 +12,7 @@ from typing import Final, Literal, TypeAlias
 TURNS: Final = 64
 """Number of turns in the search grid, one for each column of a 64 x 32 environment."""
 
-_NO_TURN_DEG = 0.05  # shown as 0.0 in a table with one decimal
+_NO_TURN_DEG = 0.05  # smaller turns appear as 0.0 in a table with one decimal
 
 
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
@@ -20,7 +20,7 @@ Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 
 
 def wrap(angle_deg: float) -> float:
-    """Wrap an angle into (-180, 180].
+    """Wrap an angle to the range (-180, 180].
 
     The result is exact, without rounding, and ``wrap(-a) == -wrap(a)`` unless the result is 180.
 
@@ -71,7 +71,8 @@ def direction(turn_deg: float) -> str:
         turn_deg: Turn, in degrees.
 
     Returns:
-        ``clockwise`` (positive), ``counter-clockwise``, or ``none`` for less than 0.05 degrees.
+        ``clockwise`` for a positive turn, ``counter-clockwise`` for a negative one, or ``none`` for
+        a turn of less than 0.05 degrees either way.
 
     Examples:
         >>> direction(12.0), direction(-12.0), direction(0.0), direction(180.0)
@@ -84,7 +85,7 @@ def direction(turn_deg: float) -> str:
 
 
 def arc_width(arc_deg: tuple[float, float]) -> float:
-    """Return the width in degrees, 0 to 360, of an arc that runs clockwise between its ends.
+    """Return the width of an arc that runs clockwise between its ends, in degrees from 0 to 360.
 
     Examples:
         >>> arc_width((170.0, -170.0)), arc_width((-180.0, 180.0))

@@ -1,4 +1,4 @@
-"""Read and write ``.npz`` files with a size limit, no pickles and errors that users understand.
+"""Read and write ``.npz`` files, without pickles and with errors that users understand.
 
 A *sealed* file also holds a JSON header with a version and the checksum of the arrays.
 """
@@ -41,8 +41,8 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     """Read all arrays in an ``.npz`` file.
 
     Args:
-        noun, hint: Word for this kind of file, and advice, both for error messages.
-        most: Size limit in bytes, both packed and unpacked.
+        noun, hint: What to call this kind of file, and advice to the user, both for error messages.
+        most: Maximum size in bytes, whether compressed or decompressed.
 
     Raises:
         TransportError: If the file is missing, too large, damaged or of another kind.
@@ -57,7 +57,7 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     try:
         if fits:
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-                # Checked before unpacking: a small file can claim to unpack to a huge one.
+                # Check before unpacking, since a small file can unpack to a huge one.
                 fits = sum(entry.file_size for entry in archive.infolist()) <= most
         if fits:
             with np.load(io.BytesIO(raw), allow_pickle=False) as file_arrays:
@@ -79,12 +79,13 @@ def write_sealed(
     packing: int = zipfile.ZIP_DEFLATED,
     store: Store = dict,
 ) -> str:
-    """Write arrays and a header with their checksum atomically, and return the checksum.
+    """Atomically write arrays and a header that contains their checksum, and return the checksum.
 
     Args:
-        arrays: Arrays by name, none of which may be "header".
+        arrays: Arrays by name. No array may be named "header".
         packing: As in `write_arrays`.
-        store: Function that converts the arrays for storage. The checksum is that of the originals.
+        store: Function that converts the arrays for storage. The checksum is that of the original
+            arrays.
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
@@ -103,7 +104,7 @@ def write_arrays(
             slow.
 
     Raises:
-        CoreError: As `atomic_write_bytes` does.
+        CoreError: If the file cannot be written; see `atomic_write`.
     """
     # Built in memory, since a zip file on a full disk would fail again when garbage-collected.
     stream = io.BytesIO()
@@ -128,15 +129,15 @@ def read_sealed(
     """Read a sealed file.
 
     Args:
-        noun, hint: Word for this kind of file, and advice, both for error messages.
-        version, oldest: Newest and oldest versions that can be read.
-        names: Arrays to read, or None for all.
-        most: Size limit in bytes, both packed and unpacked.
+        noun, hint: What to call this kind of file, and advice to the user, both for error messages.
+        version, oldest: The newest and the oldest version that can be read.
+        names: Names of the arrays to read, or None for all.
+        most: Maximum size in bytes, whether compressed or decompressed.
         restore: Inverse of the `store` of `write_sealed`. It also receives the header.
 
     Returns:
         header: The header, of which only the version and the checksum have been checked.
-        arrays: The arrays by name, with unchecked types and shapes.
+        arrays: The arrays by name. Their types and shapes have not been checked.
 
     Raises:
         TransportError: If the file is missing, too large, damaged, newer or older than the readable
@@ -156,7 +157,9 @@ def read_sealed(
                 tr("Update Turnlight."),
             )
         if file_version < oldest:
-            raise TransportError(tr("{name} was made by an older Turnlight.", name=path.name), hint)
+            raise TransportError(
+                tr("{name} was made by an older version of Turnlight.", name=path.name), hint
+            )
         arrays = arrays if restore is None else restore(header, arrays)
         selection = arrays if names is None else {name: arrays[name] for name in names}
         whole = digest(selection) == header["sha256"]

@@ -27,7 +27,7 @@ _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def open_file(path: Path | str) -> io.BufferedReader:
-    """Open a regular file for reading, but no pipe or device, which could block or never end.
+    """Open a regular file for reading, and refuse a pipe or device, which could block or never end.
 
     Reading from a system file that has no content yet, such as /proc/kmsg, also raises `OSError`.
 
@@ -65,11 +65,11 @@ def _no_file(name: str | bytes | None) -> OSError:
 
 
 def check_target(path: Path | str) -> Path:
-    """Check that a file can be written before minutes are spent on computing its content.
+    """Check that a file can be written, before minutes are spent computing its content.
 
     Raises:
-        CoreError: If the path is a folder, a device or write-protected, or its folder is missing or
-            not writable.
+        CoreError: If the path is a folder, a device or a write-protected file, or if its folder is
+            missing or not writable.
     """
     target = Path(path)
     folder = target.parent
@@ -106,7 +106,7 @@ def check_target(path: Path | str) -> Path:
             tr("Choose another folder."),
         ) from PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
     if target.exists() and not os.access(target, os.W_OK):
-        # Its folder would allow the file to be replaced, but somebody has write-protected it.
+        # The folder would allow the file to be replaced, but somebody has write-protected the file.
         raise CoreError(
             tr("Cannot write {target}: the file is write-protected.", target=target),
             tr("Choose another name."),
@@ -115,7 +115,7 @@ def check_target(path: Path | str) -> Path:
 
 
 def is_private(path: Path | str) -> bool:
-    """Return whether a path must be private, being in the data folder or in a saved place."""
+    """Return whether a path must be private because it is in the data folder or a saved place."""
     full = Path(os.path.realpath(path))
     if full.is_relative_to(os.path.realpath(user_data())):
         return True
@@ -146,7 +146,10 @@ def make_folder(folder: Path, *, private: bool | None = None) -> None:
 
 
 def file_opener(path: str, flags: int) -> int:
-    """Open a file as the `opener` of `open`, so that only the user can read a private file."""
+    """Open a file, with owner-only permissions if it is private.
+
+    Pass this function to `open` as its `opener`.
+    """
     return os.open(path, flags, 0o600 if is_private(path) else 0o666)
 
 
@@ -159,8 +162,8 @@ def atomic_write(
     over `path`. If anything fails, the temporary file is removed and the old file stays as it was.
 
     Args:
-        writer: Function that receives the path of an empty temporary file. The file has the suffix
-            of `path`, by which image libraries choose the format.
+        writer: Function that receives the path of an empty temporary file. The file has the same
+            suffix as `path`, because image libraries choose the format by the suffix.
         private: Whether only the user may read the file, or None to follow `is_private`.
 
     Raises:
@@ -172,7 +175,7 @@ def atomic_write(
     try:
         writer(temporary)
         _flush(temporary)
-        # Follow a link, so that its target is replaced and not the link.
+        # Follow a link, so that its target is replaced rather than the link.
         os.replace(temporary, target.resolve())
     except OSError as error:
         raise _write_error(target, error) from error
@@ -183,15 +186,15 @@ def atomic_write(
 
 
 def atomic_write_bytes(path: Path | str, data: bytes, *, private: bool | None = None) -> None:
-    """Write bytes atomically, with the arguments and errors of `atomic_write`."""
+    """Write bytes atomically, with the same arguments and errors as `atomic_write`."""
     atomic_write(path, lambda temporary: temporary.write_bytes(data), private=private)
 
 
 def atomic_write_text(path: Path | str, text: str) -> None:
-    r"""Write UTF-8 text with ``\n`` line ends atomically.
+    r"""Atomically write text as UTF-8 with ``\n`` line endings.
 
     Raises:
-        CoreError: As `atomic_write` does.
+        CoreError: If the file cannot be written; see `atomic_write`.
     """
     # File names may contain bytes that are not text.
     atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))
@@ -210,7 +213,7 @@ def os_errors_as(
     """Convert an `OSError` or `ValueError` in the block to one of the program's own errors.
 
     `sentence` is already translated but not yet formatted. `values` fill its placeholders, and
-    {reason} becomes the system's message.
+    {reason} is replaced with the system's message.
 
     Examples:
         >>> with os_errors_as(CoreError, tr("There is no {name}: {reason}."), name="x"):
@@ -225,14 +228,14 @@ def os_errors_as(
 
 
 class DiskTrouble(Enum):
-    """Reason why a file could not be written."""
+    """The reason why a file could not be written."""
 
     FULL = "full"
     LOCKED = "locked"  # read-only, or no permission to write
 
 
 def disk_trouble(error: BaseException) -> DiskTrouble | None:
-    """Return the disk's reason for an error, or None if the disk did not cause the error."""
+    """Return the disk trouble that caused an error, or None if the disk was not the cause."""
     codes = {one.errno for one in _causes(error) if isinstance(one, OSError)}
     if codes & _NO_ROOM:
         return DiskTrouble.FULL
@@ -240,9 +243,10 @@ def disk_trouble(error: BaseException) -> DiskTrouble | None:
 
 
 def write_trouble(path: Path, size: int) -> OSError | None:
-    """Return the system's error for appending `size` bytes to a file, or None if there is none.
+    """Append `size` bytes to a file, and return the system's error, or None if that succeeds.
 
-    This finds the reason for a failure that an image library reports without the system's code.
+    This finds the reason for a failure that an image library reports without the system's error
+    code.
     """
     block = bytes(min(size, _BLOCK))
     try:

@@ -1,4 +1,4 @@
-"""Translate whole sentences with placeholders, through gettext catalogues.
+"""Translate whole sentences with placeholders, using gettext catalogues.
 
 The source is in English, and each sentence is its own key. A translation is a `turnlight.mo` file
 in `resources/locale/LANGUAGE/LC_MESSAGES/`. None ships yet; `pybabel extract` writes the template
@@ -84,7 +84,7 @@ def tr(sentence: str, /, **values: object) -> str:
 
 
 def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
-    """Translate a sentence in the singular or plural form that its `{count}` requires.
+    """Translate a sentence in the singular or the plural, whichever its `{count}` requires.
 
     Examples:
         >>> tr_plural("{count} frame", "{count} frames", 3)
@@ -95,7 +95,7 @@ def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
 
 
 def _filled(translated: str, english: str, values: dict[str, object]) -> str:
-    """Fill in the values, falling back to English if the translation has other placeholders."""
+    """Fill in the values, falling back to English if the translation's placeholders differ."""
     if not values:
         return translated
     fill: Callable[..., str] = translated.format

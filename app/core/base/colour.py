@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from app.core.base.arrays import Bytes, Float32, Float64
 
 FloatImage: TypeAlias = Float32
-"""Float32 array of linear light, or of display values in 0..1. Its users state the shape."""
+"""Float32 array of linear light, or of display values in 0..1. Each use states the shape."""
 
 LUMINANCE_WEIGHTS: Final[tuple[float, float, float]] = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue in the luminance (ITU-R BT.709-6, item 3.2).
@@ -72,13 +72,13 @@ def luminance(rgb: ArrayLike) -> FloatImage:
 
 
 def rec709_from(chromaticities: Sequence[float]) -> Float64:
-    """Return the matrix from linear colours of other primaries to Rec. 709, white to white.
+    """Return the matrix that converts linear colours of other primaries to Rec. 709.
 
-    The primaries are converted as in SMPTE RP 177-1993, section 3.3, and the white points are
-    adapted in Bradford's cone space (ICC.1:2022, annex E).
+    White stays white. The primaries are converted as in SMPTE RP 177-1993, section 3.3, and the
+    white points are adapted in Bradford's cone space (ICC.1:2022, annex E).
 
     Args:
-        chromaticities: The x and y of red, green, blue and white: 8 numbers.
+        chromaticities: The x and y of red, green, blue and white, eight numbers in all.
 
     Returns:
         (3, 3) float64. The matrix, for column vectors of red, green and blue.
@@ -165,7 +165,7 @@ def srgb_light(codes: Bytes) -> FloatImage:
 
 
 def shoulder(linear: ArrayLike) -> FloatImage:
-    """Compress highlights: identity up to 0.55, then an exponential approach to 1.
+    """Compress highlights: leave values up to 0.55 unchanged, and approach 1 exponentially above.
 
     Value and slope are continuous, so no edge is visible where the shoulder starts.
 
@@ -208,15 +208,15 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
     top = float(values.max())
     if not np.isfinite(top) or top <= 0.0:
         return 1.0
-    # Divided by the top value first, so that very dim and very bright pictures stay in range.
+    # Divide by the largest value first, so that very dim and very bright pictures stay in range.
     return float(level / (top * np.mean((values / top) ** 4) ** 0.25))
 
 
 def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> float:
-    """Return the gain that shows a panorama's middle tone at `level`, and most of it below white.
+    """Return the gain that shows a panorama's middle tone at `level` and keeps most below white.
 
-    The middle tone is the geometric mean over the sphere. The gain is lower if more than a
-    fifth of the sphere would otherwise be brighter than 0.6 (a white floor under a black ceiling).
+    The middle tone is the geometric mean over the sphere. The gain is lower if more than a fifth of
+    the sphere would otherwise be brighter than 0.6, as with a white floor under a black ceiling.
 
     Args:
         radiance_luminance: array_like, (H, W). Luminance of an equirectangular panorama, any scale.
@@ -308,7 +308,7 @@ def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
 
 @cache
 def wide_tables() -> bool:
-    """Return whether OpenCV has 16-bit lookup tables, as it does since version 5.
+    """Return whether OpenCV has 16-bit lookup tables, which version 5 introduced.
 
     They are ten times faster than NumPy's `take`.
     """

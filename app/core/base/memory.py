@@ -54,7 +54,7 @@ def check_limit(least: int) -> None:
     Some libraries abort the process when address space runs out.
 
     Args:
-        least: Bytes needed.
+        least: Number of bytes needed.
 
     Raises:
         CoreError: If the limit is lower than `least`. The message states both.

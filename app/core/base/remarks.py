@@ -1,4 +1,4 @@
-"""Warnings and notes about a result, as data, for which `app.words.remarks` writes the text.
+"""Warnings and notes about a result, stored as data. `app.words.remarks` writes their text.
 
 Each kind of remark is a frozen dataclass whose fields are the numbers and names of its sentence. A
 package keeps its remarks in `remarks.py`, or next to the result they belong to. A place saves a

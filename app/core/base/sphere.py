@@ -1,4 +1,4 @@
-"""Rotate panoramas: axes, directions and the resampling of pictures and light.
+"""Define the axes and directions of panoramas, and rotate pictures and light.
 
 Directions are unit vectors in the panorama's axes, which are right-handed and those of the head at
 turn 0: **+Y is up (elevation 90), +Z is the centre column (azimuth 0, elevation 0), and +X is
@@ -213,15 +213,15 @@ def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float3
         shape: Rows and columns (H, W).
 
     Returns:
-        columns, rows: (...) float32. Whole numbers are texel centres; columns in [-0.5, W - 0.5],
-            rows in [-0.5, H - 0.5].
+        columns, rows: (...) float32. Whole numbers are texel centres. Columns are in
+            [-0.5, W - 0.5], and rows in [-0.5, H - 0.5].
     """
     x, y, z = (np.ascontiguousarray(vectors[..., k], np.float32) for k in range(3))
     return _positions(x, y, z, shape)
 
 
 def remap_frame(image: Picture, matrix: Float64) -> Picture:
-    """Rotate a panorama picture by bilinear sampling, seamless at the edge and the poles.
+    """Rotate a panorama picture by bilinear sampling, without seams at its edge or its poles.
 
     Use `rotate_light` for light, since it preserves the energy. Apart from the result, only a few
     megabytes of maps are in memory at a time.
@@ -251,7 +251,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
     wide as they are high. A uniform environment stays uniform.
 
     Args:
-        radiance: (H, W, C) float32. Linear radiance, finite and not negative; C up to 4.
+        radiance: (H, W, C) float32. Linear radiance, finite and non-negative, with C up to 4.
         matrix: (3, 3) float64. Moves the content; see the module's docstring.
 
     Returns:

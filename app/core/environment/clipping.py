@@ -1,4 +1,4 @@
-"""Detect undeclared clipping in a panorama, in which many texels share one maximum.
+"""Detect clipping that a panorama does not declare, by the many texels that share one maximum.
 
 Clipping gives all brighter light the same value. Unclipped light is hardly ever that even: of 42
 panoramas, none has more texels within 0.2% of its maximum than just below. Half floats, Radiance's
@@ -25,9 +25,9 @@ from app.core.base.sphere import wrapped
 # Relative width of the band below the maximum, minimum number of texels in it, and minimum ratio of
 # these to the texels in the band and just below it.
 _BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
-# the same for a single channel
+# The same for a single channel.
 _BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))
-_BELOW: Final = 0.9  # lower limit of the values just below the band, as a fraction of its end
+_BELOW: Final = 0.9  # lower limit of values just below the band, relative to the band's lower end
 _LOSSY: Final = 0.02  # relative width of the band on each side of the common value
 # Minimum number of texels in the band, and maximum number above it as a fraction of these.
 _LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1
@@ -69,7 +69,7 @@ def _plane(band: FloatImage, channel: int) -> Floats:
 
 
 def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
-    """Return whether no texel more than two texels from a plateau is nearly as bright."""
+    """Return whether every texel more than two texels from a plateau is much darker than it."""
     if int(marks.sum()) < _LEAST_PANEL:
         return False
     near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2] > 0
@@ -83,7 +83,7 @@ def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
 
 
 def _near(radiance: FloatImage, channel: int) -> Floats:
-    """Return the values within 25% of the maximum, of one channel or of all, in ascending order."""
+    """Return the values within 25% of the maximum in ascending order, of one channel or `_ALL`."""
     bands = _row_bands(radiance)
     top = max(float(_plane(radiance[rows], channel).max()) for rows in bands)
     if top <= 0.0:

@@ -1,8 +1,8 @@
 """Linear HDR panoramas of the light at a place, and their energy-preserving reduction.
 
 A panorama is equirectangular, with row 0 at the zenith. Azimuth is 0 at the centre column and
-positive to the right (clockwise from above). Texel (i, j) of an H x W environment covers the area u
-in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
+positive to the right (clockwise seen from above). Texel (i, j) of an H x W environment covers the
+area u in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
 `app.core.environment.environment_file` reads the file formats.
 """
 
@@ -46,11 +46,12 @@ class Environment:
         radiance: (H, 2 H, 3) float32, read-only. Linear Rec. 709 relative radiance: finite, not
             negative and not all zero.
         rough: Whether the file states that much of the light is estimated.
-        clipped: (H, 2 H) float32. Clipped fraction of each texel, where the light is a lower bound,
-            or an estimate if `rough`. None if nothing is clipped.
+        clipped: (H, 2 H) float32. Clipped fraction of each texel, or None if nothing is clipped.
+            Clipped light is a lower bound, or an estimate if `rough`.
         unseen: (H, 2 H) bool. Gaps that were filled from their surroundings, or None if there are
             none.
-        layer, layers: The layer that was read and all layers, or empty if the file has only one.
+        layer, layers: The layer that was read, and the names of all layers. Both are empty if the
+            file has only one.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -193,8 +194,8 @@ def reduce(
     """Reduce an environment to the size of the transport, as the sitter sees it at a turn.
 
     Args:
-        shape: Rows and columns of the result; it may be larger than the panorama.
-        turn_deg: Turn in degrees, clockwise from above.
+        shape: Rows and columns of the result, which may be larger than the panorama.
+        turn_deg: Turn in degrees, clockwise seen from above.
 
     Returns:
         (rows, columns, 3) float32. See `reduce_light`.
@@ -216,7 +217,7 @@ def reduce_radiance(
     Args:
         radiance: (H, W, C) float32. Linear radiance.
         shape: Rows and columns of the result.
-        turn_deg: Turn in degrees, clockwise from above.
+        turn_deg: Turn in degrees, clockwise seen from above.
 
     Returns:
         (rows, columns, C) float32. Linear radiance on the same scale.
@@ -246,10 +247,11 @@ def reduce_light(
 def _mixed(
     radiance: FloatImage, rows: tuple[tuple[int, Float64], ...], columns: Float64
 ) -> FloatImage:
-    """Combine the input rows for each output row, then the columns by a matrix.
+    """Combine the input rows into each output row, then combine the columns with a matrix.
 
     Args:
-        rows: For each output row, its first input row, and the weights of the rows from there on.
+        rows: For each output row, its first input row, and the weights of that row and the next
+            ones.
         columns: (input columns, output columns) float64. Weights of the columns.
     """
     height, width, channels = radiance.shape
@@ -257,8 +259,8 @@ def _mixed(
     if len(rows) == height:
         bands[:] = radiance.reshape(height, -1)
     else:
-        # Rows first, in one pass over a large panorama: this gives double precision without a
-        # double-precision copy.
+        # Combine the rows first, in one pass over a large panorama. This gives double precision
+        # without a double-precision copy.
         for row, (start, weights) in enumerate(rows):
             part = radiance[start : start + weights.size].reshape(weights.size, -1)
             bands[row] = weights @ part
@@ -272,7 +274,7 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
 
     Args:
         radiance: (H, W, ...) float32. Environment.
-        shape: Rows and columns of the result, whole multiples of H and W.
+        shape: Rows and columns of the result, which must be whole multiples of H and W.
 
     Returns:
         (rows, columns, ...) float32. The same light on a finer grid.
@@ -289,9 +291,9 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
 
 @lru_cache(maxsize=16)
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
-    """Return each output row's first overlapping input row, and the weights from there on.
+    """Return each output row's first overlapping input row, and the weights of the input rows.
 
-    The weights of each output row sum to 1.
+    The weights start at that row, and sum to 1 for each output row.
     """
     source_edges, target_edges = row_edges(height), row_edges(rows)
     result = []

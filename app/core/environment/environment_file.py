@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 _Kind = TypeVar("_Kind", bound=np.generic)
 
 MAX_WIDTH: Final = 16384
-"""Maximum width of a panorama in texels, for 1.6 GB of float32.
+"""Maximum width of a panorama in texels, which takes 1.6 GB as float32.
 
 More texels would add nothing to the light.
 """
@@ -82,7 +82,8 @@ class Panorama:
             there are no gaps.
         clipped: (H, 2 H) float32. Fraction of each texel that was clipped according to the file, or
             None if nothing was.
-        layer, layers: The layer that was read and all layers, or empty if the file has only one.
+        layer, layers: The layer that was read, and the names of all layers. Both are empty if the
+            file has only one.
         rough: Whether the file states that much of the light is estimated.
     """
 
@@ -96,11 +97,11 @@ class Panorama:
 
 
 def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -> Panorama:
-    """Read the colours of a linear panorama: OpenEXR, Radiance or floating-point TIFF.
+    """Read the colours of a linear panorama in OpenEXR, Radiance or floating-point TIFF.
 
     Args:
         layer: Name of the layer to read, or "" for the default one (see `choose_layer`).
-        coverage: Whether alpha marks gaps. If not, the colours stay as they are stored.
+        coverage: Whether alpha marks gaps. If not, the colours are returned as stored.
 
     Raises:
         LayerError: If there is no such layer, or the file has several and no default.
@@ -126,7 +127,7 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
 
 
 def is_linear(path: Path) -> bool:
-    """Return whether a file holds linear light: OpenEXR, Radiance or floating-point TIFF."""
+    """Return whether a file holds linear light, as OpenEXR, Radiance or floating-point TIFF."""
     source = None
     with contextlib.suppress(OSError):
         head = read_start(path, 16)
@@ -220,7 +221,7 @@ def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
 
 
 def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 | None:
-    """Read an extra channel of this program, (H, 2 H), or return None if it is absent."""
+    """Read one of this program's extra channels, (H, 2 H), or return None if it is absent."""
     spec = source.spec()
     names = [str(name) for name in spec.channelnames]
     if channel not in names or (spec.width, spec.height) != _display_size(spec):
@@ -347,7 +348,7 @@ def _read_channels(
     height = int(spec.height)
     values = np.empty((height, int(spec.width), planes), np.float32)
     first = channels[0]
-    # Adjacent channels, which are the rule, are read in one pass.
+    # Adjacent channels, as in most files, are read in one pass.
     together = channels == (first, first + 1, first + 2)
     groups = [(first, first + 3)] if together else [(channel, channel + 1) for channel in channels]
     step = rows_at_once(spec, _READ_ROWS)
@@ -366,7 +367,7 @@ def _read_channels(
 def _on_display_window(
     radiance: FloatImage, unseen: Bools | None, spec: ImageSpec
 ) -> tuple[FloatImage, Bools | None]:
-    """Place a cropped data window on the panorama, with gaps for the parts cropped off."""
+    """Place a cropped data window on the panorama, with gaps where parts were cropped off."""
     width, height = _display_size(spec)
     if _lies_on_its_side(spec):
         return radiance, unseen

@@ -34,7 +34,7 @@ Such light may come from a window that the gap cuts off.
 _WIDEST: Final = 4096
 _COLUMNS: Final = 512
 _LEAST: Final = 0.01  # minimum fraction of the sphere for one area
-_MOST: Final = 0.75  # maximum fraction of the sphere for one area and for all
+_MOST: Final = 0.75  # maximum fraction of the sphere for one area, and for all areas together
 # minimum light just outside the edge: relative to the median, and in code values
 _ABRUPT: Final = (0.005, 0.05)
 _AT_EDGE: Final = 0.7  # minimum fraction of the edge that is at least as bright as that
@@ -71,7 +71,7 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
     """Return a mask, (H, W), of black canvas, or None if there is none.
 
     Args:
-        radiance: (H, 2 H, 3) float32. Linear radiance, finite, not negative.
+        radiance: (H, 2 H, 3) float32. Linear radiance, finite and non-negative.
         black: Largest value that counts as black in any channel, or None for a limit relative to
             the light.
     """

@@ -1,4 +1,4 @@
-"""List the layers of an OpenEXR file, and choose the one with the light.
+"""List the layers of an OpenEXR file, and choose the one that contains the light.
 
 Renderers write many pictures into one file: the beauty pass, ambient occlusion, albedo, light
 groups. A layer's name is the channel name up to its last dot, or the name of a part.
@@ -77,10 +77,11 @@ def layers_of(source: ImageInput) -> tuple[Layer, ...]:
 
 
 def choose_layer(layers: Sequence[Layer], layer_name: str, file_name: str) -> Layer:
-    """Return a layer by name, or if no name is given, the unnamed layer or the beauty pass.
+    """Return a layer by name, or the unnamed layer or the beauty pass if no name is given.
 
     Raises:
-        LayerError: If there are several layers and no default, or not exactly one has that name.
+        LayerError: If there are several layers and no default, or if no layer or more than one has
+            that name.
     """
     titles = tuple(layer.title for layer in layers)
     if layer_name:
@@ -122,7 +123,7 @@ def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
 
 
 def _all_of(where: dict[str, int], prefix: str, names: tuple[str, ...]) -> tuple[int, ...]:
-    """Return the indices of these channels, or an empty tuple if one is missing."""
+    """Return the indices of the named channels, or an empty tuple if one is missing."""
     channels = tuple(where[prefix + name] for name in names if prefix + name in where)
     return channels if len(channels) == len(names) else ()
 

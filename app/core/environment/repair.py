@@ -18,7 +18,9 @@ HALF_MOST: Final = 65504.0
 """Largest half float. Anything brighter was saved as this value or as infinity."""
 
 INFINITE: Final = 3e5
-"""Radiance for infinite texels: suns too bright for a half float have 1e5 to 1e6 if the sky has 1.
+"""Radiance that replaces infinity.
+
+Suns too bright for a half float have a radiance of 1e5 to 1e6 if that of the sky is 1.
 """
 
 _MOST_REPAIRED: Final = 0.03  # maximum damaged fraction of the sphere or of the light
@@ -48,7 +50,7 @@ class Repairs:
 
 
 def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
-    """Make every value finite and not negative, in place.
+    """Make every value finite and non-negative, in place.
 
     NaN and negative values become 0. Infinite values become the largest finite value, or
     `INFINITE` if that is larger: a half float is infinite beyond `HALF_MOST`, and infinite floats
@@ -59,7 +61,7 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
             large panorama needs no copy.
 
     Returns:
-        The counts, and a mask (H, W) bool of the infinite texels, or None if there are none.
+        The counts, and an (H, W) bool mask of the infinite texels, which is None if there are none.
 
     Raises:
         EnvironmentFileError: If the panorama is black, or more than 3% of the sphere or of the

@@ -1,8 +1,9 @@
 """Lock the user's folders against concurrent writes.
 
-A lock belongs to the operating system and ends with its process, however the process ends. So there
-is nothing to recover after a kill, a power cut or the reuse of a process ID. Some network folders
-and read-only disks have no locks; there `app.core.storage.json_file.write_json` compares versions.
+The operating system holds a lock and releases it when the process ends, however that happens. There
+is therefore nothing to recover after a kill, a power cut or the reuse of a process ID. Some network
+folders and read-only disks do not support locks. In them, `app.core.storage.json_file.write_json`
+compares versions instead.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ WINDOW_LOCK: Final = "window.lock"
 """Name of the file in a data folder that the open window locks."""
 
 LOCKS: Final = "locks"
-"""Name of the folder in the data folder for the files that are locked during a write."""
+"""Name of the folder, inside the data folder, for the files that are locked during a write."""
 
 _PATIENCE_S: Final = 5.0
 
@@ -42,7 +43,7 @@ class Owner(Enum):
 
 @dataclass(frozen=True, slots=True)
 class WindowLock:
-    """The lock that keeps a data folder to a single window."""
+    """A lock that lets only one window use a data folder."""
 
     owner: Owner
     _lock: BaseFileLock | None = field(default=None, repr=False)
@@ -74,13 +75,13 @@ def writing(folder: Path) -> Iterator[bool]:
     """Lock a folder for writing, reentrantly.
 
     Yields:
-        Whether other processes are locked out. They are not if the folder has no locks, or if
-        another process does not finish within seconds. The caller then compares its version with
-        that of the file.
+        Whether other processes are locked out. They are not if the folder does not support locks,
+        or if another process does not finish within seconds. The caller then compares its version
+        with that of the file.
     """
     lock = None
     with contextlib.suppress(OSError, NotImplementedError):
-        # Not in the folder itself, since the user may have chosen one with other contents.
+        # The lock file is elsewhere, since the user may keep other files in the folder.
         locks, name = user_data() / LOCKS, os.path.realpath(folder)
         make_folder(locks, private=True)
         digest = hashlib.sha256(os.fsencode(name)).hexdigest()[:32]

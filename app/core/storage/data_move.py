@@ -1,4 +1,4 @@
-"""Move the data folder of earlier versions to its new place, once."""
+"""Move the data folder of earlier versions to its new location, once."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def move_data(old: Path, new: Path) -> bool:
     The new folder appears either complete or not at all, and the old one is deleted only then.
 
     Raises:
-        OSError: If nothing has changed.
+        OSError: If the folder cannot be moved. In that case nothing has changed.
     """
     if os.path.lexists(new):
         return True

@@ -1,7 +1,8 @@
 """A library of user items in a folder: titles, names and a trash.
 
 Nothing is overwritten or lost, because names are always new, and changed or deleted items are moved
-to the subfolder ``trash``. An item becomes valid once its text file exists, which is written last.
+to the subfolder ``trash``. An item is valid once its text file exists, so that file is written
+last.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Wind
 
 
 def title_key(title: str) -> str:
-    """Return the key by which titles are compared, since titles with equal keys look alike."""
+    """Return the key by which titles are compared. Titles with equal keys look alike."""
     return unicodedata.normalize("NFKC", title).casefold()
 
 
 def titles_like(title: str, longest: int) -> Iterator[str]:
-    """Yield a title, then numbered variants of it, so that the caller can take a free one.
+    """Yield a title, then numbered variants of it, so that the caller can pick a free one.
 
     Examples:
         >>> from itertools import islice
@@ -44,7 +45,7 @@ def titles_like(title: str, longest: int) -> Iterator[str]:
 
 
 def names_like(title: str, otherwise: str, reserved: Collection[str]) -> Iterator[str]:
-    """Yield names for commands and files from a title, so that the caller can take a free one.
+    """Yield names for commands and files from a title, so that the caller can pick a free one.
 
     Examples:
         >>> next(names_like("Café de l'Été", "lamp", ()))
@@ -102,7 +103,7 @@ class Library:
         """Clean a title, or raise the library's error if it is empty or too long."""
         value = one_line(title)
         if not value:
-            raise self.error(tr("A name is missing."), tr("Enter one."))
+            raise self.error(tr("The name is missing."), tr("Enter a name."))
         if len(value) > self.longest:
             raise self.error(
                 tr("This name is longer than {longest} characters.", longest=self.longest),
@@ -111,7 +112,7 @@ class Library:
         return value
 
     def titles(self, folder: Path, without: str = "") -> dict[str, str]:
-        """Return the names of all items by `title_key`."""
+        """Return the names of all items, keyed by `title_key`."""
         titles = {}
         for name in self.names(folder):
             # An unreadable title cannot conflict with another.
@@ -163,7 +164,7 @@ class Library:
         raise self.error(tr("The trash is full."), tr("Empty {trash}.", trash=trash))
 
     def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> TrashedItem:
-        """Move an item's files to the trash, first the text file that makes the item valid."""
+        """Move an item's files to the trash, starting with the text file that makes it valid."""
         away = self.trash_folder(folder, name)
         with os_errors_as(self.error, tr("“{title}” was not deleted: {reason}."), title=title):
             for file in files:
@@ -187,7 +188,7 @@ def one_line(text: str) -> str:
 
 
 def files_in(folder: Path, ending: str) -> list[Path]:
-    """List a folder's files by name, or none for a missing folder.
+    """List a folder's files with an ending, sorted by name. A missing folder contains none.
 
     Raises:
         OSError: If the folder cannot be read. `Path.glob` would return nothing.

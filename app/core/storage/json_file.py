@@ -57,7 +57,7 @@ class JsonFile:
 
     @property
     def why(self) -> str:
-        """The error's message as part of a sentence, or "" for a whole file."""
+        """The error's message, worded as part of a sentence, or "" for a whole file."""
         return "" if self.error is None else self.error.message
 
 
@@ -183,7 +183,7 @@ def _finite(value: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Convert values to JSON, including times, dataclasses and numpy values."""
+    """Convert values to JSON, including times, dataclasses and NumPy values."""
     if isinstance(value, np.ndarray):
         return value.astype(np.float64).tolist()
     if isinstance(value, np.generic):
@@ -208,8 +208,8 @@ def keep_copy(path: Path, most: int, ending: str) -> Path | None:
     """Keep a copy of a file beside it as ``NAME.ENDING``, or ``NAME.ENDING-2`` and so on.
 
     The file itself stays until it is written again, so that a power cut in between loses nothing.
-    Only a file of more than `most` bytes is renamed instead. An earlier copy with the same content
-    is reused.
+    A file of more than `most` bytes is renamed instead of copied. An earlier copy with the same
+    content is reused.
 
     Returns:
         The path of the copy, or None if the file could not be copied.
@@ -275,7 +275,7 @@ def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], 
 
 
 def clean(words: str) -> str:
-    """Remove control characters, line ends and broken letters.
+    """Remove control characters, line breaks and broken characters.
 
     Direction marks are removed too, since they would reverse neighbouring text.
     """

@@ -53,7 +53,7 @@ class Setting:
     Attributes:
         choices: Values of a choice, or an empty tuple if `offers` names their source.
         offers: Source of the values in the dialog, such as "heads" for the available heads.
-        unit: Unit of a number, written after the number with a space, except for "°" and "×".
+        unit: Unit of a number, separated from the number by a space, except for "°" and "×".
     """
 
     key: str
@@ -91,7 +91,7 @@ class Setting:
     def _is_choice(self, value: str) -> bool:
         if self.choices:
             return value in self.choices
-        # The user's own head is named by its path.
+        # The user's own head is identified by its path.
         longest = _LONGEST_PATH if value.endswith(".npz") else self.longest
         return bool(value) and value == clean(value) and len(value) <= longest
 
@@ -113,7 +113,7 @@ class Setting:
 
 
 def _is_absolute(path: str) -> bool:
-    # A POSIX or a Windows path, so that settings can be moved between computers.
+    # Accept POSIX and Windows paths, so that settings can be moved between computers.
     drive = len(path) > 2 and path[0].isalpha() and path[1] == ":" and path[2] in "\\/"
     return path.startswith(("/", "\\\\")) or drive
 
@@ -128,7 +128,7 @@ class SettingValueError(SettingsError):
 
 @dataclass(frozen=True, slots=True)
 class SettingsNote:
-    """One thing that was lost while reading the settings.
+    """Something that was lost while reading the settings.
 
     Attributes:
         why: What is wrong with the file.
@@ -243,7 +243,7 @@ class Settings:
         return replace(self, **changes)
 
     def reset(self) -> Settings:
-        """Return the settings with everything in the dialog reset to its defaults."""
+        """Return the settings with every setting in the dialog reset to its default."""
         changes: dict[str, Any] = {each.key: each.default for each in TABLE if each.visible}
         return replace(self, **changes)
 

@@ -21,7 +21,7 @@ from app.core.storage.settings import (
 from app.core.text import tr
 
 FILE: Final = "settings.json"
-"""Name of the file in the user's folder."""
+"""Name of the settings file in the user's data folder."""
 
 VERSION: Final = 1
 """Version of the file's format."""
@@ -34,8 +34,8 @@ def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
     """Read the settings, replacing invalid entries with their defaults.
 
     Returns:
-        The settings, and a note for each loss. If there is a loss, the bad file is kept as
-        ``NAME.bak``.
+        The settings, and a note for each loss. If anything was lost, a copy of the bad file is kept
+        as ``NAME.bak``.
     """
     file = read_json(path, _MOST_BYTES)
     if file.state == "missing":
@@ -68,7 +68,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
             made since then are kept, unless this process has changed the same setting.
 
     Returns:
-        The copy of a file that had another value for the same setting, or None if there was none.
+        A copy of the file if it had another value for the same setting, or None if it did not.
     """
     with os_errors_as(
         SettingsError,

@@ -52,7 +52,7 @@ UNSEEN: Final = "turnlight.unseen"
 COPY_AGAIN: Final = tr("Copy or export it again.")
 """Hint for a damaged picture."""
 _misnamed = threading.Lock()
-# Rows that are packed together, from OpenEXR's ImfCompression.h.
+# Number of rows that are compressed together, from OpenEXR's ImfCompression.h.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
 _MOST_PACKED_ROWS: Final = 256
 _SAME_PRIMARIES: Final = 2e-3  # tolerance of chromaticities, which headers round
@@ -76,7 +76,7 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
 
     Args:
         error: Class of the error to raise.
-        a_folder, name_files: Sentence and hint of the error for a folder.
+        a_folder, name_files: Sentence and hint of the error if the path is a folder.
     """
     with os_errors_as(error, tr("{file} cannot be read: {reason}."), file=path):
         try:
@@ -169,7 +169,7 @@ def _endings(path: Path) -> tuple[str, ...]:
 
 
 def _is_plain(stream: BinaryIO) -> bool:
-    """Return whether an OpenEXR file's headers have few attributes, since many take minutes.
+    """Return whether an OpenEXR file's headers have few attributes. Many take minutes to read.
 
     In the OpenEXR file layout, names and types end with 0, and a header ends with an empty name, as
     does the list of headers in a multi-part file.
@@ -234,14 +234,14 @@ def read_rows(
 
     Args:
         source: A picture with one plane (depth 1).
-        rows, channels: The first, and one past the last. Rows count from the top of the stored
-            data.
+        rows, channels: The first index, and one past the last. Rows are counted from the top of the
+            stored data.
         kind: OpenImageIO's name for the value type.
         part: Index of the subimage.
 
     Returns:
-        (rows, W, channels) array of that type, or None if the rows cannot be read, for the reason
-        that `clear_error` returns.
+        (rows, W, channels) array of that type, or None if the rows cannot be read. `clear_error`
+        then returns the reason.
     """
     spec = source.spec(part, 0)
     (start, stop), (begin, end) = rows, channels
@@ -316,7 +316,7 @@ def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
-    """Rotate a picture, (H, W, C), upright by its EXIF 2.32 orientation (tag 0x0112).
+    """Turn a picture, (H, W, C), upright according to its EXIF 2.32 orientation (tag 0x0112).
 
     Values other than 1 to 8 leave the picture unchanged.
     """

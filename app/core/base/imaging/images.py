@@ -32,7 +32,7 @@ _PNG_END: Final = b"\0\0\0\0IEND\xaeB`\x82"
 
 
 def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
-    """Write an sRGB picture as PNG.
+    """Write an sRGB picture as a PNG.
 
     Args:
         picture: (H, W, 3) uint8. Picture in sRGB.
@@ -63,15 +63,15 @@ def write_exr(
     rough: bool = False,
     shares: Mapping[str, FloatImage] | None = None,
 ) -> None:
-    """Write linear light as 32-bit OpenEXR.
+    """Write linear light as a 32-bit OpenEXR file.
 
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709 light.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
         check: Function called with the temporary file before it replaces the old one. It may raise
             an exception to keep the old file.
-        rough: Whether much of the light is estimated, to be saved as the attribute `ROUGH`.
-        shares: Extra channels to save, by name, (H, W) float32 each.
+        rough: Whether much of the light is estimated, which is saved as the attribute `ROUGH`.
+        shares: Extra channels to save, by name, each (H, W) float32.
 
     Raises:
         CoreError: If the file cannot be written.
@@ -101,7 +101,7 @@ def write_half_exr(
     check: Callable[[Path], None] | None = None,
     rough: bool = False,
 ) -> None:
-    """Write linear light as half-float OpenEXR, PIZ compressed to a third of the size.
+    """Write linear light as a half-float OpenEXR file, which PIZ compresses to a third of its size.
 
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709 light.
@@ -126,7 +126,7 @@ def write_half_exr(
 
 
 def write_hdr(path: Path, picture: FloatImage) -> None:
-    """Write linear light as Radiance RGBE, with 8 bits per channel and a common exponent.
+    """Write linear light as a Radiance RGBE file, with 8 bits per channel and a common exponent.
 
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709 light.
@@ -146,7 +146,7 @@ def write_image(
     channels: Sequence[str] = (),
     check: Callable[[Path], None] | None = None,
 ) -> None:
-    """Write a picture in the format of the path's suffix.
+    """Write a picture in the format that the path's suffix indicates.
 
     Args:
         pixels: (H, W, C) uint8, float16 or float32, C-contiguous.
@@ -197,7 +197,7 @@ def _output(temporary: Path, path: Path) -> ImageOutput:
 def _reads_back(
     path: Path, pixels: Bytes | FloatImage | Halves, kind: str, channels: Sequence[str]
 ) -> bool:
-    """Compare the last rows, which a truncated file loses as it is written from the top."""
+    """Compare the last rows, which a truncated file lacks because it is written from the top."""
     if path.suffix.lower() == ".png" and not path.read_bytes().endswith(_PNG_END):
         return False
     source = open_image(path)

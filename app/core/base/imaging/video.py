@@ -53,7 +53,7 @@ def quiet() -> Iterator[None]:
 
 
 def open_url(url: str) -> cv2.VideoCapture:
-    """Open a URL or a file with FFmpeg, with a time limit for opening and for each frame."""
+    """Open a URL or a file with FFmpeg, with time limits for opening it and reading each frame."""
     # OpenCV reads this when it first uses FFmpeg; without it, FFmpeg prints to the terminal.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
     limits = [
@@ -111,7 +111,7 @@ def check_video(path: Path) -> None:
     """Check that a file is a video that contains its own frames.
 
     FFmpeg also opens lists of other files and of addresses. These are recognised by their first
-    bytes, whatever their name, and rejected.
+    bytes, whatever their names, and rejected.
 
     Raises:
         VideoError: If the file is missing ("no-file") or is not a video ("bad-file").
@@ -132,7 +132,7 @@ def _is_video(head: bytes) -> bool:
         return True
     if head.startswith(b"RIFF") and head[8:12] == b"AVI ":
         return True
-    # Packets of a transport stream, before each of which a camcorder puts four bytes.
+    # A camcorder puts four bytes before each packet of a transport stream.
     return any(
         head[start : start + 1] == b"G" and head[start + length : start + length + 1] == b"G"
         for start, length in ((0, _PACKET), (4, _PACKET + 4))
