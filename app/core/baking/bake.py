@@ -1,10 +1,10 @@
 """Bake the transport of a head, all columns at once, in batches of pixels.
 
 T is the sum of two parts. The reflection of the surface is integrated for each pixel
-(`exposure.shine`). The light from inside the skin is the product of the fraction of each pixel's
-light that comes from each point on the skin (`random_walk`) and the light that enters at that point
-from each column (`skin_light`). Lamps are additional columns, which produce the studio pictures of
-the styles.
+(`exposure.shine`). The light from inside the skin is a product of two matrices: how much of the
+light that enters at each point on the skin reaches each pixel (`random_walk`), and how much light
+enters at that point from each column (`skin_light`). Lamps are additional columns, which produce
+the studio pictures of the styles.
 """
 
 from __future__ import annotations
@@ -139,14 +139,14 @@ def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How
 def bake_views(
     head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]
 ) -> Iterator[BakedView]:
-    """Compute only the views of a head, with the arguments and errors of `bake`."""
+    """Compute only the views of a head, with the same arguments and errors as `bake`."""
     setup = _begin(head, skin, styles, how)
     yield from _views(setup, how.get("yaws", ()), setup.measured)
     setup.cache.clear()
 
 
 def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _BakeSetup:
-    """Place points on the skin, and measure the light that enters at these points."""
+    """Place points on the skin, and measure the light that enters at each."""
     picture, quality, seed = how["picture"], how["quality"], how["seed"]
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)
@@ -180,7 +180,7 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
 
 
 def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[BakedView]:
-    """Yield the views of cameras at the head's side."""
+    """Yield the views from cameras at the side of the head."""
     ends = np.linspace(start, 0.95, 1 + len(yaws)).tolist()
     for yaw, part in zip(yaws, pairwise(ends), strict=True):
         job, skin_cover, places = _turn_job(setup.job, setup.head, setup.skin, yaw)
@@ -194,7 +194,7 @@ def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[B
 def _turn_job(
     job: BakeJob, head: HeadMesh, skin: Skin, yaw: float
 ) -> tuple[BakeJob, Float32, Float32]:
-    """Return the job for a camera at the head's side, its coverage (P,) and positions (P, 3)."""
+    """Return the job, coverage (P,) and positions (P, 3) for a camera at the side of the head."""
     scene = build_scene(head, skin, frame_head(head, job.picture, yaw))
     skin_cover, places = look_from(head, scene, job.picture)
     pixels = np.flatnonzero(skin_cover > 0).astype(np.int32)
@@ -271,7 +271,7 @@ def _key(
 def _finish(
     head: HeadMesh, skin: Skin, camera: Camera, skin_cover: Float32, job: BakeJob, matrix: Float32
 ) -> Transport:
-    """Make the transport symmetric if the head is symmetric, and compress the transport."""
+    """Make the transport symmetric if the head is symmetric, then compress it."""
     coverage, full, noise = skin_cover[job.pixels], matrix[:, : job.texels.count], float("nan")
     if head.symmetric:
         twin = mirror_pixels(job.pixels, camera.size)

@@ -16,7 +16,7 @@ from app.core.base.errors import TransportError
 from app.core.text import tr
 
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
-"""``keep(name, shape, compute)`` returns the named part, computing it only if it is not saved."""
+"""``keep(name, shape, compute)`` returns the named part, computing it only if it was not saved."""
 
 _MOST_BYTES: Final = 1 << 34
 

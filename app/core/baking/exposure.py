@@ -1,4 +1,4 @@
-"""Compute with shadow rays how much light reaches each point of the skin from each column.
+"""Compute with shadow rays how much light reaches each point on the skin from each column.
 
 For every vertex and every column (a texel of the environment, or a lamp), the visible part of the
 column is integrated on a jittered grid, weighted by the first powers of the cosine of incidence.
@@ -91,7 +91,10 @@ def place_points(
     keep: Keep = no_keep,
     watch: Watch = unwatched,
 ) -> Points:
-    """Return the vertices, plus a grid of `FINE` steps on faces whose corners see different sky."""
+    """Return the vertices, plus a grid of points on each face where the visible sky varies most.
+
+    The grid has `FINE` steps along each side of the face.
+    """
     coarse = vertex_points(head)
     moments = expose(scene, coarse, _COARSE_SKY, 2, seed, keep=keep, watch=watch)
     open_sky = moments[0].sum(axis=1) / np.pi
@@ -142,8 +145,8 @@ def expose(
     """Integrate visibility times powers of the cosine of incidence over each column.
 
     Args:
-        samples: Shadow rays along each side of a column, which makes `samples` squared for each
-            pair of a point and a column.
+        samples: Number of shadow rays along each side of a column. Each pair of a point and a
+            column gets `samples` squared rays.
 
     Returns:
         (MOMENTS, V, columns) float32. ``[m]`` is the integral of L V mu^(m + 1), in radiance times
@@ -176,7 +179,10 @@ def _expose_some(
     seed: int,
     watch: Watch,
 ) -> Float32:
-    """Integrate the moments at some points (positions, normals), with a lane for each pair.
+    """Integrate the moments at some points, with one lane for each pair of a point and a column.
+
+    Args:
+        places: Positions and normals of the points.
 
     Returns:
         (MOMENTS, n, columns) float32.
@@ -239,7 +245,7 @@ def shine(
     Args:
         picture: Side of the square picture, in pixels.
         pixels: (n,) int32. Flat row-major pixel indices.
-        samples: Points in each pixel, each of which casts one shadow ray to every column.
+        samples: Number of points in each pixel. Each point casts one shadow ray to every column.
 
     Returns:
         (n, columns, 3) float32. Linear Rec. 709 radiance.
@@ -349,7 +355,7 @@ def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
 
 
 def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
-    """Return the fraction of each pixel that the head covers, (N * N,), by a symmetric ray grid."""
+    """Measure the fraction of each pixel that the head covers, (N * N,), with a symmetric grid."""
     return np.asarray(_visibility(scene, size, watch)[1] / _STEPS**2, np.float32).ravel()
 
 

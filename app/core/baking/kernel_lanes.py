@@ -93,7 +93,7 @@ class Tally:
             dr.scatter_reduce(dr.ReduceOp.Add, self._sums, part, row * 3 + channel, active)
 
     def sums(self, *shape: int) -> Float32:
-        """Return the sums so far, (*shape, 3) float32. `shape` multiplies to the number of rows."""
+        """Return the sums so far, (*shape, 3) float32. The product of `shape` is the row count."""
         return np.array(self._sums, np.float32).reshape(*shape, 3)
 
 
@@ -255,7 +255,7 @@ def _llvm_candidates() -> Iterator[Path]:
 
 
 def _llvm_major(library: Path) -> int:
-    """Return the major version of a libLLVM, or 0 if it does not report one (before 16)."""
+    """Return the major version of a libLLVM, or 0 before version 16, which does not report it."""
     try:
         get_version = ctypes.CDLL(str(library)).LLVMGetVersion
     except (OSError, AttributeError):

@@ -164,7 +164,8 @@ def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Floa
 
     Returns:
         symmetric: (P, H * W, 3) float32. The averaged matrix.
-        noise: RMS noise after averaging, divided by the RMS of the picture; median over the texels.
+        noise: RMS noise after averaging, divided by the RMS of the picture, as the median over the
+            texels.
     """
     shape = (len(matrix), texels.height, texels.width, 3)
     mirrored = matrix[twin].reshape(shape)[:, :, ::-1].reshape(matrix.shape)
@@ -173,7 +174,7 @@ def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Floa
 
 
 def texel_noise(one: Float32, two: Float32) -> Float64:
-    """Return each texel's noise from two independent bakes, as RMS difference / sqrt 2 / RMS.
+    """Estimate each texel's noise from two independent bakes, as RMS difference / sqrt 2 / RMS.
 
     Args:
         one, two: (P, T, 3) float32. Transport matrices of the same pixels.
@@ -198,7 +199,7 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
     Returns:
         pixel_basis: (3, P, R) float32. Pixel functions of each channel.
         texel_basis: (R, H * W) float32. Texel functions, shared by the channels.
-        truncation: RMS error divided by RMS; 95th percentile over the texels.
+        truncation: RMS error divided by RMS, as the 95th percentile over the texels.
     """
     flat = matrix.transpose(0, 2, 1).reshape(-1, texels.count)
     basis, scale = texel_functions([flat], texels, rank)
@@ -216,7 +217,7 @@ def texel_functions(
     """Find the even and odd functions over the texels that capture most of several matrices.
 
     Args:
-        matrices: Matrices of (n, H * W) float32 each.
+        matrices: Matrices, each (n, H * W) float32.
         evenness: 1 to give every texel's picture the same weight, 0 to weight each by its light.
 
     Returns:

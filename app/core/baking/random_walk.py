@@ -98,14 +98,15 @@ def trace_profile(
     seed: int,
     watch: Watch = unwatched,
 ) -> Float32:
-    """Measure the light that leaves the skin, by the cosine of its angle to the normal.
+    """Measure the light that leaves the skin as a function of the cosine of its exit angle.
 
     Args:
         pixels: (n,) int32. Flat row-major pixel indices.
         paths: Paths per pixel.
 
     Returns:
-        (PROFILE_BINS, 3) float32. Light in each bin of the cosine, on an arbitrary scale.
+        (PROFILE_BINS, 3) float32. Light in each bin of the cosine between the exiting light and the
+        normal, on an arbitrary scale.
     """
     profile = Profile(Tally(PROFILE_BINS))
     follow(tables, pixels, paths, seed, profile, watch)
@@ -293,7 +294,8 @@ def fit_profile(profile: Float64) -> Float64:
     """Fit the exit profile with polynomials.
 
     Args:
-        profile: (PROFILE_BINS, 3) float64. Light by the cosine of the exit angle, on any scale.
+        profile: (PROFILE_BINS, 3) float64. Light as a function of the cosine of the exit angle, on
+            an arbitrary scale.
 
     Returns:
         (3, 3) float64. Coefficients a[c, m] of g_c(mu) = sum_m a[c, m] mu^(m + 1) per steradian,

@@ -41,8 +41,8 @@ _DENSEST = 4.0
 # Mitsuba 3.9.1's volpathmis starts Russian roulette after 5 events, and from then on weights paths
 # that meet a light as if none had ended. Where light is sampled too, the two weights no longer add
 # up to 1 and the picture gets darker, by 1.4% under a lamp of 15 degrees radius. So roulette has
-# to wait until hardly any light is left: after 128 events 0.02% in medium skin, 0.3% in light
-# skin.
+# to wait until hardly any light is left. After 128 events, 0.02% is left in medium skin and 0.3%
+# in light skin.
 _ROULETTE_DEPTH = 128
 
 
@@ -195,7 +195,7 @@ def load_head(
 
 
 def count_open_edges(mesh: Mesh) -> int:
-    """Count the edges without exactly two faces, counting vertices at the same position as one."""
+    """Count the edges of an odd number of faces, treating vertices at one position as one."""
     _, where = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
     faces = where.reshape(-1)[mesh.faces]
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -226,7 +226,7 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
     plain = _load({"type": kind, "filename": str(path), "face_normals": True})
     count, corners = len(plain["vertex_positions"]) // 3, np.array(plain["faces"], np.uint32)
     if corners.size and int(corners.max()) >= count:
-        raise HeadError(tr("{name} has faces that use missing vertices.", name=path.name), _EXPORT)
+        raise HeadError(tr("{name} has faces with missing vertices.", name=path.name), _EXPORT)
     mesh = _load({"type": kind, "filename": str(path)})
     vertices = np.array(mesh["vertex_positions"], np.float32).reshape(-1, 3)
     faces = np.array(mesh["faces"], np.uint32).reshape(-1, 3)
@@ -266,7 +266,7 @@ def _check_mesh_file(path: Path) -> str:
 
 
 def _is_plain(path: Path) -> bool:
-    """Return whether a PLY header is short, as Mitsuba takes minutes over thousands of lines."""
+    """Return whether a PLY header is short. Mitsuba takes minutes to read thousands of lines."""
     with path.open("rb") as stream:
         head, end, _ = stream.read(_MAX_PLY_HEAD).partition(b"end_header")
     return bool(end) and head.count(b"\nelement ") <= _MAX_PLY_ELEMENTS

@@ -108,7 +108,10 @@ class PartProgress:
 
 
 def light_cache(cache: BakeCache, prefix: str) -> Keep:
-    """Return the cache for measured light, or none in a wavefront variant, which beats the disk."""
+    """Return the cache for measured light.
+
+    In a wavefront variant nothing is cached, since measuring is faster than reading from disk.
+    """
     import mitsuba as mi
 
     return no_keep if is_wavefront(mi) else cache.prefixed(prefix)
