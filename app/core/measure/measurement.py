@@ -104,6 +104,6 @@ class Measurement:
 Entry: TypeAlias = Callable[[Sequence[Path], MeasureOptions, Token, Report], Measurement]
 """Function that measures light from files, or from one folder of files.
 
-Raises `ProbeError` (one sentence and a hint) if the files are unsuitable or an option cannot be
-applied, `CoreError` if a file cannot be read, and `Cancelled`.
+It raises `ProbeError` (one sentence and a hint) if the files are unsuitable or an option cannot be
+applied, `CoreError` if a file cannot be read, and `Cancelled` if the token is cancelled.
 """

@@ -56,7 +56,8 @@ class Ball:
     """A ball in a picture, as a cone of rays.
 
     Attributes:
-        axis: (3,) float64. Unit vector to the ball's centre in the camera's axes: right, up, ahead.
+        axis: (3,) float64. Unit vector to the ball's centre in the camera's axes, which are right,
+            up and forward.
         angle: Half the angle of the cone, in radians.
         focal: Focal length, in pixels of a picture with this `shape`.
         shape: Rows and columns of the picture, whose centre is on the camera's axis.
@@ -99,21 +100,21 @@ class Ball:
         return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
 
     def moved(self, right: float, up: float, larger: float) -> Ball:
-        """Return the ball, moved and enlarged by fractions of the radius."""
+        """Return the ball moved and enlarged by the given fractions of its radius."""
         spread = math.tan(self.angle)
         axis = self.axis + spread * (np.array([right, up]) @ self.across)
         angle = math.atan(spread * (1.0 + larger))
         return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
 
     def project(self, rays: Float64) -> tuple[Float32, Float32]:
-        """Project rays, (..., 3) in camera axes, to columns and rows. Centres are integers."""
+        """Project rays, (..., 3) in camera axes, to columns and rows that are whole at pixel centres."""
         scale = self.focal / np.maximum(rays[..., 2], 1e-6)
         x = rays[..., 0] * scale + (self.shape[1] - 1) / 2.0
         y = (self.shape[0] - 1) / 2.0 - rays[..., 1] * scale
         return x.astype(np.float32), y.astype(np.float32)
 
     def around(self, picture: Float32, shares: Floats) -> Float32:
-        """Sample a picture all around the ball at fractions of the radius, (angles, shares)."""
+        """Sample a picture around the ball at fractions of its radius, as (angles, shares)."""
         out = math.tan(self.angle) * (_WAYS @ self.across)
         x, y = self.project(self.axis + shares[:, None] * out[:, None])
         border = cv2.BORDER_REPLICATE
@@ -176,7 +177,7 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
 
 
 def refined(ball: Ball, radiance: Float32) -> Ball:
-    """Refine, on the merged light, (H, W, 3), a ball that was found in a thumbnail."""
+    """Refine a ball that was found in a thumbnail, using the merged light, (H, W, 3)."""
     ball = ball.resized((radiance.shape[0], radiance.shape[1]))
     outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
     return _refine(ball, luminance(radiance), _FINE_LEVELS, outside)
@@ -235,7 +236,7 @@ def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) 
 def _outermost(
     ball: Ball, root: Float32, step: float, middle: int, outside: float
 ) -> tuple[Float32, Float32]:
-    """Return to what degree each position is an edge with nothing as strong outside, 0 to 1.
+    """Return the degree, 0 to 1, to which each position is an edge with no equal outside it.
 
     The positions are half a step apart, in fractions of the radius, with the outline in the middle.
 

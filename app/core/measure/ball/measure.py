@@ -1,4 +1,4 @@
-"""Measure with a mirror ball, turning brackets from one side or two into an HDR panorama."""
+"""Measure light with a mirror ball, turning brackets from one or two sides into a panorama."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from exposures of a mirror ball, or one folder of them.
+    """Measure the light from exposures of a mirror ball, or from one folder of them.
 
     `BallOptions` names the exposures from another side. The errors are those of
-    `measurement.Entry`, with a `ProbeError` if there is not exactly one ball.
+    `measurement.Entry`, plus a `ProbeError` if there is not exactly one ball.
     """
     options, token = options or MeasureOptions(), token or Token()
     ball_options = options.of(BallOptions)

@@ -1,11 +1,11 @@
 """Unwrap a mirror ball to a panorama.
 
-Each direction is looked up at the point where the ball reflects it, whose normal bisects the angle
-to the camera. The point is found by iteration, because the camera is at a finite distance; the
-light is assumed to come from far away. All pixels cover the same solid angle, but toward the rim
-they become very narrow, so the last ones count as gaps, as does the photographer. Past the ball's
-edge, the picture shows the scene behind the ball. Where the rim reflects the same scene, comparing
-the two gives the colour of a tinted mirror.
+Each direction is looked up at the point where the ball reflects it. The normal at that point
+bisects the angle between the direction and the camera. The point is found by iteration, because the
+camera is at a finite distance; the light is assumed to come from far away. All pixels cover the
+same solid angle, but toward the rim they become very narrow, so the last ones count as gaps, as
+does the photographer. Past the ball's edge, the picture shows the scene behind the ball. Where the
+rim reflects the same scene, comparing the two gives the colour of a tinted mirror.
 
 Dirt is matt: everywhere on the ball, it shows its own colour times the light of half the sphere.
 Details of the place do not, so the most common colour of specks is that of dirt. The specks also
@@ -83,8 +83,7 @@ class BallOptions(WayOptions):
 
     Attributes:
         second: Exposures from another side, or an empty tuple if there are none.
-        from_deg: Approximate azimuth of the camera for these exposures, or None to find the
-            azimuth.
+        from_deg: Approximate azimuth of the camera for these exposures, or None to estimate it.
         reflectance: Reflectance of the mirror at normal incidence.
         pitch_deg: Elevation of the camera's axis.
     """
@@ -121,7 +120,7 @@ class Side:
 
 
 def panorama_rows(radius_px: float) -> int:
-    """Return the rows, a multiple of 8, of a panorama slightly finer than a ball's middle."""
+    """Return the row count, a multiple of 8, of a panorama slightly finer than a ball's middle."""
     return min(max(8 * round(radius_px * 0.625 * math.pi / 8.0), 64), _FINEST)
 
 
@@ -339,7 +338,10 @@ def metal(cosine: Float32, reflectance: float) -> Float32:
 
 
 def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
-    """Return the camera's right, up and ahead as rows, in panorama axes, with the ball at -Z."""
+    """Return the camera's right, up and forward vectors as rows, with the ball at -Z.
+
+    The vectors are in panorama axes.
+    """
     right, ahead = np.array([1.0, 0.0, 0.0]), direction(180.0, pitch_deg)
     level = np.stack([right, np.cross(right, ahead), ahead])
     toward = ball.axis @ level
@@ -410,7 +412,7 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
         angle, most = float(turns[int(np.argmax(alike))]), 2.0 * step
     if max(alike) < _LEAST_ALIKE[from_deg is None] or abs(wrap(angle)) < _APART_DEG:
         raise ProbeError(
-            tr("The second set of pictures does not match the first from another side."),
+            tr("The second set of pictures does not show the same ball from another side."),
             tr(
                 "Walk about a quarter of a circle around the ball before taking them. If the "
                 "place looks much the same all around, set the angle with --from, clockwise as "

@@ -38,7 +38,7 @@ class BallSmall(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallBlind(Remark):
-    """Part of the sphere, `share` from 0 to 1, is not visible in the ball from one side or two."""
+    """Part of the sphere, `share` from 0 to 1, is not visible in the ball from one or two sides."""
 
     share: float
     sides: int
@@ -46,4 +46,4 @@ class BallBlind(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LensFromBackground(Remark):
-    """No file states the focal length, which was estimated from the background."""
+    """No file states the focal length, so it was estimated from the background."""

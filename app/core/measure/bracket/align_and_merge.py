@@ -2,7 +2,7 @@
 
     opened -> aligned -> response -> motion -> merged -> (stitched) -> levelled
 
-Frames of two fisheye circles are not aligned, but stitched between merging and levelling.
+Frames that show two fisheye circles are not aligned; they are stitched after merging.
 
 Every step is a module beside this one or in `measure.fisheye`; this module only defines their
 order.
@@ -75,7 +75,7 @@ def check_size(bracket: Bracket, options: MeasureOptions) -> None:
 def merge_bracket(
     bracket: Bracket, options: MeasureOptions, opener: Opener, token: Token, report: Report
 ) -> Measurement:
-    """Merge the frames of a 360 camera, with bright ones at half size if that is enough."""
+    """Merge the frames of a 360 camera, decoding bright ones at half size if that is enough."""
     halves = () if options.full else _halves(bracket)
     measurement = merge_frames(bracket, options, opener, token, report, halves)
     if any(halves) and measurement.motion.share > _SUSPICIOUS:
@@ -98,7 +98,7 @@ def merge_frames(
 
     Args:
         halves: Whether each frame is decoded at half size.
-        look: Function called with the aligned frames before they are merged, for ordinary pictures.
+        look: For ordinary pictures, a function called with the aligned frames before the merge.
 
     Returns:
         A measurement with unfinished light.
@@ -228,7 +228,10 @@ def _open(
     halves: Sequence[bool],
     whole: bool,
 ) -> tuple[FrameStack, Circles | None]:
-    """Open the frames, in full if they show two circles, which fill only half of each frame."""
+    """Open the frames, decoding them in full if they show two circles.
+
+    Such circles fill only half of each frame.
+    """
     frame_stack = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
     if not whole:
         return frame_stack, None
@@ -278,11 +281,11 @@ class _AlignedFrames:
     lays: tuple[handheld.Lay, ...] = ()
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
-        """Return the rotation of the first shot, the one whose pose is used."""
+        """Return the rotation of the first shot, whose pose is used for levelling."""
         return self.alignments[first_shot(bracket)].rotation if self.alignments else None
 
     def picture(self, bracket: Bracket) -> Bytes | None:
-        """Return a small copy of the frame with the clearest edges, if one is needed."""
+        """Return a small copy of the frame with the clearest edges, or None if it is not needed."""
         poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
         if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):
             return None
@@ -314,7 +317,7 @@ def _aligned_by_hand(
     token: Token,
     report: Report,
 ) -> _AlignedFrames:
-    """Undo the motion of a hand between the frames of ordinary pictures."""
+    """Undo hand motion between the frames of ordinary pictures."""
     small = reduced(stack, handheld.LONGEST, token)
     scale = max(stack.shape) / max(small[0].shape)
     home = handheld.reference_of(small)

@@ -27,7 +27,7 @@ from app.core.measure.bracket.weighting import clipped_code
 _OPEN: Final = (20, 235)  # codes that are neither black nor clipped
 
 CLIPPED: Final = 243
-"""Limit above which the mean code lies for an area that contains only clipped pixels."""
+"""Lower limit of the mean code of an area that contains only clipped pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ CLOSE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.6, over=0.3, ei
 """Limits that frames of a still scene rarely exceed, for use where motion has been detected."""
 
 EDGE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.05, over=0.05, either=False)
-"""Limits for the pixels next to motion, where remains of a moving object's edge may be."""
+"""Limits for the pixels next to motion, which may contain remains of a moving object's edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
 def worst(pixels: Any) -> Bytes:
     """Return the largest channel of each pixel, (h, w).
 
-    OpenCV does this several times faster than numpy along so short an axis.
+    Along so short an axis, OpenCV does this several times faster than NumPy.
     """
     red, green, blue = cv2.split(pixels)
     return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
@@ -161,7 +161,7 @@ def _predict(
     """Return the lowest, likeliest and highest code after `step` more stops, for each code.
 
     Args:
-        clipped: Mean codes from which the brighter and the darker frame are clipped.
+        clipped: Mean codes at and above which the brighter and the darker frame are clipped.
     """
     codes = np.arange(256.0)
     slack = tolerance.codes + tolerance.toe * np.exp(-codes / 16.0)
@@ -196,7 +196,7 @@ def _contrast(frame: Any) -> Bytes:
 
 _BLACK: Final = 8
 _FEWEST: Final = 64  # minimum usable pixels
-# Most pixels stay within a multiple of the limit within which this fraction stays.
+# This fraction of the pixels defines a limit, and most pixels stay within a multiple of it.
 _USUAL_SHARE: Final = 0.68
 _MISFIT: Final = 4.0
 _MOST_SLACK: Final = 0.8
@@ -209,7 +209,7 @@ _SAME_PLACE: Final = 0.6
 def fill_hidden(
     frames: list[Bytes], hidden: Sequence[Float32 | None], predictions: Predictions
 ) -> None:
-    """Fill frames beyond their edges from their neighbours, which they then do not contradict.
+    """Fill each frame beyond its edges from its neighbours, so that no contradiction arises there.
 
     Args:
         frames: Encoded frames, (h, w, 3) uint8 each, which are replaced in the list.
@@ -250,7 +250,7 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
 
 
 def hopeless(frames: Sequence[Bytes], share: float) -> FramesContradict:
-    """Report why motion cannot be found: another place, or the same place with misfit frames."""
+    """Report that motion cannot be found, and whether the frames show the same place."""
     return FramesContradict(share, same_place=alike(frames) > _SAME_PLACE)
 
 

@@ -1,4 +1,4 @@
-"""Detect motion between the frames of a bracket, and choose the frames to trust there.
+"""Detect motion between the frames of a bracket, and choose which frames to trust where it occurs.
 
 People walk and clouds drift while a bracket is shot. Averaging such frames leaves ghosts with
 coloured edges, so every frame gets a mask of its usable area. Frames contradict one another
@@ -41,7 +41,7 @@ from app.core.measure.bracket.remarks import Motion, MovedPart, MuchMotion
 _BLACK: Final = 8  # a code below this is an upper limit rather than a value
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region
 _SEEDS: Final = 4  # minimum number of such proxy pixels in a region, in pixels at the horizon
-_GROWTH: Final = 6  # proxy pixels by which a region may grow by the stricter test
+_GROWTH: Final = 6  # proxy pixels by which a region may grow under the stricter test
 _CLOSING: Final = 0.008  # largest gap in a region that is closed, as a fraction of the width
 _MAJORITY: Final = 0.5  # fraction of a region's contradictions that a vote must settle
 # Weight, in votes, of an agreement by inequality, a good exposure and a clipped pixel.
@@ -49,7 +49,7 @@ _WEAK_VOTE: Final = 0.25
 _EXPOSED: Final = 0.3
 _LOSS_COST: Final = 4.0
 _MUCH: Final = 0.15  # fraction of the sphere above which the frames hardly belong together
-# A wide region with a smaller fraction of contradictions is grain and edges, joined by the gaps.
+# A wide region with a smaller fraction of contradictions is grain and edges, joined across gaps.
 _WIDE: Final = 0.05
 _DENSE: Final = 0.25
 _UNUSUAL: Final = 0.05  # fraction of the pixels above which the response is in doubt
@@ -212,7 +212,7 @@ def _box(mask: NDArray[Any], operation: int, size: int) -> Bytes:
 
 
 def _closing(width: int) -> int:
-    """Return the odd side of the square that closes gaps, in pixels of a proxy of that width."""
+    """Return the side of the square that closes gaps, an odd number of pixels of a proxy."""
     return 2 * max(round(0.5 * _CLOSING * width), 1) + 1
 
 
@@ -351,8 +351,8 @@ def _outvoted(against: Bools) -> tuple[Bools, float]:
     """Leave out, pixel by pixel, the frame that contradicts most others, until no frame does.
 
     Returns:
-        The frames left out, (K, h, w) bool, which are none where two frames contradict equally
-        many, and the fraction of the contradicting pixels that remains unsettled.
+        The frames left out, (K, h, w) bool, and the fraction of the contradicting pixels that
+        remains unsettled. Where two frames contradict equally many others, none is left out.
     """
     number = against.shape[0]
     counts = against.sum(axis=1, dtype=np.uint8)

@@ -24,7 +24,7 @@ from app.core.measure.read.metadata import Header
 from app.core.text import tr, tr_plural
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
-"""Difference, half of a third of a stop, from which two statements of an exposure contradict."""
+"""Difference in stops, half of a third, beyond which two statements of an exposure conflict."""
 
 LENS_STOPS: Final = 0.05
 """Difference in stops from which a camera's two lenses count as differently exposed."""
@@ -144,7 +144,7 @@ def _differing(names: Sequence[str], stated: Sequence[float], tag: Tag) -> Probe
             low=low,
             high=high,
         )
-    return ProbeError(words, tr("Leave it out, or shoot with fixed ISO and aperture."))
+    return ProbeError(words, tr("Leave such frames out, or shoot with a fixed ISO and aperture."))
 
 
 def _unstated(headers: Sequence[Header]) -> list[Remark]:
@@ -163,7 +163,7 @@ def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[Rem
 
 
 def _lens_doubts(headers: Sequence[Header]) -> list[Remark]:
-    """Name the frame whose two lenses differ most (theta-api has auto exposure per lens)."""
+    """Name the frame whose two lenses differ most, as with auto exposure for each lens."""
     worst, gap = None, LENS_STOPS
     for header in headers:
         lenses = header.frame.lenses

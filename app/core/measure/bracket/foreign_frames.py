@@ -45,7 +45,7 @@ _LOUD: Final = 0.25  # fraction of the picture over which a foreign frame contra
 _QUIET: Final = 0.08  # maximum fraction over which frames of one series do so
 _BENT: Final = 0.45  # stops by which a foreign frame's step varies with the level
 _STRAIGHT: Final = 0.2  # the same for two frames of one series
-_TIMES: Final = 3.0  # factor by which a foreign frame contradicts or bends more
+_TIMES: Final = 3.0  # factor by which a foreign frame contradicts or bends more than the others
 _FITS: Final = 0.05  # maximum remaining stops if one curve fits all frames
 _RESIDUAL: Final = 0.15  # maximum remaining stops if one curve fits the others
 _NEIGHBOURS: Final = 4
@@ -111,7 +111,7 @@ def foreign_frames(
 
 
 def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, ResponseChoice]]:
-    """Return the frames that contradict the others, if these agree, leaving out each in turn.
+    """Leave out each frame in turn, and return those that contradict the others if these agree.
 
     A curve is recovered only if sRGB fits no set of others, and in long brackets only for the
     likeliest frames.
@@ -287,7 +287,7 @@ def _median(values: Sequence[float]) -> float:
 
 
 def _usable(bright: Bytes, dark: Bytes) -> Bools:
-    """Return a mask of pixels that are not black in both frames, nor clipped in both."""
+    """Return a mask of pixels that are neither black in both frames nor clipped in both."""
     black = (worst(bright) <= _BLACK) & (worst(dark) <= _BLACK)
     # In the inverted picture, the smallest channel is the largest.
     white = (worst(~bright) <= 255 - CLIPPED) & (worst(~dark) <= 255 - CLIPPED)

@@ -75,7 +75,7 @@ def read_bracket(
             EXIF. ISO and f-number still come from EXIF.
         alone: Whether a single photo of all directions is enough, in which case it need not state
             its exposure.
-        sort_out: Whether to treat files like those in a folder.
+        sort_out: Whether to leave out files that do not belong, as in a folder.
 
     Raises:
         ProbeError: If there are fewer than two different frames or more than `MAX_FRAMES`; a file
@@ -142,7 +142,7 @@ def _read_all(
         return [read_header(path) for path in paths], []
     if len(paths) > 1:
         raise ProbeError(
-            tr("{folder} is a folder, but there are other names too.", folder=folders[0]),
+            tr("{folder} is a folder, but other paths were chosen too.", folder=folders[0]),
             tr("Choose one folder, or only files."),
         )
     return _bracket_of(pictures_in(folders[0]), folders[0].name, count)
@@ -225,7 +225,7 @@ def _check_number(count: int) -> None:
                 count=count,
                 most=MAX_FRAMES,
             ),
-            tr("Choose only the frames of one place and time."),
+            tr("Choose only the frames from one place and time."),
         )
 
 
@@ -288,10 +288,10 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
     if len(headers) > 1:
         return
     name = headers[0].frame.path.name
-    hint = tr("Use at least two exposures, or better three: as metered, brighter and darker.")
+    hint = tr("Use at least two exposures, preferably three: as metered, brighter and darker.")
     if len(files) > 1:
         raise ProbeError(
-            tr("All files are copies of {name}, which is not a bracket.", name=name), hint
+            tr("All files are copies of {name}, so they are not a bracket.", name=name), hint
         )
     raise ProbeError(tr("{name} is a single frame, not a bracket.", name=name), hint)
 
@@ -319,7 +319,7 @@ def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | No
         raise not_all_around(frame)
     if header.part:
         raise ProbeError(
-            tr("{name} is only part of a panorama, according to its file.", name=name),
+            tr("{name} is only part of a panorama, according to its metadata.", name=name),
             tr("Export it as a full panorama (360 x 180 degrees)."),
         )
     stops, doubts = 0.0, list[Remark]([TimeUnstated(name)])
@@ -395,7 +395,7 @@ def _clause(names: list[str], what: str) -> str:
 
 
 def rendered_frames(headers: Sequence[Header]) -> tuple[str, ...]:
-    """Name the pictures that the camera has changed in every pixel."""
+    """Return the names of the pictures in which the camera has changed every pixel."""
     return tuple(header.frame.path.name for header in headers if header.frame.tone_mapped)
 
 

@@ -50,7 +50,7 @@ from app.core.measure.read.decoding import (
 )
 from app.core.measure.read.frame import Frame
 
-_TAIL: Final = 64  # number of last bytes in which to search for a JPEG's end marker
+_TAIL: Final = 64  # number of bytes at the end in which to search for a JPEG's end marker
 # Largest step at which an anchor still resolves detail at the upper end of a frame's range, where
 # the anchor's codes are about 70.
 _REACH_STOPS: Final = 4.1
@@ -79,7 +79,7 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
 
 
 def halvable(frame: Frame) -> bool:
-    """Return whether a frame can be decoded at half size, being a plain and complete JPEG."""
+    """Return whether a frame can be decoded at half size because it is a plain, complete JPEG."""
     if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
         return False
     with contextlib.suppress(OSError), frame.path.open("rb") as stream:
@@ -196,7 +196,7 @@ def _reach(values: Float32, anchor: Float32, own: bool) -> Bytes:
 
 @dataclass(frozen=True, slots=True)
 class _BandReading:
-    """What one frame shows of a band, at half size.
+    """One frame's data for a band, at half size.
 
     Attributes:
         smooth: Light of the mean codes.
@@ -306,7 +306,7 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
 def _anchor(
     pixels: Pixels, light: FrameLight, tables: AnchorTables, darkest: bool
 ) -> tuple[Bytes, _BandReading]:
-    """Return the brightest of each four pixels of a frame decoded in full, and the reading."""
+    """Return the largest code of each four pixels of a frame decoded in full, and the reading."""
     full: Sequence[Any] = cv2.split(pixels)
     brightest = np.asarray(cv2.max(cv2.max(full[0], full[1]), full[2]), np.uint8)
     exact = [_of_four(plane, table) for plane, table in zip(full, tables.exact, strict=True)]
@@ -342,7 +342,7 @@ def _keep_hue_of_four(
     row, column = np.divmod(near, brightest.shape[1])
     place = row // 2 * (brightest.shape[1] // 2) + column // 2
     for plane, rise in zip(exact, rises, strict=True):
-        # Use one flat index, with which numpy adds ten times as fast.
+        # Use one flat index, with which NumPy adds ten times as fast.
         np.add.at(plane.reshape(-1), place, rise / np.float32(4.0))
 
 
@@ -359,7 +359,10 @@ def _peak(largest: Bytes) -> Bytes:
 
 
 def _with_hidden(planes: Sequence[Any], reach: Bytes) -> tuple[Bytes, Bytes | None]:
-    """Return the largest codes, raised where a brighter pixel of four is hidden, and a mask."""
+    """Return the largest codes, and a mask of groups of four that hide a brighter pixel.
+
+    The largest codes are raised in these groups. The mask is None if there are none.
+    """
     largest = np.asarray(cv2.max(cv2.max(planes[0], planes[1]), planes[2]), np.uint8)
     stands_out = cv2.compare(cv2.subtract(reach, largest), _STANDS_OUT, cv2.CMP_GT)  # type: ignore[call-overload]
     if not cv2.countNonZero(stands_out):

@@ -89,7 +89,7 @@ class ArrivingFrames:
                 self._pool.submit(rehearse, pack)
 
     def add(self, path: Path) -> None:
-        """Start reading a complete file, again if it was added before."""
+        """Start reading a complete file, or read it again if it was added before."""
         self.discard(path)
         with self._lock:
             if not self._token.cancelled:
@@ -103,7 +103,7 @@ class ArrivingFrames:
             future.add_done_callback(self._let_go)
 
     def problem(self, path: Path, token: Token | None = None) -> str:
-        """Return the problem with a file as a sentence once it has been read, or "" if none."""
+        """Wait until a file has been read, and return its problem as a sentence, or "" if none."""
         try:
             self._of(path, token)
         except ProbeError as error:
@@ -123,15 +123,18 @@ class ArrivingFrames:
         token: Token | None = None,
         report: Report = silent,
     ) -> Measurement:
-        """Measure from the frames, as `app.core.measure.bracket.measure` does.
+        """Measure the light from the frames, as `app.core.measure.bracket.measure` does.
 
-        Files that were not added, or have changed since, are read now. Every frame can be used only
+        Files that were not added, or have changed since, are read now. Each frame can be used only
         once, so measuring a second time reads the files again.
         """
         return measure(paths, options, token, report, opener=self.take)
 
     def take(self, frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-        """Return a frame, or read it now, as an `app.core.measure.read.opened_frame.Opener`."""
+        """Return a frame, reading it now if necessary.
+
+        This method is an `app.core.measure.read.opened_frame.Opener`.
+        """
         with self._lock:
             future = self._reading.pop(frame.path, None)
         if future is None:
@@ -149,7 +152,7 @@ class ArrivingFrames:
             frame.shape,
             frame.kind,
         )
-        # Which frames to decode at half size is known only when all have arrived.
+        # Which frames to decode at half size is known only once all have arrived.
         if fits and not half and read.stamp == _stamp(frame.path):
             return read.opened
         read.opened.source.close()
@@ -200,7 +203,7 @@ class ArrivingFrames:
 
 
 def _bytes(read: _ReadFrame) -> int:
-    """Return the number of bytes that a frame takes in memory."""
+    """Return the number of bytes that a frame takes up in memory."""
     return read.frame.decoded_bytes if read.hold else 0
 
 

@@ -1,4 +1,4 @@
-"""Measure from a bracket, turning exposures in any order into an HDR panorama.
+"""Measure the light from a bracket, merging exposures in any order into an HDR panorama.
 
     files -> bracket -> merged light -> gaps filled -> lamps -> sun, gains, meter readings
           -> clutter filled -> clip audit
@@ -40,8 +40,8 @@ from app.core.measure.read.frame import Bracket, Exposure
 from app.core.measure.read.opened_frame import Opener, open_frame
 from app.core.text import tr
 
-_BLACK: Final = 0.0024  # linear light of code 8, to which compression can change black
-_HALF: Final = 0.5  # fraction of a texel from which it counts as filled
+_BLACK: Final = 0.0024  # linear light of code 8, up to which compression can raise black
+_HALF: Final = 0.5  # filled fraction at and above which a texel counts as filled
 _MOST_BLIND: Final = 0.9  # maximum unseen fraction of the sphere
 
 
@@ -53,7 +53,7 @@ def measure(
     *,
     opener: Opener = open_frame,
 ) -> Measurement:
-    """Measure from the exposures of a place, in any order, or from one folder of them.
+    """Measure the light from exposures of a place, given in any order or as one folder.
 
     Pictures of two fisheye circles are stitched. A single photo gives rough light if the options
     allow it. The errors are those of `measurement.Entry`.

@@ -1,9 +1,9 @@
-"""Merge the frames of a bracket into linear light, and reduce its size in the same pass.
+"""Merge the frames of a bracket into linear light, and reduce the result in the same pass.
 
 The last step removes coloured specks that errors in the codes can explain. Rounding, noise and
 JPEG, which stores colour at half size, leave an error of several codes. In a channel that is weak
-compared with the others, or near black, that is a stop or more, and visible as coloured salt and
-pepper. A pixel's difference in colour from the median of its neighbours is reduced as far as such
+compared with the others, or near black, that is a stop or more, which appears as coloured
+speckle. A pixel's difference in colour from the median of its neighbours is reduced as far as such
 an error explains the difference, so that a small lamp keeps its colour.
 """
 
@@ -82,7 +82,7 @@ class _Plan:
 
 
 def reference_exposure(stops: Sequence[float]) -> float:
-    """Return the middle frame's exposure in stops, whose saturation is the unit of the light."""
+    """Return the middle frame's exposure in stops. Its saturation is the unit of the light."""
     return sorted(stops)[len(stops) // 2]
 
 
@@ -210,7 +210,10 @@ def _lights(
 def _doubts(
     stack: FrameStack, doubts: Sequence[float], scheme: Scheme, order: Sequence[int]
 ) -> tuple[float, ...]:
-    """Return the doubts in order, if all frames are 8-bit, at full size and weighted by noise."""
+    """Return the doubts in order, or none unless all frames are 8-bit and weighted by noise.
+
+    There are none for frames at half size either.
+    """
     coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
     return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
 

@@ -22,7 +22,7 @@ from app.core.measure.read.decoding import Pixels
 Plane: TypeAlias = NDArray[Any]
 
 TRUSTED: Final = 0.5
-"""Trust below which a frame does not affect whether a pixel is clipped in every frame."""
+"""Trust below which a frame does not affect whether a pixel counts as clipped in every frame."""
 
 # Weight for a pixel at which no frame is trusted, so small that a trusted frame still decides even
 # if it is clipped there.
@@ -44,8 +44,8 @@ class Band:
 
     Attributes:
         radiance: Red, green and blue, (rows, W) float32 each.
-        clipped, dark: (rows, W) uint8. 255 where a pixel is clipped, or black, in every frame, or
-            None if no pixel is.
+        clipped, dark: (rows, W) uint8. Masks that are 255 where a pixel is clipped or black,
+            respectively, in every frame, or None if no pixel is.
         clipped_counts: Number of clipped pixels in each frame.
     """
 
@@ -65,7 +65,7 @@ class Sums:
     dark: Bytes | None = None
 
     def add(self, channel: int, value: Float32, weight: Float32, keep: bool) -> None:
-        """Add a channel of a frame, leaving both planes unchanged if `keep`."""
+        """Add a channel of a frame, leaving both planes unchanged if `keep` is true."""
         if channel < len(self.values):
             cv2.accumulateProduct(value, weight, self.values[channel])
             cv2.accumulate(weight, self.weights[channel])
@@ -144,7 +144,7 @@ class Weights:
     """The weights of a frame's pixels.
 
     `whole` is for all three channels, except near clipping, where each channel has its own weight.
-    That is at the flat positions `near`, or everywhere if `near` is None.
+    These pixels are at the flat positions `near`, or everywhere if `near` is None.
     """
 
     light: FrameLight
@@ -198,7 +198,7 @@ def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
 def _planes(pixels: Pixels) -> Sequence[Plane]:
     if pixels.dtype != np.float32:
         return cv2.split(pixels)
-    # Make the light finite and not negative, whatever a float file contains.
+    # Make the light finite and non-negative, whatever a float file contains.
     whole = np.nan_to_num(pixels, nan=0.0, posinf=1e30, neginf=0.0)
     return cv2.split(np.maximum(whole, np.float32(0.0)))
 
@@ -224,7 +224,7 @@ def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
 
 
 def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
-    """Return a mask, (rows, W) uint8, of 255 where a frame may be clipped, or None if nowhere."""
+    """Return a mask, (rows, W) uint8, of 255 where a frame may be clipped, or None if empty."""
     return _at_end(index, largest, light, light.tables.spent)
 
 
@@ -237,7 +237,7 @@ def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes
 
 
 def black_pixels(index: Plane) -> Bytes | None:
-    """Return a mask, (rows, W) uint8, of 255 where a frame is black, or None if nowhere."""
+    """Return a mask, (rows, W) uint8, of 255 where a frame is black, or None if empty."""
     limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
     return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
 
@@ -292,7 +292,7 @@ def hue_rises(
     limit = _raw(_CLIPPING_CODES[0], largest, light)
     if largest.max() < limit:
         return np.empty(0, np.intp), [np.empty(0, np.float32)] * len(planes)
-    # Use booleans, since numpy finds true values in them ten times as fast as in bytes.
+    # Use booleans, since NumPy finds true values in them ten times as fast as in bytes.
     near = np.flatnonzero(largest >= limit)
     codes = [plane.take(near) for plane in planes]
     if radiance is None:
@@ -338,7 +338,7 @@ def _raw(code: float, plane: Plane, light: FrameLight) -> float:
 
 
 def _share(values: Plane, light: FrameLight, limits: tuple[float, float]) -> Float32:
-    """Return a ramp from 0 to 1 between two codes, evaluated at stored values."""
+    """Evaluate a ramp from 0 to 1 between two codes at the stored values."""
     if values.dtype != np.uint8:
         return _smooth(_codes(values, light), limits)
     return _smooth(np.arange(256, dtype=np.float32), limits).take(values)

@@ -32,7 +32,7 @@ class PicturesTaken(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FileLeftOut(Remark):
-    """A file in a folder cannot be read. `message` is that of the error."""
+    """A file in a folder cannot be read. `message` is the error's message."""
 
     message: str
 
@@ -220,7 +220,7 @@ class FramesShifted(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Levelled(Remark):
-    """The picture was levelled by the camera's tilt, or the camera had already levelled it."""
+    """The picture was levelled by the recorded tilt, or the camera had already levelled it."""
 
     name: str
     pitch_deg: float
@@ -230,7 +230,7 @@ class Levelled(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesContradict(Remark):
-    """The frames differ over a fraction of the picture, 0 to 1, in the same place or in another."""
+    """The frames differ over a fraction of the picture, 0 to 1, with or without the same place."""
 
     share: float
     same_place: bool
@@ -238,7 +238,7 @@ class FramesContradict(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MovedPart:
-    """Position of a motion, as azimuth and elevation in degrees, or as column and row, 0 to 1."""
+    """Position of a moved part, as azimuth and elevation in degrees, or column and row, 0 to 1."""
 
     across: float
     up: float
@@ -246,7 +246,7 @@ class MovedPart:
 
 @dataclass(frozen=True, slots=True)
 class Motion(Remark):
-    """Something moved between the frames, at these places and `more` smaller ones."""
+    """Something moved between the frames, in these places and in `more` smaller ones."""
 
     places: tuple[MovedPart, ...]
     more: int

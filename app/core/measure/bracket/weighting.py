@@ -36,8 +36,9 @@ Matlab's makehdr.
 **Frames that do not fit one another** are merged by their agreement. Examples are warped scans of
 film, motion of a hand that a homography does not undo, and tone curves that vary across the
 picture. With weights by noise, hardly any frame but the brightest unclipped one would count, and at
-an edge that is a pixel off, the light would be wrong by stops although all darker frames contradict
-it. So if frames differ by more than noise in most places, each frame's log light has the weight
+an edge that is one pixel off, the light would be wrong by stops although all darker frames
+contradict it. So if frames differ by more than noise in most places, each frame's log light has the
+weight
 
     1 / (e^2 + d^2) / (1 + r^2 / s^2 / (e^2 + d^2))
 
@@ -82,8 +83,8 @@ _RAMP_WIDTH: Final = 40.0
 # Weight of an unclipped channel in a clipped pixel, and the codes over which the weight fades.
 _OWN_WEIGHT: Final = 0.7
 _OWN_FADE: Final = (200.0, 240.0)
-# Relative error of a recovered response for steps of one stop, and the relative error at which a
-# code loses the weight that it has for that.
+# Relative error of a recovered response for steps of one stop, and the relative error of a code at
+# which its additional weight fades.
 _CURVE_ERROR: Final = 0.065
 _TELLING_ERROR: Final = 0.2
 _LEAST_DOUBT: Final = 0.03
@@ -199,7 +200,7 @@ def frame_tables(
 def float_tables(
     index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
 ) -> FrameTables:
-    """Return the tables of a linear frame, with 65,536 entries by square root.
+    """Return the tables of a linear frame, with 65,536 entries indexed by square root.
 
     Do not use `value`, since the frame's own values are finer.
     """
@@ -304,7 +305,7 @@ def _variance(linear: Float64, error: Float64 | float) -> Float64:
 
 
 def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
-    """Return Reinhard's hat, the upper half for the largest code, the lower for the smallest."""
+    """Return the halves of Reinhard's hat, for the largest code and for the smallest."""
     hat = 1.0 - (2.0 * codes / 255.0 - 1.0) ** 12
     hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
     upper = codes > 127.5
@@ -330,7 +331,7 @@ _LEAST: Final = 1e-12
 def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
     """Return the difference of each frame from its neighbours, as a natural logarithm.
 
-    There are none if the frames fit, cannot be compared, or are too far apart to outvote one
+    The result is empty if the frames fit, cannot be compared, or are too far apart to outvote one
     another.
 
     Args:

@@ -27,7 +27,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 GLANCES: Final = 16
-"""Number of frames by which a video is located in a panorama."""
+"""Number of frames used to locate a video in a panorama."""
 
 _SAME_DEG: Final = 10.0  # maximum difference between the frames that are located
 _FEWEST: Final = 3

@@ -1,4 +1,4 @@
-"""Read a video of a turn, for the lens azimuth of each frame and the light on the face."""
+"""Read the lens azimuth of each frame, and the light on the face, from a video of a turn."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _MOST_ASSUMED: Final = 0.5
 _UNSURE: Final = 0.15
 _FACELESS: Final = 12  # frames without a face after which the video is rejected
 _IDLE: Final = 30  # frames without motion after which the video is rejected
-_UNMOVED: Final = 0.03  # maximum motion that counts as none, of a frame's longer side
+_UNMOVED: Final = 0.03  # maximum motion that counts as none, relative to a frame's longer side
 # Margin around a face, relative to its size, for the next search and for display.
 _ROOM: Final = 0.8
 _THUMB: Final = 256  # longer side of a frame's saved picture, in pixels
@@ -85,8 +85,8 @@ class Film:
 
     Attributes:
         times_s, trust: (n,) float64. Time in seconds, and weight, of each frame.
-        noses_deg: (n,) float64. Direction of the nose in each frame, clockwise from above, relative
-            to the lens's position in the first frame.
+        noses_deg: (n,) float64. Direction of the nose in each frame, clockwise seen from above,
+            relative to the lens's position in the first frame.
         headings: Azimuth of the lens in each frame.
         light: Light estimated from the face.
         radiance: (H, 2 H, 3) float32. The light as a panorama, with the lens of the first frame in
@@ -183,7 +183,7 @@ class FilmReader:
         self._frames.append(self._following.submit(self._follow, glimpse, picture))
 
     def check_begin(self) -> None:
-        """Give up early on a hopeless film, by raising the errors of `film`."""
+        """Give up early on a hopeless film by raising one of the errors of `film`."""
         if len(self._frames) not in (_FACELESS, _IDLE):
             return
         readings = [one.result() for one in self._frames]
@@ -196,7 +196,7 @@ class FilmReader:
             raise _no_turn()
 
     def film(self) -> Film:
-        """Return the result of the frames so far.
+        """Return the result for the frames so far.
 
         Raises:
             ProbeError: If no face is visible or nothing turns.
@@ -238,7 +238,7 @@ def read_film(
     token: Token | None = None,
     report: Report = silent,
 ) -> Film:
-    """Read a video of a turn, and the light on the face.
+    """Read a video of a turn and the light on the face.
 
     Args:
         frames: Each frame's time in seconds, the fraction of the video played, 0 to 1, and the
@@ -322,7 +322,7 @@ def read_turn(
 def _no_face() -> ProbeError:
     return ProbeError(
         tr("No face could be read in this film."),
-        tr("Film the sitter’s whole face from about a metre, in focus and not too dark."),
+        tr("Film the sitter’s whole face from about a metre away, in focus and not too dark."),
     )
 
 

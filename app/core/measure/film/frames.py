@@ -32,8 +32,8 @@ _LONGEST_FILM_S: Final = 300.0
 def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
     """Yield about `most` evenly spaced frames of a video, shrunk to at most `width` columns.
 
-    Each item is the time since the first frame in seconds, from the file's timestamps, the fraction
-    of the video played, and the picture, (H, W, 3) uint8.
+    Each item consists of the time since the first frame in seconds, from the file's timestamps; the
+    fraction of the video played; and the picture, (H, W, 3) uint8.
 
     Raises:
         VideoError: If the file is not a video ("bad-file"), does not exist ("no-file"), or is too

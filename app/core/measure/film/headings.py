@@ -83,7 +83,7 @@ class FramePair:
     assumed: bool = False
 
     def rotation(self, focal: float) -> Float64:
-        """Return the rotation, (3, 3), from the camera's axes before to those after."""
+        """Return the rotation, (3, 3), from the camera's axes before the step to those after it."""
         return fit_rotation(*(unit_rays(each, 1 / focal) for each in (self.after, self.before)))
 
 
@@ -93,7 +93,7 @@ class Headings:
 
     Attributes:
         turns_deg: (n,) float64. Turn of the lens around the sitter since the first frame, clockwise
-            from above, which exceeds 360 after a full turn.
+            seen from above. It exceeds 360 after a full turn.
         rotations: (n, 3, 3) float64. Rotations from the camera's axes in each frame to level axes
             that look at the sitter from the lens's position in the first frame.
         focal: Focal length divided by the picture's longer side.

@@ -1,4 +1,4 @@
-"""Measure from a video of a turning sitter, reading the light from the face and surroundings."""
+"""Measure the light from a video of a turning sitter, using the face and the surroundings."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from one film, with azimuth 0 at the position of the lens in the first frame.
+    """Measure the light from one film, with azimuth 0 at the lens's position in the first frame.
 
-    The errors are those of `measurement.Entry`, with a `ProbeError` if no face is visible or
+    The errors are those of `measurement.Entry`, plus a `ProbeError` if no face is visible or
     nothing turns.
     """
     options, token = options or MeasureOptions(), token or Token()

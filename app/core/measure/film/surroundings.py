@@ -25,10 +25,10 @@ from app.core.measure.read.resampling import wrapped_blur
 
 SHAPE: Final = (512, 1024)
 _MOST: Final = 24  # maximum number of frames, one every 15 degrees
-_LEAST: Final = 0.12  # minimum fraction of the sphere, to have enough for filling the rest
-# the camera looks in the direction of the sitter's back
+_LEAST: Final = 0.12  # minimum fraction of the sphere from which the rest can be filled
+# The camera faces the sitter, so it looks in the direction of the sitter's back.
 _BEHIND: Final = np.diag([1.0, -1.0, -1.0])
-_CLIPPED: Final = 0.05  # clipped fraction from which a texel counts as clipped
+_CLIPPED: Final = 0.05  # clipped fraction at and above which a texel counts as clipped
 _DETAIL: Final = (0.2, 5.0)
 
 
@@ -38,7 +38,7 @@ def surroundings(
     """Combine the backgrounds and fill the rest, or return None if they cover too little.
 
     Args:
-        gains: (n,) float64. Radiance of linear 1 in each frame, or NaN if unknown.
+        gains: (n,) float64. Radiance of the linear value 1 in each frame, or NaN if unknown.
 
     Returns:
         The radiance, (512, 1024, 3) float32, with the lens of the first frame in the middle, and a

@@ -1,1 +1,1 @@
-"""Finish a panorama: lamps, a restored sun, the tripod's mask, and doubtful answers."""
+"""Finish a panorama: find lamps, restore the sun, mask the tripod, and find doubtful answers."""

@@ -3,8 +3,8 @@
 Where every frame is clipped, the merged panorama is a lower bound. The audit reports how much light
 is affected, computes the results for brighter light, and separates the styles that would lose with
 brighter light from the others. A style is in doubt if its turn would lose more than 5% of what the
-place could give if any clipped lamp, any part of a wide lamp, or all lamps together were 1, 3, 6 or
-10 stops brighter. Styles that would come within reach or go out of reach are reported as well. For
+place could give with any clipped lamp, any part of a wide lamp, or all lamps together 1, 3, 6 or 10
+stops brighter. Styles that would come within reach or go out of reach are reported as well. For
 brackets of 20 places, clipped 1 to 15 stops deep, every result with an error of more than 10% was
 among those in doubt.
 
@@ -94,7 +94,7 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
 
 
 GAINS: Final = (1.0, 3.0, 6.0)
-"""Stops by which clipped lamps are assumed brighter in the report."""
+"""Stops by which clipped lamps are assumed to be brighter in the report."""
 
 DOUBT: Final = 0.05
 """Fraction of the range of a style's curve that its turn may lose before the style is in doubt."""
@@ -121,13 +121,13 @@ class WhatIf:
 
 @dataclass(frozen=True, slots=True)
 class StyleChange:
-    """How a style's result depends on clipped light.
+    """The dependence of a style's result on clipped light.
 
     Attributes:
         turn_deg: Turn on the search grid, in degrees.
         cases: The best turns with each clipped lamp and with all of them 1, 3 and 6 stops brighter,
             and with a restored light at both ends of its likely range.
-        worst: Largest loss in any case, including parts of wide lamps and 10 stops.
+        worst: Largest loss in any trial, including those with parts of wide lamps or 10 stops.
         least_stops: Smallest brightening in the trials that puts the turn in doubt, or None if none
             does.
         reach_stops: Smallest brightening that brings the style within reach or out of reach, or
@@ -322,7 +322,7 @@ def _changes(
 
 
 def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
-    """Return the grid turns offered in brighter light, (S,), the same for the same best turn."""
+    """Return the grid turns offered in brighter light, (S,), unchanged if the best turn is."""
     best, turns_offer = then.turns, now.copy()
     for row in np.flatnonzero(best != turns).tolist():
         turns_offer[row] = then[row].peak(int(best[row])).index

@@ -3,15 +3,15 @@
 A single panorama in the camera's own exposure loses between a tenth and nine tenths of the light.
 Areas that are white in all channels count as four stops brighter, and those clipped in some
 channels as one stop brighter. Twenty rules were tried on 35 places: flat gains of 2 to 32, gains by
-size or by depth, lamps, and mixes of these. None had turns that lose less, and this rule is the
+size or by depth, lamps, and mixes of these. None gave turns that lose less, and this rule is the
 simplest.
 
-Four alternatives show which turns depend on this estimate. Clipped light is no brighter than it
-looks; it is two stops brighter still; it is brightest in the middle of each white area, like the
-glow around the sun; or just one of the largest white areas, each in turn, is no brighter than it
-looks. A style's doubt is the mean fraction of its match range that its turn loses under the four
-alternatives, plus a term for a poor best match. The weight and the limit were chosen so that nine
-tenths of the turns that lose more than a tenth are in doubt
+Four alternatives show which turns depend on this estimate. In these, clipped light is no brighter
+than it looks; it is two stops brighter still; it is brightest in the middle of each white area,
+like the glow around the sun; or just one of the largest white areas, each in turn, is no brighter
+than it looks. A style's doubt is the mean fraction of its match range that its turn loses under the
+four alternatives, plus a term for a poor best match. The weight and the limit were chosen so that
+nine tenths of the turns that lose more than a tenth are in doubt
 (`benchmarks/light/plain_panorama.py`).
 """
 
@@ -40,7 +40,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 STOPS: Final = 4.0
-"""Stops by which white areas are assumed brighter than they look."""
+"""Stops by which white areas are assumed to be brighter than they look."""
 
 DOUBT: Final = 0.036
 """Doubt above which a style's turn is in doubt."""
@@ -118,7 +118,7 @@ def rough_audit(
     """Return the answers that depend on clipping in a single photo.
 
     Args:
-        looks: The light before `brightened`, as it looks.
+        looks: The light as it looks, before `brightened`.
         likely: The light after `brightened`.
         grid: Grid of `likely`.
     """
@@ -161,7 +161,7 @@ def doubts(choice: Choice) -> Float64:
 
 
 def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
-    """Return the light, (h, w, 3) each, as likely, as it looks, brighter, glowing and by area."""
+    """Return alternatives, (h, w, 3) each: likely, as it looks, brighter, glowing, and by area."""
     columns = min(looks.radiance.shape[1], _COLUMNS)
     white, coloured = _shares(looks.radiance, looks.clipped)
     planes = looks.radiance, likely.radiance, white, coloured

@@ -34,7 +34,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 _MOST_STOPS = 20.0
-_HALF: Final = 0.5  # filled fraction from which a texel counts as a gap
+_HALF: Final = 0.5  # filled fraction at and above which a texel counts as a gap
 
 
 def apply_gains(
@@ -73,7 +73,7 @@ class FinishedLight:
         measured_clipped: Fraction of the light in clipped texels as measured, a lower bound, 0 to
             1.
         audit: Audit of the finished light, or None for pictures that are not panoramas.
-        unseen: (H, W) bool. Where the light was filled because no frame shows it, or None.
+        unseen: (H, W) bool. Mask of the light that was filled because no frame shows it, or None.
     """
 
     merged: MergedLight

@@ -47,7 +47,8 @@ def display_panorama(
     The result is within one step of `app.core.base.colour.tone_map` of the same texels.
 
     Args:
-        exposure_stops: Stops to brighten (positive) or darken relative to the automatic exposure.
+        exposure_stops: Stops by which to brighten (positive) or darken (negative) the picture,
+            relative to the automatic exposure.
         width: Number of columns. The rows follow from the proportions.
     """
     gain = display_gain(radiance, exposure_stops)

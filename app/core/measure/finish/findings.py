@@ -147,7 +147,7 @@ def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
 
 
 def darker_frames(light: Light, merged: MergedLight, kind: str) -> int:
-    """Return how many more frames, each 2 EV darker, would probably capture a clipped light.
+    """Estimate how many more frames, each 2 EV darker, it would take to capture a clipped light.
 
     If absolute luminance is known, the number follows from the upper limit for such lights,
     otherwise from experience.

@@ -39,7 +39,7 @@ _LAMP_RATIO: Final = 2.0
 
 
 def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> MergedLight:
-    """Replace masked light, (H, W) float32, by interpolation from its surroundings.
+    """Replace masked light, (H, W) float32, with light interpolated from its surroundings.
 
     The light is removed completely where the mask is 1. Texels masked by more than 2% are replaced
     at least in proportion to the mask, which fades out over `FEATHER_DEG` around them. So that a

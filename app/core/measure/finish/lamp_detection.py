@@ -107,7 +107,7 @@ def light_grid(merged: MergedLight) -> LightGrid:
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
             tr(
-                "Lamps can be found only in a full panorama; this one is {columns} x {rows}.",
+                "Lamps can be found only in a full panorama; this picture is {columns} x {rows}.",
                 columns=columns,
                 rows=rows,
             )
@@ -171,7 +171,7 @@ def spread_of(
 
     Args:
         shape: Rows and columns of the panorama.
-        weights: (N,) float64. Weights, which are not negative and not all zero.
+        weights: (N,) float64. Non-negative weights, not all of them zero.
 
     Returns:
         The azimuth and elevation, in degrees, of the weighted sum of the unit vectors, and the mean
@@ -215,7 +215,7 @@ def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
 
 
 def components(mask: Bools) -> tuple[Int32, int]:
-    """Label the connected parts of a mask, bridging gaps of one texel, across the seam.
+    """Label the connected parts of a mask, bridging gaps of one texel and joining at the seam.
 
     Args:
         mask: (H, W) bool.

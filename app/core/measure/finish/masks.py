@@ -118,9 +118,9 @@ def box_mask(
 
 
 def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
-    """Read a mask, (H, W) float32 in 0..1, from a picture of any size in which white is removed.
+    """Read a mask, (H, W) float32 in 0..1, from a picture of any size that is white where it masks.
 
-    The brightest colour channel counts, whereas transparency does not.
+    The brightest colour channel counts, and transparency is ignored.
 
     Raises:
         ProbeError: If the picture is missing, damaged, wider than 16,384 pixels, or not twice as
@@ -149,7 +149,7 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
 
 def check_picture_mask(path: Path) -> None:
-    """Check a mask picture's header early, with the errors of `picture_mask`."""
+    """Check a mask picture's header early, with the same errors as `picture_mask`."""
     _open(path).close()
 
 
@@ -205,7 +205,9 @@ def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], spec_text: str) -> M
         )
     _check_elevations(numbers[2:] if kind == "box" else numbers, spec_text)
     if kind == "box" and numbers[2] >= numbers[3]:
-        raise ProbeError(tr("The mask “{mask}” ends below its start.", mask=spec_text), _FORMS)
+        raise ProbeError(
+            tr("The top of the mask “{mask}” is not above its bottom.", mask=spec_text), _FORMS
+        )
     return MaskSpec(kind, numbers)
 
 

@@ -57,7 +57,7 @@ class MoreLampsClipped(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ClippingMatters(Remark):
-    """Some styles would change in brighter light, by up to three stops (`soon`) or six and more.
+    """Some styles would change in light up to three stops brighter (`soon`), or six and more.
 
     Attributes:
         others: Styles that brighter light does not affect.
@@ -88,7 +88,7 @@ class RestoredRange(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BlindMatters(Remark):
-    """Twice as much light in the gaps would change some styles, and not the others."""
+    """Twice as much light in the gaps would change some styles, but not the others."""
 
     names: tuple[str, ...]
     others: tuple[str, ...]
@@ -154,7 +154,7 @@ class CostlyChange:
 
 @dataclass(frozen=True, slots=True)
 class MaskingChanges(Remark):
-    """How filling the masked areas changes the answers.
+    """The effect of filling the masked areas on the answers.
 
     Attributes:
         styles: Number of styles within reach before or after filling.

@@ -1,9 +1,9 @@
 """Restore the light of a clipped sun, or of a lamp measured with a light meter.
 
-The position of a clipped sun survives in the panorama. Its solid angle is known, and so is its
-illuminance within a factor, so the disc is drawn again (after Debevec, "Rendering synthetic objects
-into real scenes", 1998, and Stumpfel et al., "Direct HDR capture of the sun and sky", 2004, who
-measure the sun instead).
+The position of a clipped sun survives in the panorama. Its solid angle is known, and its
+illuminance is known to within a factor, so the disc is redrawn (after Debevec, "Rendering synthetic
+objects into real scenes", 1998, and Stumpfel et al., "Direct HDR capture of the sun and sky", 2004,
+who measure the sun instead).
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoratio
         )
     if merged.cd_m2 is None:
         raise ProbeError(
-            tr("A measured illuminance needs frames with shutter, ISO and aperture."),
+            tr("A measured illuminance needs frames that record shutter, ISO and aperture."),
             tr("Set a gain in stops for the lamp instead."),
         )
     texels, weights = _texels_of(light, merged)
@@ -142,7 +142,7 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class _SunTarget:
-    """Illuminance of a light after restoring, its range, and a colour (None: the texels' own)."""
+    """Illuminance of a restored light, its range, and its colour, or None for the texels' own."""
 
     lux: float
     near: tuple[float, float]
@@ -185,7 +185,7 @@ def _restoration(
 
 
 def _texels_of(light: Light, merged: MergedLight) -> tuple[Int64, Float64]:
-    """Return a light's texels on the panorama, and how much of each may be brightened."""
+    """Return a light's texels on the panorama, and the fraction of each that may be brightened."""
     mask = upsampled(light, merged.clipped.shape)
     if light.clipped:
         mask &= merged.clipped > 0
@@ -197,7 +197,7 @@ def _texels_of(light: Light, merged: MergedLight) -> tuple[Int64, Float64]:
 def _disc(
     shape: tuple[int, int], core: Core, diameter_deg: float = SUN_DIAMETER_DEG
 ) -> tuple[Int64, Float64]:
-    """Return the texels that a disc covers, and the fractions of the disc in them (sum 1)."""
+    """Return the texels that a disc covers, and each texel's fraction of the disc (sum 1)."""
     height, width = shape
     fine = max(1, round(32 * SUN_DIAMETER_DEG / diameter_deg))
     step = 180.0 / height

@@ -57,7 +57,7 @@ def air_mass(elevation_deg: float) -> float:
 
 
 def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
-    """Return the mean illuminance in lux by direct sunlight on a surface facing the sun (RP-21).
+    """Return the mean illuminance in lux from direct sunlight on a surface facing the sun (RP-21).
 
     `SPREAD` is the usual range around this mean.
 
@@ -72,7 +72,7 @@ def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> Float64:
 
     Rayleigh scattering follows Leckner, "The spectral distribution of solar radiation at the
     earth's surface", Solar Energy 20, 1978, 143-150, and is 0.008735 w^-4.08 per air mass (w in
-    micrometres). The rest of the extinction is by particles, with the exponent 1.3 of Angstrom
+    micrometres). The rest of the extinction is due to particles, with the exponent 1.3 of Angstrom
     (1929). Cloud is grey. The sun is white at an air mass of 1.5, and redder the lower it is.
     """
     waves = np.array(_WAVELENGTHS)

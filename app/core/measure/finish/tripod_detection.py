@@ -78,8 +78,8 @@ class Clutter:
 
     Attributes:
         origin: The manual mask or the suggestion.
-        mask: (H, W) float32. Fraction of each of the panorama's texels on the object, 0 to 1.
-        confidence: Confidence from 0 to 1, which is 1 for a manual mask.
+        mask: (H, W) float32. Fraction of each panorama texel that the object covers, 0 to 1.
+        confidence: Confidence from 0 to 1; always 1 for a manual mask.
     """
 
     origin: MaskSpec | Suggestion
@@ -101,8 +101,8 @@ def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clu
     """Suggest a mask for the stick, tripod or person connected to the camera's foot.
 
     There is at most one suggestion. There is none if the ground at the foot looks like its
-    surroundings, or the picture is not a panorama. A suggestion has a confidence, and does not
-    always include everybody.
+    surroundings, or the picture is not a panorama. A suggestion comes with a confidence, and may
+    not include everybody.
 
     Args:
         foot: Azimuth and elevation of the camera's own foot in degrees, which is the nadir unless

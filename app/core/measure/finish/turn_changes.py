@@ -62,7 +62,7 @@ def changes(
 
 
 def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
-    """Summarise the changes in the styles within reach before or after.
+    """Summarise the changes in the styles that were within reach before or are now.
 
     A turn that moved between two positions that are equally good in the new light (within 1% of the
     curve's range) counts as unchanged.
@@ -96,7 +96,7 @@ def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Ch
         turn_before_deg=before.turn_refined_deg,
         turn_after_deg=after.turn_refined_deg,
         change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
-        # The new turn may be worse on this curve if its contrast decided.
+        # The new turn may be worse on this curve if its contrast was decisive.
         given_up=max(loss, 0.0) / span if span > 0.0 else 0.0,
         attainable_before=before.attainable,
         attainable_after=after.attainable,

@@ -158,7 +158,7 @@ def _roll(one: Float32, two: Float32) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Matches:
-    """Matches around the seam: sample, shift around and to the front in samples, and trust."""
+    """Matches around the seam: position, shifts sideways and to the front in samples, and trust."""
 
     around: Float64
     sideways: Float64
@@ -235,7 +235,7 @@ def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
 
 
 def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
-    """Correct the misalignment, the field in both lenses and half of tilt and roll in each."""
+    """Correct the misalignment: the field of both lenses, and half of the tilt and roll in each."""
     first, second = pair.lenses
     # A direction seen at 90 degrees by both lenses is at 90 degrees plus half the common shift.
     angles = np.array([math.pi / 2.0, (math.pi + shift[0]) / 2.0])

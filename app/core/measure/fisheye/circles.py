@@ -37,7 +37,7 @@ class FisheyeLens:
     Attributes:
         centre: Centre of the circle, (x, y) in pixels, with whole numbers at pixel centres.
         focal: Focal length, in pixels per radian on the axis.
-        axes: (3, 3) float64. Rows are the directions right, up and ahead of the lens's picture, in
+        axes: (3, 3) float64. The right, up and forward vectors of the lens's picture as rows, in
             the panorama's axes (`app.core.base.sphere`).
         bends: Distortion terms b3, b5, ...
     """
@@ -52,7 +52,7 @@ class FisheyeLens:
         return self.focal * bent(angles, self.bends)
 
     def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
-        """Return columns and rows in pixels, and angles in radians, of directions, (..., 3)."""
+        """Return columns and rows in pixels, and angles in radians, for directions, (..., 3)."""
         local = vectors @ self.axes.T.astype(vectors.dtype)
         across = np.hypot(local[..., 0], local[..., 1])
         angle = np.arctan2(across, local[..., 2])
@@ -75,9 +75,9 @@ class FisheyeModel:
 
     Attributes:
         field_deg: Angle that the image circle spans, which is not used if `focal` is known.
-        focal: Focal length as a fraction of the side of the half of the picture with one circle.
+        focal: Focal length relative to the side of one half of the picture, which has one circle.
         turns_deg: Clockwise rotation of each of the two stored circles, or None if unknown.
-        front: Index of the circle that looks ahead, by default the left or upper one.
+        front: Index of the circle that looks forward, by default the left or upper one.
     """
 
     names: tuple[str, ...]
@@ -128,7 +128,7 @@ _WIDEST: Final = 2.6  # maximum ratio of a picture's sides
 _LOOKED_AT: Final = 672  # columns of the small copy in which circles are searched for
 _BRIGHTEST: Final = 1e6
 _WHITE, _BRIGHTER = 0.85, 8.0  # fraction of unclipped pixels; gain of the second exposure
-_CONTENT: Final = 0.02  # lit fraction of a row or column from which it counts as content
+_CONTENT: Final = 0.02  # lit fraction at and above which a row or column counts as content
 _ANGLES: Final = 240
 # Range of the rims, out to the far corners, as fractions of half the side of one half.
 _REACH: Final = (0.55, 1.42)
@@ -219,7 +219,7 @@ def find_circles(frame: Bytes) -> Circles | None:
 
 
 def check_stitched(radiance: Float32, name: str) -> None:
-    """Check that linear light, (h, w, 3), is not two fisheye circles instead of a panorama.
+    """Check that linear light, (h, w, 3), does not show two fisheye circles instead of a panorama.
 
     Raises:
         EnvironmentFileError: If the light shows two fisheye circles.

@@ -114,7 +114,7 @@ def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
 
 
 def _tipped(vectors: Float32, angles: Float32) -> Float32:
-    """Tip directions toward the front by angles in radians."""
+    """Tip directions toward the front by the given angles, in radians."""
     flat = np.maximum(np.hypot(vectors[..., 0], vectors[..., 1]), 1e-9)
     cosine, sine = np.cos(angles), np.sin(angles)
     scale = cosine - sine * vectors[..., 2] / flat
@@ -138,7 +138,10 @@ def around_seam(curve: Float64, around: Float32) -> Float32:
 
 
 def about_axis(angle: float) -> Float64:
-    """Return the rotation about the front axis, in radians, clockwise as the front lens sees it."""
+    """Return the rotation by an angle in radians about the front axis.
+
+    The rotation is clockwise as the front lens sees it.
+    """
     return from_vector(np.array([0.0, 0.0, angle]))
 
 

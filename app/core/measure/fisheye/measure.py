@@ -1,4 +1,4 @@
-"""Measure from unstitched pictures from a 360 camera, with two fisheye circles each."""
+"""Measure the light from a 360 camera's unstitched pictures, with two fisheye circles each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from one or more exposures of two circles, which are merged and then stitched.
+    """Measure the light from one or more exposures of two circles, merging and then stitching them.
 
     Frames that a camera has stitched are measured as a bracket. The errors are those of
     `measurement.Entry`.

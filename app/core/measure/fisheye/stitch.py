@@ -47,7 +47,7 @@ _CLEARLY: Final = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Stitching:
-    """How the lenses were calibrated and stitched.
+    """The calibration and stitching of the lenses.
 
     Attributes:
         up_deg: Upward direction in degrees, clockwise from the top of the front lens's circle.
@@ -85,7 +85,7 @@ class Stitching:
 def circle_size(
     shape: tuple[int, int], circles: Circles, size: tuple[int, int] | None
 ) -> tuple[int, int]:
-    """Return the rows and columns at which to merge unstitched frames for a panorama of a size."""
+    """Return the rows and columns at which to merge unstitched frames for a panorama's `size`."""
     share = _LONGEST / max(shape)
     if size is not None:
         # Twice as fine as the panorama, for circles that are about 200 degrees wide.

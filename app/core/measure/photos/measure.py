@@ -1,4 +1,4 @@
-"""Measure from photos taken all around from one spot.
+"""Measure the light from photos taken all around from one spot.
 
     files -> pictures -> matches -> directions -> curve, exposures -> merged
           -> gaps filled -> lamps, sun, corrections -> audit
@@ -81,7 +81,7 @@ class Photograph:
         rotation: (3, 3) float64. Rotation from camera to panorama axes, or None if it could not be
             found.
         focal_px: Focal length, in pixels of `pixels`.
-        bracket: Number of the bracket, which has one direction.
+        bracket: Number of the photo's bracket. All photos of a bracket have the same direction.
         wide_deg: Horizontal angle of a panorama, in degrees.
     """
 
@@ -118,7 +118,7 @@ class PhotosOptions(WayOptions):
     """Options for photos taken all around.
 
     Attributes:
-        fov_deg: Horizontal angle of a single wide panorama, or None to estimate the angle.
+        fov_deg: Horizontal angle of a single wide panorama, or None to estimate it.
         unstitched: Whether to measure pictures with two fisheye circles as such.
     """
 
@@ -152,11 +152,11 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from photos taken all around, or from one folder of them.
+    """Measure the light from photos taken all around, or from one folder of them.
 
-    Azimuth 0 is the direction of the first photo that could be placed. A single file is taken as a
-    panorama that a phone has stitched. Pictures of two fisheye circles are measured as such. The
-    errors are those of `measurement.Entry`, with a `ProbeError` if the photos do not belong
+    Azimuth 0 is the direction of the first photo that could be placed. A single file is treated as
+    a panorama that a phone has stitched. Pictures of two fisheye circles are measured as such. The
+    errors are those of `measurement.Entry`, plus a `ProbeError` if the photos do not belong
     together or show too little.
     """
     options, token = options or MeasureOptions(), token or Token()
@@ -300,7 +300,7 @@ def _read_one(token: Token, file: Path, most: int = _MERGE_SIDE) -> Photograph:
     focal = source.focal_px and source.focal_px * min(LONGEST / longest, 1.0)
     clip = np.where(source.picture >= CLIPPED_CODE, np.uint8(255), np.uint8(0))
     small, clip = (shrunk(picture, _SMALL / longest)[0] for picture in (source.picture, clip))
-    small[clip > 0] = 255  # partly clipped pixels carry no brightness
+    small[clip > 0] = 255  # partly clipped pixels do not reveal their brightness
     return Photograph(frame, source.picture, small, points, focal)
 
 
@@ -431,7 +431,7 @@ def _layers(
 def _filled(
     merged: MergedLight, coverage: Bools, remarks: list[Remark]
 ) -> tuple[MergedLight, float]:
-    """Fill areas that no photo shows, and report where they are and how much of the sphere."""
+    """Fill areas that no photo shows, and report where they are and how much they cover."""
     gaps = (
         (~coverage).mean(axis=1) * solid_angles(coverage.shape) * coverage.shape[1] / (4.0 * np.pi)
     )

@@ -1,6 +1,6 @@
 """Estimate rotations and focal lengths of photos taken from one point.
 
-Photos from a turning camera are homographies of one another. Pairs are found by RootSIFT points and
+Photos from a turning camera are related by homographies. Pairs are found by RootSIFT points and
 accepted as in M. Brown and D. Lowe, "Automatic Panoramic Image Stitching using Invariant Features",
 IJCV 2007. The focal length is the one for which all pairs are rotations. Then all rotations and
 focal lengths are adjusted together, by Gauss-Newton with Cauchy's weights and without outliers. Up
@@ -121,8 +121,8 @@ def turn(
         stated: Focal length of each photo in EXIF, in pixels, or None if it is not stated.
 
     Returns:
-        The rotations and the focal lengths in the largest group, by the photos' numbers, and the
-        distance between the points of a pair, in pixels.
+        The rotations and the focal lengths in the largest group, keyed by the photos' numbers, and
+        the typical error of matching points, in pixels.
     """
     good, focals = list(links), _focals(stated, links)
     while good:

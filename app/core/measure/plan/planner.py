@@ -41,7 +41,7 @@ _WORTH_EV: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class PlannedShot:
-    """One frame of a plan, with the target and actual offsets in stops from the metered one."""
+    """One frame of a plan, with its target and actual offsets from the metered exposure."""
 
     exposure: Exposure
     wanted_ev: float
@@ -81,7 +81,7 @@ def plan(
     which +2 EV takes no longer than `longest_s`. If even -2 EV would need a shorter exposure than
     the camera has, the aperture is closed down.
 
-    "full" is 0, +2, and then ever darker in steps of 2 EV down to the camera's darkest exposure.
+    "full" is 0, +2, and then darker in steps of 2 EV, down to the camera's darkest exposure.
     ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the aperture is the
     smallest for which that still holds. The last step is shorter if the range is not a multiple of
     2 EV, or up to 0.5 EV longer if one more frame would not be worth its time. If the range needs
@@ -145,12 +145,12 @@ class _Settings:
         return min(max(self.darkest(iso, aperture), 0.0), lightest)
 
     def outside(self, iso: float, aperture: float, offset: float) -> float:
-        """Return how many stops an offset is beyond the camera's times, negative if within."""
+        """Return how many stops an offset is beyond the camera's times; negative means within."""
         time = self.time(iso, aperture, offset)
         return max(math.log2(time / self.times[-1]), math.log2(self.times[0] / time))
 
     def miss(self, iso: float, aperture: float, offsets: Sequence[float]) -> float:
-        """Return how many stops the offsets are out of reach, summed up, after rounding."""
+        """Return by how many stops in total the offsets are out of reach, after rounding."""
         total = 0.0
         for offset in offsets:
             total += max(self.outside(iso, aperture, offset) - _TOLERANCE_EV, 0.0)

@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class OffsetMissed(Remark):
-    """An exposure out of reach was replaced with the nearest, both in EV from the metered one."""
+    """An exposure out of reach was replaced with the nearest, both given in EV from the metered."""
 
     wanted_ev: float
     nearest_ev: float

@@ -187,7 +187,7 @@ def decode(frame: Frame, token: Token) -> Pixels:
     """
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
-    # Decode into one array, for which numpy requests huge pages, unlike the decoders' own buffers.
+    # Decode into one array, for which NumPy requests huge pages, unlike the decoders' own buffers.
     # On some machines that saves a third of the time.
     pixels: Pixels = np.empty((*frame.shape, 3), _TYPES[frame.kind])
     source = FileRows(frame)
@@ -249,7 +249,7 @@ def decode_half(frame: Frame, token: Token) -> Pixels:
 
 
 def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
-    """Divide rows into bands ``(start, stop)`` from top to bottom, the last perhaps shorter.
+    """Divide rows into bands ``(start, stop)`` from top to bottom. The last may be shorter.
 
     >>> row_bands(10, 4)
     [(0, 4), (4, 8), (8, 10)]
@@ -260,8 +260,8 @@ def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
 def needs_whole_decode(path: Path) -> bool:
     """Return whether a reader must decode the whole picture for its first row.
 
-    This is so for progressive JPEG, whose decoder keeps all coefficients (three times the picture's
-    size), and for interlaced PNG. Everything else is read row by row.
+    This is the case for progressive JPEG, whose decoder keeps all coefficients (three times the
+    picture's size), and for interlaced PNG. Everything else is read row by row.
     """
     with contextlib.suppress(OSError), open_file(path) as stream:
         head = stream.read(29)

@@ -32,7 +32,7 @@ class Exposure:
 
     @property
     def ev(self) -> float:
-        """Exposure in stops, where one more is twice as bright."""
+        """Exposure in stops. One stop more is twice as bright."""
         return math.log2(self.factor)
 
 
@@ -102,7 +102,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """The frames of one place and time.
+    """The frames shot at one place and time.
 
     Attributes:
         frames: The frames, brightest first, without copies, all of one shape. Each has an exposure
@@ -132,7 +132,7 @@ class MergedLight:
     """The linear light of a bracket, with its clipped and dark fractions.
 
     Attributes:
-        radiance: (H, W, 3) float32. Linear Rec. 709 light, finite and not negative, in a unit that
+        radiance: (H, W, 3) float32. Linear Rec. 709 light, finite and non-negative, in a unit that
             saturates a frame with exposure `reference_ev`. It is a lower bound where all frames are
             clipped.
         clipped, dark: (H, W) float32. Fraction of each texel's area that every frame clips in its

@@ -89,7 +89,7 @@ _FOCAL_MM: Final = (6.0, 2000.0)
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with its EXIF tags for time in seconds, ISO and f-number, or None if not stated.
+    """A frame with its EXIF tags for time in seconds, ISO and f-number, each None if not stated.
 
     Attributes:
         part: Whether the frame shows only part of the sphere (GPano's cropped area).
@@ -340,7 +340,7 @@ def _pose(spec: ImageSpec) -> XmpPose | None:
 
 
 def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
-    """Return the picture's part of the sphere by GPano, whose sizes are of the original picture."""
+    """Return the part of the sphere that GPano states, whose sizes are of the original picture."""
     sides = ("ImageWidthPixels", "ImageHeightPixels", "LeftPixels", "TopPixels")
     names = (
         *(f"CroppedArea{side}" for side in sides),
@@ -396,7 +396,7 @@ _MOST_LISTED: Final = 500
 
 
 def pictures_in(folder: Path) -> list[Path]:
-    """List the pictures in a folder by name.
+    """List the pictures in a folder, sorted by name.
 
     Raises:
         ProbeError: If there are none or too many, or the folder cannot be read.

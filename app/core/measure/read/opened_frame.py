@@ -68,7 +68,7 @@ class Opener(Protocol):
 
 
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of thumbnails, an eighth of the frames but at least 256 columns if available.
+    """Return the size of thumbnails: an eighth of the frame's, but 256 columns if it has as many.
 
     >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
     ((336, 672), (128, 256), (100, 200))
@@ -151,7 +151,7 @@ def sample_codes(pixels: Pixels, places: Indices) -> Pixels:
 
 
 def _top(pixels: Pixels) -> float:
-    """Return the maximum of linear pixels, their saturation level, if many share it, else 0."""
+    """Return the saturation level of linear pixels: their maximum if many share it, or else 0."""
     if pixels.dtype != np.float32:
         return 0.0
     largest = pixels.max(axis=-1)

@@ -110,7 +110,7 @@ class FrameStack:
 
 
 def workers(tasks: int) -> int:
-    """Return the number of threads for independent tasks, at most four and at most the cores."""
+    """Return the number of threads for independent tasks: at most four, and one per core."""
     return max(1, min(4, os.cpu_count() or 1, tasks))
 
 
@@ -182,7 +182,7 @@ def relaid(
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Align the frames of a stack by `ways`, leaving each frame unchanged whose entry is None.
+    """Align the frames of a stack by `ways`, leaving frames whose entry is None unchanged.
 
     Proxies and samples are recomputed for moved frames only. If the stack is not in memory, a moved
     frame is kept in a temporary file.
@@ -231,7 +231,7 @@ def _seen_by_all(stack: FrameStack, visibility: Sequence[Float32 | None]) -> Boo
 
 
 def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
-    """Return all frames, (h, w, 3) encoded uint8, reduced to a longest side in pixels."""
+    """Return all frames, (h, w, 3) encoded uint8, reduced to a given longer side in pixels."""
     share = min(1.0, longest / max(stack.shape))
     size = (max(1, round(share * stack.shape[0])), max(1, round(share * stack.shape[1])))
     return [

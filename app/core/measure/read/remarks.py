@@ -34,6 +34,6 @@ class PhoneRendered(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FrameUnread(Remark):
-    """A frame was left out because it cannot be read. `message` is that of the error."""
+    """A frame was left out because it cannot be read. `message` is the error's message."""
 
     message: str

@@ -130,7 +130,7 @@ def light_in_bands(
 
     Args:
         samples: Number of rows and columns of a band per row and column of the result.
-        whole: Number of which a band's row count is a multiple.
+        whole: Number by which a band's row count must be divisible.
         band: Function that computes rows ``start..stop`` of light and fractions, `samples` times as
             fine.
 
@@ -236,8 +236,8 @@ class Chart:
         """Return the positions of a panorama's rows on the chart.
 
         Returns:
-            The columns and rows, (rows, W) float32 each, with whole numbers at pixel centres. For
-            texels that are not on the chart, they are outside its edges.
+            The columns and rows, (rows, W) float32 each, with whole numbers at pixel centres.
+            Texels that are not on the chart have positions outside its edges.
         """
         x, y, z = self._coordinates(shape, rows)
         if self.kind == "stereographic":
@@ -302,7 +302,7 @@ def likeness(looks: Sequence[Float32], weights: Sequence[Float32], shift: int) -
     """Return the correlation of two panoramas over the area they share, with the second rotated.
 
     Args:
-        looks, weights: One pair of each, (H, W) float32.
+        looks, weights: The pictures and the weights of both panoramas, (H, W) float32 each.
         shift: Rotation of the second panorama, in columns.
     """
     weight = weights[0] * np.roll(weights[1], shift, axis=1)

@@ -1,4 +1,4 @@
-"""Measure from a single 360 photo, estimating the clipped light."""
+"""Measure the light from a single 360 photo, estimating the clipped light."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure from one panorama, or from one picture with two fisheye circles.
+    """Measure the light from one panorama, or from one picture with two fisheye circles.
 
     Several pictures are measured as a bracket. The errors are those of `measurement.Entry`.
     """

@@ -3,9 +3,9 @@
 Automatic exposure clips the most important light: in 23 panoramas metered like a Theta S, the
 preview loses between a tenth and nine tenths of the light. Clipped areas count as three stops
 brighter, the value for which the turns of the three best styles lose least. An alternative light
-shows which of these turns depend on that value: small clipped patches count as lamps that are
-5 / sqrt(solid angle) times as bright, a fit to the same panoramas. A turn that loses more than the
-audit's limit in the alternative light needs the bracket.
+shows which of these turns depend on that value: small clipped patches count as lamps that are 5 /
+sqrt(solid angle) times as bright, which is a fit to the same panoramas. A turn that loses more than
+the audit's limit in the alternative light needs the bracket.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
 
 
 def rough_answers(preview: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...]:
-    """Return at most three of a preview's best styles, by grade and then by match."""
+    """Return at most three of a preview's best styles, ordered by grade and then by match."""
     reach = [one for one in solve_all(pack, preview.light) if one.attainable]
     best = sorted(reach, key=lambda one: (one.grade == "nearly", -one.match))[:_BEST]
     choice = choices(pack, [preview.light, preview.lamps])

@@ -95,8 +95,8 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlig
 def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple[Remark, ...]:
     """Report the corrections of misaligned frames.
 
-    There are none if every comparable frame is aligned, since frames too dark to compare are then
-    no reason to worry.
+    There are no remarks if every comparable frame is aligned, since frames too dark to compare are
+    then no reason to worry.
     """
     moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
     blind = [k for k, a in enumerate(alignments) if not a.trusted]

@@ -1,11 +1,11 @@
 """Align handheld brackets of ordinary pictures by homographies.
 
-A rotating camera transforms a picture by a homography whatever the scene, and the shift of the hand
-is small at usual distances. Each frame is aligned with its neighbour in exposure, and so step by
-step with the middle one, by least squares of the differences in brightness (Lucas and Kanade, with
-second-order steps as in Malis, "Improving vision-based control using efficient second-order
-minimization techniques", ICRA 2004). The fit is coarse to fine and robust, so that moving objects
-count little. Brightness is first matched by rank, so any tone curve will do.
+Rotating a camera transforms its picture by a homography, whatever the scene, and the shift of a
+hand is small compared with usual distances. Each frame is aligned with its neighbour in exposure,
+and so step by step with the middle one, by least squares on the differences in brightness (Lucas
+and Kanade, with second-order steps as in Malis, "Improving vision-based control using efficient
+second-order minimization techniques", ICRA 2004). The fit is coarse to fine and robust, so that
+moving objects have little effect. Brightness is first matched by rank, so any tone curve will do.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Lay:
 
     Attributes:
         homography: (3, 3) float64. Map from pixels of the reference to those of the frame.
-        shift_px: Largest shift of a corner or the middle, in pixels of the full frames.
+        shift_px: Largest shift of any corner or of the middle, in pixels of the full frames.
         error_px: Standard error of the shift, in the same pixels.
         trusted: Whether the frames could be compared.
         needed: Whether the bracket was shot handheld and the shift exceeds its error.
@@ -84,7 +84,7 @@ def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
         pixels,
         homography,
         (width, height),
-        # With cubic interpolation, linear light would overshoot far beside lamps.
+        # With cubic interpolation, linear light would overshoot strongly next to lamps.
         flags=(cv2.INTER_CUBIC if coded else cv2.INTER_LINEAR) | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )
@@ -129,7 +129,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
     columns = (np.arange(small[1]) + 0.5) * (full[1] / small[1]) - 0.5
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
     x, y = moved_by(homography, places).T.reshape(2, *small)
-    # Leave out a small pixel and its neighbour, between which the mask is interpolated.
+    # Leave out a margin of one small pixel, since the mask is interpolated between small pixels.
     edge_y, edge_x = full[0] / small[0], full[1] / small[1]
     inside = (x >= edge_x) & (x <= full[1] - 1 - edge_x) & (y >= edge_y)
     return np.asarray(inside & (y <= full[0] - 1 - edge_y), np.float32)
@@ -168,7 +168,8 @@ def lay_on_each_other(
     """Return the homography of each picture to the reference.
 
     Args:
-        pictures: Encoded pictures, (h, w, 3) uint8 each, all reduced equally to `LONGEST` or less.
+        pictures: Encoded pictures, (h, w, 3) uint8 each, all reduced by one factor to at most
+            `LONGEST`.
         stops: Exposures of the pictures, in stops.
         reference: Index of the reference.
         scale: Number of pixels of a full frame per pixel of a picture.
@@ -191,8 +192,8 @@ def lay_on_each_other(
         list(pool.map(onward, (order[place + 1 :], order[:place][::-1])))
     shape = (pictures[0].shape[0], pictures[0].shape[1])
     lays = [_lay(*ways[index], shape, scale) for index in range(len(pictures))]
-    # A hand never turns about the middle of every picture. Warped scans of film do, and whoever
-    # made the scans has aligned them as well as possible.
+    # A hand never turns about the middle of every picture. Warped scans of film seem to, and
+    # whoever made the scans has aligned them as well as possible.
     middles = [scale * float(_shifts(ways[index][0], shape)[-1]) for index in range(len(lays))]
     if max(m for lay, m in zip(lays, middles, strict=True) if lay.trusted) < _LEAST_MIDDLE_PX:
         return tuple(lays)
@@ -261,7 +262,7 @@ def _between(first: list[Bytes], second: list[Bytes]) -> tuple[Float64, float]:
 
 
 def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
-    """Return whether moving reduces the mean difference at edges, without outliers."""
+    """Return whether moving the frame reduces the mean difference at edges, ignoring outliers."""
     target = one.astype(np.float32)
     slope = _slope(target)
     results = []
@@ -327,7 +328,7 @@ def _open(codes: Bytes) -> Bools:
 
 
 def _warp(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32]:
-    """Return a frame in the reference's brightness and position, and where its codes are open."""
+    """Return a frame with the reference's brightness and position, and a mask of its open codes."""
     height, width = other.shape
     there, visible = (
         cv2.warpPerspective(

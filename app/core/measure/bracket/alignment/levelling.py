@@ -35,7 +35,7 @@ from app.core.measure.bracket.alignment.registration import edges
 from app.core.measure.bracket.remarks import Levelled
 from app.core.measure.read.frame import Bracket, Frame, XmpPose
 
-_LEVEL_DEG: Final = 0.05  # shown as 0.0 in a note with one decimal
+_LEVEL_DEG: Final = 0.05  # smaller angles appear as 0.0 in a note with one decimal
 _DIFFERENT_DEG: Final = 0.5
 _LEAN_DEG: Final = 3.0
 _STEEP: Final = 0.9  # nearer to the zenith, every edge is nearly upright
@@ -46,7 +46,7 @@ _CLEARLY: Final = 1.25  # minimum ratio of the sums, which in woods and crowds d
 
 @dataclass(frozen=True, slots=True)
 class Levelling:
-    """How a bracket is levelled.
+    """The levelling of a bracket.
 
     Attributes:
         rotation: (3, 3) float64. Rotation for `sphere.remap_frame` and `rotate_light`, or None if
@@ -171,7 +171,7 @@ def _order(frame: Frame) -> tuple[tuple[int, str], ...]:
 
 
 def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
-    """Return whether the camera levelled a frame, judging by another if it states nothing."""
+    """Return whether the camera levelled a shot, judging by other frames if it does not say so."""
     if shot.zenith_corrected is not None:
         return shot.zenith_corrected
     return any(frame.zenith_corrected for frame in frames)

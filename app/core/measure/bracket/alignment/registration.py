@@ -70,7 +70,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    """Feature points of a frame, with direction, code value, and how a rotation changes it."""
+    """Feature points of a frame: directions, codes, and the change in code under rotation."""
 
     vectors: Float32
     codes: Float32
@@ -122,7 +122,7 @@ class Fit:
 def register(bright: list[Level], dark: list[Level]) -> Fit:
     """Return the small rotation from the longer exposure to the shorter one.
 
-    The search starts from no motion, and then from all around that.
+    The search starts from no motion, and then from rotations all around it.
 
     Args:
         bright, dark: Results of `pyramid`.
@@ -221,7 +221,7 @@ def _transfer(codes: Float32, other_codes: Numbers) -> tuple[Float32, Float32]:
 
 
 def _solve(normal: Floats, right: Floats) -> Float64:
-    """Return the Gauss-Newton step, slightly damped where the sums do not determine the step."""
+    """Return the Gauss-Newton step, slightly damped where the sums do not determine it."""
     damping = 1e-6 * float(np.trace(normal)) + 1e-9
     return np.asarray(-np.linalg.solve(normal + damping * np.eye(3), right), np.float64)
 
@@ -290,7 +290,7 @@ def pyramid(frame: Bytes) -> list[Level]:
 
 
 def _smooth(codes: Float32) -> Float32:
-    """Blur slightly, also across the edge, so that gradients hold for a whole pixel."""
+    """Blur slightly, also across the edge, so that gradients remain valid over a whole pixel."""
     wide = cv2.copyMakeBorder(codes, 0, 0, 2, 2, cv2.BORDER_WRAP)
     return np.ascontiguousarray(cv2.GaussianBlur(wide, (3, 3), 0.7)[:, 2:-2])
 
@@ -308,7 +308,7 @@ def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
     # gradient itself is the normal.
     gradients = np.cross(places.slopes, places.vectors)
     sizes = np.linalg.norm(gradients, axis=1)
-    # In codes per pixel at the equator, above about twenty of which all edges are equally good.
+    # In codes per pixel at the equator. Above about twenty, all edges are equally good.
     strengths = np.minimum(sizes * np.float32(2.0 * np.pi / picture.shape[1]), 20.0)
     normals = gradients / np.maximum(sizes, np.float32(1e-9))[:, None]
     return places.vectors, normals, np.asarray(strengths * places.weights, np.float32)

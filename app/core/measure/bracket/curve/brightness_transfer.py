@@ -19,8 +19,8 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float64, Int64
 
-# Below this code, sensor noise and rounding distort it. Above the upper limit, ringing and noise
-# next to clipped areas do.
+# Below the lower limit, sensor noise and rounding distort the codes. Above the upper limit, ringing
+# and noise next to clipped areas do.
 _LOWEST: Final = 6
 _HIGHEST: Final = 248
 _LOWEST_DARK: Final = 1.5
@@ -29,12 +29,12 @@ _FEWEST: Final = 3
 # information.
 _WIDEST_STOPS: Final = 6.1
 _NARROWEST_STOPS: Final = 0.15
-# The darker code in a well-aligned pair scatters by 1.5 to 3 with JPEG and noise, also for steep
+# The darker code in a well-aligned pair scatters by 1.5 to 3 with JPEG and noise, even for steep
 # curves. In frames that are turned by 1 degree or more, it scatters by 4.5 to 13.
 _SMEARED: Final = 3.5
 # If a tenth of the picture has exactly one colour, it was filled in, like the grey that decoders
-# put in place of the missing end of a file. A flat wall that is lost too would be no evidence
-# either.
+# put in place of the missing end of a file. A flat wall that is lost as well would not have been
+# evidence anyway.
 _FILL_SHARE: Final = 0.1
 _DARK_MARK: Final = 8
 # A black of code 4 or more that does not change over nearly a stop is not part of the picture. Just
@@ -55,8 +55,8 @@ _JUMP: Final = 6.0
 _WIDE: Final = 4.0
 _WIDE_CODES: Final = 2.0
 
-# In a frame that clips below white, codes scatter this many times more than usual, and include at
-# least this many places and nearly all of those that are brighter still.
+# In a frame that clips below white, clipped codes scatter this many times more than usual. They
+# cover at least this many places, and nearly all of the brighter ones.
 _OPEN_ENDED: Final = 2.5
 _OPEN_CODES: Final = 3.0
 _OPEN_PLACES: Final = 20
@@ -318,5 +318,5 @@ def _continuous(rows: Float64) -> Float64:
 
 
 def reach(stops: Sequence[float]) -> int:
-    """Return how far apart in order a pair's frames may be, which in long brackets is one."""
+    """Return how many positions apart a pair's frames may be, which is 1 in long brackets."""
     return 2 if len(stops) <= 5 else 1

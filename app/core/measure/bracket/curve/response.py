@@ -5,8 +5,8 @@ The steps between the frames are measured (`brightness_transfer`). If they disag
 either one frame's tag is wrong, or the camera's curve is not sRGB and is recovered from the bracket
 (`app.core.measure.bracket.curve.response_recovery`).
 
-With a known curve, one frame's wrong tag stands out, because it shifts all pairs of this frame by
-the same amount at every level, and no other pairs. With an unknown curve and the usual three
+With a known curve, one frame's wrong tag stands out, because it shifts all pairs of this frame, and
+no others, by the same amount at every level. With an unknown curve and the usual three
 frames, a wrong tag on one frame with one curve is equivalent to a wrong tag on another frame with a
 power of that curve. In this case, the curve closest to sRGB is used, and all frames that may be
 wrong are named.
@@ -62,7 +62,7 @@ class Response:
     Attributes:
         table: (3, 256) float64, or (K, 3, 256) if each frame has its own curve. Linear light of
             each code in red, green and blue, which rises strictly from 0 at code 0 to 1 at code
-            255. Channels of scanned film can end at different values, the highest at 1.
+            255. Channels of scanned film can end at different values, the highest of which is 1.
         residual_stops: `StepCheck.residual_stops` with this curve, or NaN if no frames overlap.
     """
 
@@ -78,7 +78,7 @@ class ResponseChoice:
     Attributes:
         stops: Exposures as stated, with wrong tags corrected, so they may be out of order.
         check: Comparison of measured and stated steps with sRGB, before any correction.
-        tag_errors: Errors in the tags of a fifth of a stop or more.
+        tag_errors: Tag errors of a fifth of a stop or more.
     """
 
     response: Response
@@ -191,7 +191,7 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
 def _each_its_own(
     plain: ResponseChoice, matches: CodeMatches, check: StepCheck
 ) -> ResponseChoice | None:
-    """Return a separate curve for each frame if only that makes the frames fit, or None."""
+    """Return a separate curve for each frame, or None unless only that makes the frames fit."""
     if check.disagreement <= _RECOVERED_FITS or len(plain.stops) < 2:
         return None
     table, stops = recover_own_curves(matches, plain.stops)
@@ -260,7 +260,7 @@ def explain_by_tags(
 
     Returns:
         The corrected exposures, the errors of a fifth of a stop or more, and the check with the
-        corrections, or None if tags do not explain the steps, so that the curve must be another.
+        corrections, or None if tags do not explain the steps and the curve must be a different one.
     """
     trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
     fitting = [trial for trial in trials if trial[2].agrees]

@@ -1,6 +1,6 @@
 """Recover response curves from a bracket, either one for the camera or one per frame.
 
-As in Debevec and Malik ("Recovering high dynamic range radiance maps from photos", SIGGRAPH
+As in Debevec and Malik ("Recovering high dynamic range radiance maps from photographs", SIGGRAPH
 1997), the logarithm of each code's exposure is found by least squares from positions visible in
 several frames, with a penalty on curvature. The differences are:
 
@@ -127,7 +127,7 @@ class _Problem:
             self.sign = (matches.bright == free_frame) * 1.0 - (matches.dark == free_frame)
 
     def curve(self, gamma: Float64) -> tuple[Float64, Float64]:
-        """Return the log2 exposure of codes 1 to 255, and its derivatives by the unknowns."""
+        """Return the log2 exposure of codes 1 to 255, and its derivatives in the unknowns."""
         rise = self.prior_rise * np.exp(self.hats @ gamma)
         log_exposure = np.zeros(255)
         log_exposure[:-1] = -np.cumsum(rise[::-1])[::-1]
