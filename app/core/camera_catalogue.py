@@ -69,7 +69,7 @@ class CameraFacts:
         previews: Accepted preview formats, the best for viewing first, or an empty tuple if the
             camera reports only zeros.
         user_prefix: Letters before the serial number in the camera's user name, or "" if unknown.
-        stitching: Whether the seam and the level of one picture can be kept for the next.
+        stitching: Whether the seam and the levelling of one picture can be kept for the next.
         sensor: Model whose sensor the simulated camera uses, or "" for the camera's own.
     """
 

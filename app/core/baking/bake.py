@@ -88,7 +88,7 @@ class BakeResult:
         targets: (S, P, 3) float32. Linear picture of the head under each style's own lamps, at the
             transport's pixels.
         shape: Position on the head at each of those pixels.
-        views: Views of the head turned toward its own left by each of the requested yaws.
+        views: Views of the head turned towards its own left by each of the requested yaws.
     """
 
     transport: Transport

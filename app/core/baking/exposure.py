@@ -91,7 +91,7 @@ def place_points(
     keep: Keep = no_keep,
     watch: Watch = unwatched,
 ) -> Points:
-    """Return the vertices, plus a grid of points on each face where the visible sky varies most.
+    """Return the vertices, plus a grid of points on each face where the visible sky varies sharply.
 
     The grid has `FINE` steps along each side of the face.
     """

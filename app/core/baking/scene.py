@@ -93,7 +93,7 @@ class Camera:
         origin: Position, in scene units.
         shift: Vertical shift of the picture.
         size: Side of the square picture, in pixels.
-        yaw_deg: Turn of the head toward its own left, away from the line to the camera.
+        yaw_deg: Turn of the head towards its own left, away from the line to the camera.
     """
 
     origin: tuple[float, float, float]
@@ -135,7 +135,7 @@ def frame_head(head: HeadMesh, size: int, yaw_deg: float = 0.0) -> Camera:
 
     Args:
         size: Side of the square picture, in pixels.
-        yaw_deg: Turn of the head toward its own left.
+        yaw_deg: Turn of the head towards its own left.
     """
     x, y, z = head.eye_point
     far = z + CAMERA_DISTANCE_M * 1000 / MILLIMETRES_PER_UNIT
@@ -195,7 +195,7 @@ def load_head(
 
 
 def count_open_edges(mesh: Mesh) -> int:
-    """Count the edges of an odd number of faces, treating vertices at one position as one."""
+    """Count the edges that belong to an odd number of faces, merging vertices at one position."""
     _, where = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
     faces = where.reshape(-1)[mesh.faces]
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

@@ -110,7 +110,7 @@ class PartProgress:
 def light_cache(cache: BakeCache, prefix: str) -> Keep:
     """Return the cache for measured light.
 
-    In a wavefront variant nothing is cached, since measuring is faster than reading from disk.
+    In a wavefront variant, nothing is cached, since measuring is faster than reading from disk.
     """
     import mitsuba as mi
 

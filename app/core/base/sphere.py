@@ -278,7 +278,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
 
 
 def _plane(first: int, second: int, angle: float) -> Float64:
-    """Return the rotation by `angle` radians from the first toward the second of two axes."""
+    """Return the rotation by `angle` radians from the first towards the second of two axes."""
     matrix = np.eye(3)
     cosine, sine = math.cos(angle), math.sin(angle)
     matrix[first, first] = matrix[second, second] = cosine

@@ -68,7 +68,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
             made since then are kept, unless this process has changed the same setting.
 
     Returns:
-        A copy of the file if it had another value for the same setting, or None if it did not.
+        The path of a copy of the file if it had another value for the same setting, otherwise None.
     """
     with os_errors_as(
         SettingsError,

@@ -107,7 +107,10 @@ class Ball:
         return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
 
     def project(self, rays: Float64) -> tuple[Float32, Float32]:
-        """Project rays, (..., 3) in camera axes, to columns and rows that are whole at pixel centres."""
+        """Project rays, (..., 3) in camera axes, to columns and rows.
+
+        Whole numbers are pixel centres.
+        """
         scale = self.focal / np.maximum(rays[..., 2], 1e-6)
         x = rays[..., 0] * scale + (self.shape[1] - 1) / 2.0
         y = (self.shape[0] - 1) / 2.0 - rays[..., 1] * scale
@@ -236,7 +239,7 @@ def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) 
 def _outermost(
     ball: Ball, root: Float32, step: float, middle: int, outside: float
 ) -> tuple[Float32, Float32]:
-    """Return the degree, 0 to 1, to which each position is an edge with no equal outside it.
+    """Return the degree, 0 to 1, to which each position is an edge with none as strong outside.
 
     The positions are half a step apart, in fractions of the radius, with the outline in the middle.
 
@@ -264,7 +267,7 @@ def _outermost(
 
 
 def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
-    """Return whether a ball's outline is visible and its picture is compressed toward the rim."""
+    """Return whether a ball's outline is visible and its picture is compressed towards the rim."""
     radius = ball.radius_px
     if ball.edges < _LEAST_EDGES or radius < _LEAST_RADIUS_PX:
         return False

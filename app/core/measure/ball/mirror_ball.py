@@ -3,7 +3,7 @@
 Each direction is looked up at the point where the ball reflects it. The normal at that point
 bisects the angle between the direction and the camera. The point is found by iteration, because the
 camera is at a finite distance; the light is assumed to come from far away. All pixels cover the
-same solid angle, but toward the rim they become very narrow, so the last ones count as gaps, as
+same solid angle, but towards the rim they become very narrow, so the last ones count as gaps, as
 does the photographer. Past the ball's edge, the picture shows the scene behind the ball. Where the
 rim reflects the same scene, comparing the two gives the colour of a tinted mirror.
 

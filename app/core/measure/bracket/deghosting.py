@@ -212,7 +212,7 @@ def _box(mask: NDArray[Any], operation: int, size: int) -> Bytes:
 
 
 def _closing(width: int) -> int:
-    """Return the side of the square that closes gaps, an odd number of pixels of a proxy."""
+    """Return the side of the square that closes gaps in a proxy, an odd number of pixels."""
     return 2 * max(round(0.5 * _CLOSING * width), 1) + 1
 
 

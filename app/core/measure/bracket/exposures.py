@@ -24,7 +24,7 @@ from app.core.measure.read.metadata import Header
 from app.core.text import tr, tr_plural
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
-"""Difference in stops, half of a third, beyond which two statements of an exposure conflict."""
+"""Difference in stops beyond which two stated exposures conflict, which is half of a third."""
 
 LENS_STOPS: Final = 0.05
 """Difference in stops from which a camera's two lenses count as differently exposed."""
@@ -163,7 +163,7 @@ def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[Rem
 
 
 def _lens_doubts(headers: Sequence[Header]) -> list[Remark]:
-    """Name the frame whose two lenses differ most, as with auto exposure for each lens."""
+    """Name the frame whose two lenses were exposed most differently."""
     worst, gap = None, LENS_STOPS
     for header in headers:
         lenses = header.frame.lenses

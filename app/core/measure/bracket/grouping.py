@@ -47,8 +47,8 @@ EQUAL_STOPS: Final = 0.05
 _MOST_PIXELS: Final = 1_000_000_000
 _START: Final = 1 << 16
 _KIND_WORDS: Final = {
-    "uint8": tr("8 bits"),
-    "uint16": tr("16 bits"),
+    "uint8": tr("8-bit integers"),
+    "uint16": tr("16-bit integers"),
     "half": tr("16-bit floating point"),
     "float": tr("floating point"),
 }

@@ -306,7 +306,7 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
 def _anchor(
     pixels: Pixels, light: FrameLight, tables: AnchorTables, darkest: bool
 ) -> tuple[Bytes, _BandReading]:
-    """Return the largest code of each four pixels of a frame decoded in full, and the reading."""
+    """Return the largest code of every four pixels of a frame decoded in full, and the reading."""
     full: Sequence[Any] = cv2.split(pixels)
     brightest = np.asarray(cv2.max(cv2.max(full[0], full[1]), full[2]), np.uint8)
     exact = [_of_four(plane, table) for plane, table in zip(full, tables.exact, strict=True)]

@@ -103,7 +103,7 @@ class ArrivingFrames:
             future.add_done_callback(self._let_go)
 
     def problem(self, path: Path, token: Token | None = None) -> str:
-        """Wait until a file has been read, and return its problem as a sentence, or "" if none."""
+        """Wait until a file is read, and return its problem as a sentence, or "" if it has none."""
         try:
             self._of(path, token)
         except ProbeError as error:

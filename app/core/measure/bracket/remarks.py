@@ -230,7 +230,12 @@ class Levelled(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesContradict(Remark):
-    """The frames differ over a fraction of the picture, 0 to 1, with or without the same place."""
+    """The frames differ over much of the picture.
+
+    Attributes:
+        share: Fraction of the picture over which they differ, 0 to 1.
+        same_place: Whether they still seem to show the same place.
+    """
 
     share: float
     same_place: bool

@@ -305,7 +305,7 @@ def _variance(linear: Float64, error: Float64 | float) -> Float64:
 
 
 def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
-    """Return the halves of Reinhard's hat, for the largest code and for the smallest."""
+    """Return the upper half of Reinhard's hat for the largest code, the lower for the smallest."""
     hat = 1.0 - (2.0 * codes / 255.0 - 1.0) ** 12
     hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
     upper = codes > 127.5

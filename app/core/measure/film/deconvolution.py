@@ -23,7 +23,7 @@ from app.core.environment.environment import energy, solid_angles
 from app.core.faces.face_on_head import head_map
 
 _DAMPING: Final = 1e-4  # relative to the largest eigenvalue; suppresses light that no skin shows
-_HELD_NEAR: Final = 1e-3  # the same, toward the expected light
+_HELD_NEAR: Final = 1e-3  # the same, towards the expected light
 _FLOOR: Final = 0.5  # lower limit, relative to the expected light
 MOST: Final = 4.0
 """Upper limit of the light, relative to the visible, unclipped light."""

@@ -241,7 +241,7 @@ def find_headings(
         chain = _chain(steps, lens)
     error = _without_drift(chain, ends, lens) if ends else 0.0
     level = _upright(chain) @ chain
-    # Directions toward the sitter, in the camera's axes.
+    # Directions towards the sitter, in the camera's axes.
     ahead = np.array([[one.face[0] / lens if one.face else 0.0, 0.0, 1.0] for one in frames])
     toward = np.einsum("nij,nj->ni", level, ahead)
     turns = _smooth(np.degrees(np.unwrap(np.arctan2(toward[:, 0], toward[:, 2]))))

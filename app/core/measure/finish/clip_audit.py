@@ -111,7 +111,7 @@ _PART_SHARE: Final = 0.02  # minimum fraction of all clipped light for a part to
 
 @dataclass(frozen=True, slots=True)
 class WhatIf:
-    """A style's best turn in degrees if one lamp were brighter by a number of stops."""
+    """A style's best turn in degrees if one lamp were brighter by a given number of stops."""
 
     light: str
     stops: float
@@ -322,7 +322,10 @@ def _changes(
 
 
 def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
-    """Return the grid turns offered in brighter light, (S,), unchanged if the best turn is."""
+    """Return the grid turns offered in brighter light, (S,).
+
+    A style whose best turn stays the same keeps its current offer.
+    """
     best, turns_offer = then.turns, now.copy()
     for row in np.flatnonzero(best != turns).tolist():
         turns_offer[row] = then[row].peak(int(best[row])).index

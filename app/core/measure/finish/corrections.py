@@ -40,7 +40,7 @@ _HALF: Final = 0.5  # filled fraction at and above which a texel counts as a gap
 def apply_gains(
     merged: MergedLight, lights: Sequence[Light], gains: Mapping[str, float]
 ) -> MergedLight:
-    """Brighten or darken lamps by stops.
+    """Brighten or darken lamps by the given numbers of stops.
 
     In a clipped lamp, only the clipped part changes, since the rest is known, and that part no
     longer counts as clipped. In any other lamp, only the excess over the surroundings changes.

@@ -151,7 +151,7 @@ def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
 
 
 def _has_changed(choice: Choice) -> Bools:
-    """Return a mask of styles whose grade changes or whose turn loses in any other light."""
+    """Return a mask of styles whose grade changes or whose turn loses in any later light."""
     turns, best = choice[0].turns, choice.best
     best[0] = turns
     loss = given_up(choice[1:], turns)

@@ -213,7 +213,7 @@ _LEAST_SHARE: Final = 0.0005
 
 @dataclass(frozen=True, slots=True)
 class LampFinding:
-    """A lamp, a window or the sun, for lists.
+    """A lamp, a window or the sun, as it appears in lists.
 
     Attributes:
         kind: Kind of source, from `source_of`.
@@ -255,7 +255,7 @@ class Findings:
         row = int((0.5 - elevation_deg / 180.0) * height)
         column = int((0.5 + azimuth_deg / 360.0) * width)
         reach = round(near_deg / 180.0 * height)
-        # Texels narrow toward the poles.
+        # Texels narrow towards the poles.
         aside = min(round(reach / max(math.cos(math.radians(elevation_deg)), 0.05)), width // 2)
         rows = slice(max(row - reach, 0), min(row + reach + 1, height))
         across = np.arange(column - aside, column + aside + 1) % width

@@ -118,7 +118,7 @@ def box_mask(
 
 
 def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
-    """Read a mask, (H, W) float32 in 0..1, from a picture of any size that is white where it masks.
+    """Read a mask, (H, W) float32 in 0..1, from a picture of any size. White areas are masked.
 
     The brightest colour channel counts, and transparency is ignored.
 

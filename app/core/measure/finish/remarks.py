@@ -57,9 +57,10 @@ class MoreLampsClipped(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ClippingMatters(Remark):
-    """Some styles would change in light up to three stops brighter (`soon`), or six and more.
+    """Some styles would change in brighter light.
 
     Attributes:
+        soon: Whether they change with up to three more stops, rather than with six or more.
         others: Styles that brighter light does not affect.
     """
 

@@ -223,7 +223,7 @@ def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
 def _edge(features: FloatImage, area: Bools) -> float:
     """Return the median colour step across an area's edge, in cells of the histogram.
 
-    Ground that darkens gently toward the foot has no such step.
+    Ground that darkens gently towards the foot has no such step.
     """
     sides = []
     for part in (area, ~_grown(area, 3.0)):

@@ -47,7 +47,7 @@ def equalise(light: Float32, clipped: Float32, pair: Pair) -> Pair:
         off = np.abs(mean - centre - slope * place)
         weight = 1.0 / np.maximum(off / max(float(np.median(off)), 0.01), 1.0) ** 2
     gains = [float(np.average(ratio[:, c], weights=weight)) for c in range(3)]
-    # Both lose exp(-falloff (t / 90 degrees)^3): toward the front, one loses less and one more.
+    # Both lose exp(-falloff (t / 90 degrees)^3): towards the front, one loses less and one more.
     falloff = slope * math.pi / 12.0
     half = np.array(gains) / 2.0
     return replace(

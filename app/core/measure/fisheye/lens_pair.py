@@ -34,7 +34,7 @@ class Pair:
         blocks: Number of positions around the seam where the lenses agreed.
         parallax: (1440,) float64. Angle between the two lenses' views of an object, in degrees,
             around the seam, clockwise from the top as seen by the front lens.
-        seam: (1440,) float64. Position of the seam in degrees toward the front, in the same order.
+        seam: (1440,) float64. Position of the seam in degrees towards the front, in the same order.
         gains: (2, 3) float64. Factors for each lens and channel.
         falloff: Logarithm of a lens's light loss at 90 degrees from its axis. The loss is assumed
             to grow with the cube of the angle, between the square of plain optics and the effect of
@@ -105,7 +105,7 @@ def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
         vectors: (..., 3) float32. Unit directions in the frame of the pair.
 
     Returns:
-        Degrees toward the front from the seam's plane, and samples around the seam from the top,
+        Degrees towards the front from the seam's plane, and samples around the seam from the top,
         (...) float32 each.
     """
     toward = np.degrees(np.arcsin(np.clip(vectors[..., 2], -1.0, 1.0)))
@@ -114,7 +114,7 @@ def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
 
 
 def _tipped(vectors: Float32, angles: Float32) -> Float32:
-    """Tip directions toward the front by the given angles, in radians."""
+    """Tip directions towards the front by the given angles, in radians."""
     flat = np.maximum(np.hypot(vectors[..., 0], vectors[..., 1]), 1e-9)
     cosine, sine = np.cos(angles), np.sin(angles)
     scale = cosine - sine * vectors[..., 2] / flat
@@ -151,7 +151,7 @@ def seam_rows(field_deg: float) -> int:
 
 
 def seam_directions(rows: int) -> Float32:
-    """Return the directions of a strip, (2 rows + 1, 1440, 3), from the back toward the front."""
+    """Return the directions of a strip, (2 rows + 1, 1440, 3), from the back towards the front."""
     toward = np.radians(np.arange(-rows, rows + 1) * STEP_DEG)[:, None]
     around = (np.arange(AROUND) * (2.0 * math.pi / AROUND))[None]
     level = np.cos(toward)

@@ -9,7 +9,11 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class OffsetMissed(Remark):
-    """An exposure out of reach was replaced with the nearest, both given in EV from the metered."""
+    """An exposure that the camera cannot make was replaced with the nearest possible one.
+
+    Attributes:
+        wanted_ev, nearest_ev: Both exposures, in EV from the metered one.
+    """
 
     wanted_ev: float
     nearest_ev: float

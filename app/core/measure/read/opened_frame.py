@@ -68,7 +68,9 @@ class Opener(Protocol):
 
 
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of thumbnails: an eighth of the frame's, but 256 columns if it has as many.
+    """Return the size of thumbnails of frames of the given shape.
+
+    They are an eighth as wide as the frames, but at least 256 columns if the frames have as many.
 
     >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
     ((336, 672), (128, 256), (100, 200))
@@ -151,7 +153,7 @@ def sample_codes(pixels: Pixels, places: Indices) -> Pixels:
 
 
 def _top(pixels: Pixels) -> float:
-    """Return the saturation level of linear pixels: their maximum if many share it, or else 0."""
+    """Return the saturation level of linear pixels: their maximum if many share it, otherwise 0."""
     if pixels.dtype != np.float32:
         return 0.0
     largest = pixels.max(axis=-1)

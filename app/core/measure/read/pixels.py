@@ -110,7 +110,7 @@ class FrameStack:
 
 
 def workers(tasks: int) -> int:
-    """Return the number of threads for independent tasks: at most four, and one per core."""
+    """Return the number of threads for independent tasks, at most four and at most one per core."""
     return max(1, min(4, os.cpu_count() or 1, tasks))
 
 

@@ -199,7 +199,7 @@ class Chart:
     def axes(self) -> Float64:
         """Unit vectors to the right, up and outward of the chart, (3, 3), one per row.
 
-        Up points toward the zenith, or at the nadir toward the chart's own azimuth.
+        Up points towards the zenith, or at the nadir towards the chart's own azimuth.
         """
         azimuth, elevation = np.radians(self.centre[0]), np.radians(self.centre[1])
         right = direction(self.centre[0] + 90.0, 0.0)

@@ -3,9 +3,9 @@
 Automatic exposure clips the most important light: in 23 panoramas metered like a Theta S, the
 preview loses between a tenth and nine tenths of the light. Clipped areas count as three stops
 brighter, the value for which the turns of the three best styles lose least. An alternative light
-shows which of these turns depend on that value: small clipped patches count as lamps that are 5 /
-sqrt(solid angle) times as bright, which is a fit to the same panoramas. A turn that loses more than
-the audit's limit in the alternative light needs the bracket.
+shows which of these turns depend on that value: small clipped patches count as lamps that are
+5 / sqrt(solid angle) times as bright, which is a fit to the same panoramas. A turn that loses more
+than the audit's limit in the alternative light needs the bracket.
 """
 
 from __future__ import annotations

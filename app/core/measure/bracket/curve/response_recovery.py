@@ -285,7 +285,7 @@ def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
 
 
 def _rising(logs: Float64, base: Float64) -> Float64:
-    """Make every curve rise, working from the middle toward both ends."""
+    """Make every curve rise, working from the middle towards both ends."""
     least = _LEAST_RISE * np.diff(base)
     rise = np.maximum(np.diff(logs, axis=1), least)
     middle = logs.shape[1] // 2
