@@ -69,7 +69,7 @@ def _plane(band: FloatImage, channel: int) -> Floats:
 
 
 def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
-    """Return whether every texel more than two texels from a plateau is much darker."""
+    """Return whether every texel more than two texels from a plateau is much darker than it."""
     if int(marks.sum()) < _LEAST_PANEL:
         return False
     near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2] > 0
@@ -83,7 +83,7 @@ def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
 
 
 def _near(radiance: FloatImage, channel: int) -> Floats:
-    """Return the values of a channel, or of `_ALL`, within 25% of its maximum, in rising order."""
+    """Return a channel's values within 25% of its maximum, in ascending order."""
     bands = _row_bands(radiance)
     top = max(float(_plane(radiance[rows], channel).max()) for rows in bands)
     if top <= 0.0:

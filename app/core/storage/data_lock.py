@@ -72,7 +72,7 @@ def lock_window(home: Path) -> WindowLock:
 
 @contextlib.contextmanager
 def writing(folder: Path) -> Iterator[bool]:
-    """Lock a folder for writing, reentrantly.
+    """Lock a folder for writing, with a reentrant lock.
 
     Yields:
         Whether other processes are locked out. They are not if the folder does not support locks,

@@ -182,7 +182,7 @@ class Library:
 
 
 def one_line(text: str) -> str:
-    """Convert a text to one line of visible characters."""
+    """Convert text to one line of visible characters."""
     visible = "".join(letter if letter.isprintable() else " " for letter in text)
     return " ".join(visible.split())
 

@@ -53,7 +53,7 @@ _CLEAR: Final = (0.7, 1.6)  # outline and rise at which some sectors need no com
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """A ball in a picture, as a cone of rays.
+    """A ball in a picture, described as a cone of rays.
 
     Attributes:
         axis: (3,) float64. Unit vector to the ball's centre in the camera's axes, which are right,
@@ -84,13 +84,13 @@ class Ball:
 
     @property
     def across(self) -> Float64:
-        """Unit vectors to the right of the axis and up from it, (2, 3), as the camera sees them."""
+        """Unit vectors perpendicular to the axis, (2, 3): right and up, as the camera sees them."""
         right = np.cross((0.0, 1.0, 0.0), self.axis)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(self.axis, right)])
 
     def seen_by(self, mm: float) -> Self:
-        """Return the same outline for another focal length, in mm on 24 x 36."""
+        """Return the same outline for another focal length, given in mm on 24 x 36."""
         (x,), (y,) = (each.tolist() for each in self.project(self.axis[None]))
         focal = focal_px(mm, self.shape)
         return self.at(x + 0.5, y + 0.5, self.radius_px, focal, self.shape)
@@ -125,7 +125,7 @@ class Ball:
 
 
 def focal_px(mm: float, shape: tuple[int, int]) -> float:
-    """Convert a focal length from mm on 24 x 36 to pixels of a picture, by the diagonal."""
+    """Convert a focal length in mm on 24 x 36 to pixels of a picture, matching the diagonals."""
     return mm * math.hypot(*shape) / _DIAGONAL_MM
 
 
@@ -239,9 +239,10 @@ def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) 
 def _outermost(
     ball: Ball, root: Float32, step: float, middle: int, outside: float
 ) -> tuple[Float32, Float32]:
-    """Return the degree, 0 to 1, to which each position is an edge with none as strong outside.
+    """Return how clearly each position is an outermost edge, 0 to 1.
 
-    The positions are half a step apart, in fractions of the radius, with the outline in the middle.
+    An edge is outermost if nothing as strong lies outside it. The positions are half a step apart,
+    in fractions of the radius, with the outline in the middle.
 
     Returns:
         Two arrays, (angles, 2 middle + 1) float32 each. The second is large only on ridges, since

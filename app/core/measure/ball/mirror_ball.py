@@ -115,7 +115,7 @@ class Side:
 
     @property
     def blind(self) -> Float32:
-        """Mask of the gaps, (H, W) float32, 1 in a gap."""
+        """Mask of the gaps, (H, W) float32, which is 1 in a gap."""
         return (self.weight <= 0.0).astype(np.float32)
 
 
@@ -221,7 +221,7 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
 
 
 def _matt(light: Float32, camera: Float32) -> Float32:
-    """Return the light, (H, W, 3), of a white matt ball where it would reflect the texels."""
+    """Return the light, (H, W, 3), of a white matt ball at the points that reflect the texels."""
     ways = directions(_MATT).reshape(-1, 3)
     normals = ways + camera / np.linalg.norm(camera)
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
@@ -234,7 +234,7 @@ def _matt(light: Float32, camera: Float32) -> Float32:
 
 
 def _commonest(colours: Float32) -> tuple[Float64, Bools]:
-    """Return the most common of some colours, (N, 3), and a mask of those that match it.
+    """Return the most common of the given colours, (N, 3), and a mask of those that match it.
 
     The mask is empty if too few match.
     """

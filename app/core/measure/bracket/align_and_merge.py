@@ -56,7 +56,7 @@ def check_options(bracket: Bracket, options: MeasureOptions) -> None:
 
 
 def check_size(bracket: Bracket, options: MeasureOptions) -> None:
-    """Check that a result fits in memory."""
+    """Check that the result fits in memory."""
     rows, columns = bracket.shape
     if rows * columns <= _MOST_KEPT or (bracket.panorama and not options.full):
         return

@@ -192,7 +192,7 @@ def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tole
 
 
 def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None:
-    """Return the contradictions by the loose test, or None if none is worth a closer look."""
+    """Return the contradictions under the loose test, or None if none is worth a closer look."""
     if len(frames) < 2:
         return None
     evidence = _adjacent(frames, predictions, LOOSE)
@@ -332,7 +332,7 @@ def _widened(usable: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
 
 
 def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> Bools:
-    """Return masks of contradictions between any two frames by the stricter test, (K, K, h, w)."""
+    """Return masks, (K, K, h, w), of contradictions between two frames under the stricter test."""
     number = len(crops)
     against = np.zeros((number, number, *core.shape), bool)
     for bright in range(number):

@@ -76,7 +76,7 @@ def settle_exposures(
 
 
 def metered_exposure(header: Header) -> Exposure | None:
-    """Return the exposure of a picture metered by the camera, or None if it states no time.
+    """Return the exposure of a picture metered by the camera, or None if the file states no time.
 
     A Theta in its automatic program may set its lenses to different ISO values. EXIF then states
     either one of these or a mean, so the geometric mean of the two lenses is used.

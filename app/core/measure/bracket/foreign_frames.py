@@ -243,7 +243,7 @@ class _FrameSeries:
         return np.concatenate(codes), np.concatenate(steps)
 
     def _bend(self, bright: int, dark: int) -> float:
-        """Return the stops by which the step between two frames depends on the level."""
+        """Return the stops by which the step between two frames varies with the level."""
         codes, steps = self._steps(bright, dark)
         levels = (codes - _OPEN[0]) * _LEVELS // (_OPEN[1] - _OPEN[0])
         parts = [steps[levels == level] for level in range(_LEVELS)]
@@ -263,7 +263,7 @@ class _FrameSeries:
         return float(np.median(levels)) if levels else self.stops[frame]
 
     def _share(self, one: int, other: int, stop: float) -> float:
-        """Return the fraction of two frames that cannot show the same scene.
+        """Return the fraction of the picture in which two frames cannot show the same scene.
 
         Args:
             stop: Exposure of the first frame, in stops.

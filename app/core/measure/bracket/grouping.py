@@ -151,7 +151,7 @@ def _read_all(
 def _bracket_of(
     files: Sequence[Path], folder: str, count: int | None
 ) -> tuple[list[Header], list[Remark]]:
-    """Choose the files with one size, kind and camera that have the most exposures.
+    """Choose the files of one size, kind and camera that include the most exposures.
 
     If two sets are equally good, the files of both are returned, and the caller reports the odd one
     as an error.

@@ -107,7 +107,7 @@ def is_whole(frame: Frame, token: Token) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class AnchorTables:
-    """Tables for an anchor's full-size pixels, indexed by pairs of neighbours as 16 bits.
+    """Tables for an anchor's full-size pixels, indexed by pairs of neighbouring codes as 16 bits.
 
     Attributes:
         exact: (3, 65536) float32. A quarter of the radiance of both codes together, plus half of
@@ -126,7 +126,7 @@ class AnchorTables:
 
 @dataclass(frozen=True, slots=True)
 class HalfLight:
-    """Tables from a frame's pixels to weights and radiance at half size.
+    """Tables that convert a frame's pixels to weights and radiance at half size.
 
     Attributes:
         anchor: Index of the frame's anchor.
@@ -260,7 +260,7 @@ def merge_halved(
 
 
 class _Detail:
-    """The ratio of the light to the light of the mean codes, from the anchors."""
+    """The ratio of the true light to that of the mean codes, as the anchors reveal it."""
 
     def __init__(self, alone: bool) -> None:
         self.exact, self.smooth = Sums(), Sums()

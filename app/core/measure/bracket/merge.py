@@ -219,7 +219,7 @@ def _doubts(
 
 
 def _black(stack: FrameStack, exposures_known: bool, sphere: bool) -> float:
-    """Return the light that the brightest frame cannot distinguish from black, or 0 if none."""
+    """Return the light below which the brightest frame shows only black, or 0 if there is none."""
     precise = all(frame.kind != "uint8" for frame in stack.frames)
     return 0.0 if precise or (exposures_known and _panorama(stack.shape, sphere)) else _BLACK
 

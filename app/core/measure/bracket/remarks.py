@@ -101,7 +101,7 @@ class TagsUnstated(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TimesAgainstExif(Remark):
-    """The given exposure times of some frames contradict EXIF, and are used."""
+    """The given exposure times of some frames contradict EXIF and are used instead."""
 
     names: tuple[str, ...]
     given_s: tuple[float, ...]
@@ -138,7 +138,7 @@ class ForeignFrame(Remark):
 
 @dataclass(frozen=True, slots=True)
 class WrongTag(Remark):
-    """A frame is brighter than its tags state by `stops` (negative if darker), as measured.
+    """A frame was measured to be brighter than its tags state by `stops`, negative if darker.
 
     Attributes:
         suspects: Frames whose tags may be wrong instead.
@@ -220,7 +220,7 @@ class FramesShifted(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Levelled(Remark):
-    """The picture was levelled by the recorded tilt, or the camera had already levelled it."""
+    """The picture was levelled using the recorded tilt, or the camera had already levelled it."""
 
     name: str
     pitch_deg: float

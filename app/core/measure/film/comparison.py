@@ -36,7 +36,7 @@ _AGREED_DEG: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """A video compared with a place.
+    """The comparison of a video with a place.
 
     Attributes:
         offset_deg: Azimuth of the lens in the panorama at the start of the video.

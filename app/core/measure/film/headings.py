@@ -269,7 +269,7 @@ def _chain(steps: Sequence[FramePair], focal: float) -> Float64:
 
 
 def _axis(chain: Float64) -> Float64:
-    """Return the downward direction, (3,), in the first camera's axes, from a long turn's axis."""
+    """Return the downward direction, (3,), in the first camera's axes: the axis of a long turn."""
     steps = np.array([_vector(*pair) for pair in itertools.pairwise(chain)]).reshape(-1, 3)
     axis = (np.sign(steps[:, 1:2]) * steps).sum(axis=0)
     if math.degrees(float(np.linalg.norm(axis))) < _UPRIGHT_DEG:
@@ -283,7 +283,7 @@ def _vector(before: Float64, after: Float64) -> Float64:
 
 
 def _walk(chain: Float64) -> Float64:
-    """Return the turn of the chain at each frame, clockwise, in degrees, unwrapped."""
+    """Return the clockwise turn of the chain at each frame, in degrees and unwrapped."""
     axis = _axis(chain)
     steps = [math.degrees(float(_vector(*pair) @ axis)) for pair in itertools.pairwise(chain)]
     return np.concatenate([[0.0], np.cumsum(steps)])

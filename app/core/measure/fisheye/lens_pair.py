@@ -61,7 +61,7 @@ class Pair:
 
 
 def upright(pair: Pair, up_deg: float) -> Pair:
-    """Rotate both lenses so that `up_deg`, clockwise from the front one's top, becomes up."""
+    """Rotate both lenses so that `up_deg`, clockwise from the top of the front one, becomes up."""
     turn = about_axis(math.radians(-up_deg))
     first, second = pair.lenses
     samples = round(up_deg / 360.0 * AROUND)

@@ -85,7 +85,7 @@ class Stitching:
 def circle_size(
     shape: tuple[int, int], circles: Circles, size: tuple[int, int] | None
 ) -> tuple[int, int]:
-    """Return the rows and columns at which to merge unstitched frames for a panorama's `size`."""
+    """Return the rows and columns at which to merge unstitched frames for a panorama of `size`."""
     share = _LONGEST / max(shape)
     if size is not None:
         # Twice as fine as the panorama, for circles that are about 200 degrees wide.

@@ -109,7 +109,7 @@ class Photograph:
 
     @property
     def angles_deg(self) -> tuple[float, float, float] | None:
-        """Azimuth, elevation and clockwise roll in degrees, or None without a rotation."""
+        """Azimuth, elevation and clockwise roll in degrees, or None if there is no rotation."""
         return None if self.rotation is None else angles_of(self.rotation @ _AXES)
 
 
@@ -230,7 +230,7 @@ def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Meas
 
 
 def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
-    """Map a phone's stitched panorama onto the sphere, by GPano or as a cylinder."""
+    """Map a phone's stitched panorama onto the sphere, using GPano or as a cylinder."""
     photograph = replace(_read_one(token, file, _PANORAMA), rotation=_AXES)
     pixels, area = photograph.pixels, photograph.frame.area_deg
     height, width = pixels.shape[:2]

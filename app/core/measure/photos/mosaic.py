@@ -90,7 +90,7 @@ def light_around(
     token: Token | None = None,
     report: Report = silent,
 ) -> tuple[Float32, Bools, Float32]:
-    """Merge photos into a panorama of light, (H, W) = `shape`.
+    """Merge photos into a panorama of light with the given shape, (H, W).
 
     Args:
         table: (3, 256) float64. Linear light of each code, or None for sRGB.

@@ -185,7 +185,10 @@ class _Settings:
         ]
 
     def shot(self, iso: float, aperture: float, offset: float) -> PlannedShot:
-        """Return a shot with the logarithmically nearest exposure time, or the shorter of two."""
+        """Return a shot with the logarithmically nearest exposure time.
+
+        If two times are equally near, the shorter one is used.
+        """
         log_time = math.log2(self.time(iso, aperture, offset))
         nearest = min(self.times, key=lambda time: round(abs(math.log2(time) - log_time), 9))
         exposure = Exposure(nearest, iso, aperture)

@@ -37,6 +37,10 @@ class WiderSteps(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BracketShifted(Remark):
-    """The whole bracket is shifted from the metered exposure, in EV, where positive is brighter."""
+    """The whole bracket is shifted from the metered exposure.
+
+    Attributes:
+        middle_ev: Shift in EV, positive if the bracket is brighter.
+    """
 
     middle_ev: float

@@ -1,4 +1,4 @@
-"""Decode frames, from memory, row by row from the file, or from a temporary file.
+"""Decode frames, and read their rows from memory, from the file or from a temporary file.
 
 All formats are read with OpenImageIO. It reads a JPEG as fast as OpenCV, keeps the stored
 orientation and the order red, green, blue, and reads rows without loading the whole picture. Unlike

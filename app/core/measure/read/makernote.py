@@ -167,7 +167,7 @@ class _Tiff:
         return struct.unpack_from(form, self.data, offset)
 
     def long_at(self, offset: int) -> int:
-        """Return the offset stored at an offset, or 0, which is no directory, beyond the data."""
+        """Return the offset stored at an offset, or 0 (no directory) if that is beyond the data."""
         return next(iter(self.unpack("I", offset)), 0)
 
     def directory(self, offset: int) -> dict[int, _Entry]:

@@ -340,7 +340,7 @@ def _pose(spec: ImageSpec) -> XmpPose | None:
 
 
 def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
-    """Return the part of the sphere that GPano states, whose sizes are of the original picture."""
+    """Return the part of the sphere according to GPano. Its sizes refer to the original picture."""
     sides = ("ImageWidthPixels", "ImageHeightPixels", "LeftPixels", "TopPixels")
     names = (
         *(f"CroppedArea{side}" for side in sides),

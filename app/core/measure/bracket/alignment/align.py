@@ -36,7 +36,7 @@ _STRANGE_DEG: Final = 0.3
 
 @dataclass(frozen=True, slots=True)
 class FrameAlignment:
-    """The rotation of a frame to the reference frame.
+    """The rotation that aligns a frame with the reference frame.
 
     Attributes:
         rotation: (3, 3) float64. Rotation for `sphere.remap_frame`, or None if the frame stays as
@@ -66,7 +66,7 @@ def reference_of(frames: Sequence[Bytes]) -> int:
 
 
 def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlignment, ...]:
-    """Return the rotations of a bracket's panoramas to the reference frame.
+    """Return the rotations that align a bracket's panoramas with the reference frame.
 
     Frames of other proportions stay as they are, since their angle of view is unknown. So do frames
     that are already aligned or cannot be compared.
@@ -93,7 +93,7 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlig
 
 
 def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple[Remark, ...]:
-    """Report the corrections of misaligned frames.
+    """Report how misaligned frames were corrected.
 
     There are no remarks if every comparable frame is aligned, since frames too dark to compare are
     then no reason to worry.

@@ -51,7 +51,7 @@ _NEIGHBOURS: Final = 9.0
 
 @dataclass(frozen=True, slots=True)
 class Lay:
-    """A picture's homography to the reference.
+    """A homography that aligns a picture with the reference.
 
     Attributes:
         homography: (3, 3) float64. Map from pixels of the reference to those of the frame.
@@ -165,7 +165,7 @@ def remarks(lays: Sequence[Lay], names: Sequence[str]) -> tuple[Remark, ...]:
 def lay_on_each_other(
     pictures: Sequence[Bytes], stops: Sequence[float], reference: int, scale: float
 ) -> tuple[Lay, ...]:
-    """Return the homography of each picture to the reference.
+    """Return the homography that aligns each picture with the reference.
 
     Args:
         pictures: Encoded pictures, (h, w, 3) uint8 each, all reduced by one factor to at most

@@ -1,4 +1,4 @@
-"""Level a bracket's panoramas by the tilt that the camera recorded.
+"""Level a bracket's panoramas using the tilt that the camera recorded.
 
 GPano pose angles (Google, "Photo Sphere XMP Metadata") are a camera's heading, pitch and roll, in
 that order. Pitch is the elevation of the picture's centre, and the horizon in the picture turns
@@ -64,7 +64,7 @@ def levelling(
     first_rotation: Float64 | None = None,
     picture: Bytes | None = None,
 ) -> Levelling:
-    """Decide how to level a bracket, from its frames' poses and maker notes.
+    """Decide how to level a bracket, based on its frames' poses and maker notes.
 
     There is no rotation for pictures that are not panoramas, that state no pose or only zeros, or
     that the camera has levelled.
@@ -96,7 +96,7 @@ def levelling(
 
 
 def first_shot(bracket: Bracket) -> int:
-    """Return the index of the first shot, among the frames that state a pose if any do.
+    """Return the index of the first shot, considering only frames with a pose if there are any.
 
     Frames are ordered by file name, with numbers by value, because cameras number their shots but
     their clocks count only whole seconds.

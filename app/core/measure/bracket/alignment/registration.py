@@ -90,7 +90,7 @@ class _Match:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A rotation, (3, 3), from directions of one frame to another, and its evidence.
+    """A rotation, (3, 3), from the directions of one frame to those of another, and its evidence.
 
     Attributes:
         error_deg: Standard error in degrees (jackknife, plus a part that falls with the number of

@@ -36,7 +36,7 @@ _NORMAL: Final = 1.1503
 
 @dataclass(frozen=True, slots=True)
 class MeasuredStep:
-    """The step between two frames in stops, as the files state it and as the median over levels.
+    """The step between two frames in stops: that stated in the files, and the median of all levels.
 
     Attributes:
         levels: Measured minus nominal step at rising levels of the brighter frame, for red, then

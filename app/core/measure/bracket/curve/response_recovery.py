@@ -88,7 +88,7 @@ def recover_curve(
     start: Float64 | None = None,
     hold: float = 0.0,
 ) -> RecoveredCurve:
-    """Recover the response curve from matching codes, at decreasing exposures.
+    """Recover the response curve from matching codes of frames in order of decreasing exposure.
 
     Args:
         free_frame: Index of a frame whose exposure is unknown too, or None.
@@ -127,7 +127,10 @@ class _Problem:
             self.sign = (matches.bright == free_frame) * 1.0 - (matches.dark == free_frame)
 
     def curve(self, gamma: Float64) -> tuple[Float64, Float64]:
-        """Return the log2 exposure of codes 1 to 255, and its derivatives in the unknowns."""
+        """Return the log2 exposure of codes 1 to 255, and its derivatives.
+
+        The derivatives are with respect to the unknowns.
+        """
         rise = self.prior_rise * np.exp(self.hats @ gamma)
         log_exposure = np.zeros(255)
         log_exposure[:-1] = -np.cumsum(rise[::-1])[::-1]
@@ -219,7 +222,7 @@ _LEAST_RISE: Final = 0.2  # minimum rise between two codes, as a fraction of sRG
 def recover_own_curves(
     matches: CodeMatches, stops: Sequence[float]
 ) -> tuple[Float64, tuple[float, ...]]:
-    """Recover a response curve for each frame, at decreasing exposures.
+    """Recover a response curve for each frame, in order of decreasing exposure.
 
     Returns:
         The linear light of each code of each frame, (K, 3, 256) float64, and the corresponding
