@@ -366,7 +366,7 @@ class Meeting:
 
 
 class Finder(Protocol):
-    """Records the events of the paths of a trace."""
+    """Records the events on the paths of a trace."""
 
     def on_hit(self, at: Meeting) -> None:
         """Record an encounter in which the path leaves the skin, glances off, or does neither."""

@@ -229,7 +229,7 @@ def remap_frame(image: Picture, matrix: Float64) -> Picture:
     Args:
         image: (H, W) or (H, W, C) uint8, uint16, float32 or float64. Equirectangular panorama, with
             C up to 4.
-        matrix: (3, 3) float64. Moves the content; see the module's docstring.
+        matrix: (3, 3) float64. Rotation that moves the content; see the module's docstring.
 
     Returns:
         The rotated panorama, with the same shape and dtype.
@@ -252,7 +252,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
 
     Args:
         radiance: (H, W, C) float32. Linear radiance, finite and non-negative, with C up to 4.
-        matrix: (3, 3) float64. Moves the content; see the module's docstring.
+        matrix: (3, 3) float64. Rotation that moves the content; see the module's docstring.
 
     Returns:
         (H, W, C) float32. Linear radiance on the same scale, with the same energy per channel.

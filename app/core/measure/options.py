@@ -42,11 +42,11 @@ class MeasureOptions:
         full: Whether to merge the frames at full size.
         sun: Sky to assume when restoring a clipped sun, or "leave" to leave the sun clipped.
         gains, lux: Stops to add to each lamp, and the illuminance of each lamp in lux as measured
-            with a light meter, by the lamp's letter.
+            with a light meter. Both are keyed by the lamp's letter.
         masks: Areas to fill.
         alone: Whether to accept a single panorama, which gives only a rough answer.
         sort_out: Whether to leave out files that do not belong to the bracket, as for a folder.
-        mirrored: Whether the files are mirror images, as some phones save selfies.
+        mirrored: Whether the files are mirror images, as selfies from some phones are.
         pack: Styles that the clip audit checks, or None for those of the generic head.
         own: Options of the chosen way of measuring, or None for its defaults.
     """

@@ -259,8 +259,8 @@ def _behind(
 
     Returns:
         The picture, (h, w, 5), as fine as the panorama; the ball in that picture; the distance, in
-        radii of the ball; and the similarity, a correlation, or -1 if fewer than `least` texels are
-        in both.
+        radii of the ball; and the similarity, which is a correlation, or -1 if fewer than `least`
+        texels are in both.
     """
     share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
     resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)

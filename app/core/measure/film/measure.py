@@ -24,7 +24,7 @@ class FilmOptions(WayOptions):
     """Options for a video.
 
     Attributes:
-        film: The result, if the video was read while it was being recorded, or None.
+        film: The result of a video that was read while it was being recorded, or None.
     """
 
     film: Film | None = None

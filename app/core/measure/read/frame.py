@@ -65,7 +65,7 @@ class Frame:
             edges and the elevations of its top and bottom. None if it is not stated.
         zenith_corrected: Whether the camera levelled the picture, or None if not stated.
         lenses: Exposures of the two lenses, or an empty tuple if not stated.
-        fisheye: Whether the file states that it is unstitched.
+        fisheye: Whether the file states that the picture is unstitched.
         orientation: EXIF orientation, 1 to 8.
         primaries: The x and y of red, green, blue and white, or an empty tuple for those of
             Rec. 709.

@@ -98,7 +98,7 @@ class Reduction:
         return first, np.ascontiguousarray(blocks[np.arange(count), :, np.arange(count)])
 
     def reduced(self, shares: Float32, plane: Float32) -> Float32:
-        """Reduce one channel's contiguous rows, (stop - start, W), by the weights from `rows`."""
+        """Reduce one channel's contiguous rows, (stop - start, W), with the weights from `rows`."""
         narrow = self._columns(plane).reshape(len(shares), -1, self.target[1])
         return np.asarray(shares @ narrow).reshape(-1, self.target[1])
 
@@ -162,7 +162,7 @@ def _sines(rows: int) -> Float64:
 
 
 def _overlaps(source: int, target: int) -> Float64:
-    """Return weights (target, source) of equal cells in fewer ones, where each row sums to 1."""
+    """Return the weights, (target, source), of equal cells in fewer ones. Each row sums to 1."""
     start = np.arange(target)[:, None] * (source / target)
     cell = np.arange(source)
     overlap = np.minimum(start + source / target, cell + 1) - np.maximum(start, cell)
@@ -197,7 +197,7 @@ class Chart:
 
     @property
     def axes(self) -> Float64:
-        """Unit vectors to the right, up and outward of the chart, (3, 3), one per row.
+        """Unit vectors pointing right, up and outward on the chart, (3, 3), one per row.
 
         Up points towards the zenith, or at the nadir towards the chart's own azimuth.
         """
