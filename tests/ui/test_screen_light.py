@@ -128,7 +128,7 @@ def test_a_lamp_of_ones_own_is_renamed_in_a_sheet(
     QTest.keyClicks(sheet.field.edit, " ")
     QTest.keyClick(sheet.field.edit, KEY.Key_Return)
     assert sheet.isVisible()
-    assert sheet.field.edit.accessibleDescription().startswith("The name is missing.")
+    assert sheet.field.edit.accessibleDescription().startswith("A name is missing.")
     QTest.keyClicks(sheet.field.edit, "Desk lamp")
     QTest.keyClick(sheet.field.edit, KEY.Key_Return)
     assert view.sheet is None

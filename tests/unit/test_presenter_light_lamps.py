@@ -66,7 +66,7 @@ def test_it_is_renamed(rig: LightRig) -> None:
     rig.presenter.lamp_actions.ask("rename")
     assert rig.view.words[-1].text == "mine"
     rig.presenter.lamp_actions.answer("rename", "  ")
-    assert rig.view.said[-1].startswith("The name is missing.")
+    assert rig.view.said[-1].startswith("A name is missing.")
     rig.presenter.lamp_actions.answer("rename", "Desk lamp")
     assert rig.view.said[-1] == ""
     assert rig.state.lamp.items[0][1] == "Desk lamp"

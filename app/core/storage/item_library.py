@@ -103,7 +103,7 @@ class Library:
         """Clean a title, or raise the library's error if it is empty or too long."""
         value = one_line(title)
         if not value:
-            raise self.error(tr("The name is missing."), tr("Enter a name."))
+            raise self.error(tr("A name is missing."), tr("Enter one."))
         if len(value) > self.longest:
             raise self.error(
                 tr("This name is longer than {longest} characters.", longest=self.longest),
