@@ -7,7 +7,7 @@ Measure the light of a place, find how far to turn for each studio style, and re
     environment = turnlight.read_environment("cafe.exr") for result in turnlight.solve(environment):
         print(result.title, result.turn_refined_deg, result.grade)
 
-Angles are degrees, positive clockwise seen from above. At turn 0 the sitter faces the middle
+Angles are in degrees, positive clockwise as seen from above. At turn 0 the sitter faces the middle
 column of the panorama. Light and pictures are linear Rec. 709 unless a name says sRGB. Every
 error that a caller can act on is a `CoreError`.
 """
@@ -77,7 +77,7 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
 
     Args:
         path: An equirectangular panorama, 2:1, OpenEXR (``.exr``) or Radiance (``.hdr``).
-        layer: The layer to read if the file has several, by default the beauty pass.
+        layer: The layer to read if the file has several. The default is the beauty pass.
 
     Returns:
         The environment. `radiance` is (H, 2 H, 3) float32, linear Rec. 709, relative, with the
@@ -183,7 +183,7 @@ def solve(
         environment: The light of the place.
         head: A built-in head (``generic``, ``generic-dark``, ``male`` ...), or the path of a baked
             ``T.npz``.
-        styles: Names of the styles to solve, such as ``left-rembrandt``, by default all.
+        styles: Names of the styles to solve, such as ``left-rembrandt``. The default is all styles.
         objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
             quality C of the paper.
         yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left,
@@ -289,7 +289,7 @@ class Place:
         Args:
             files: An HDR panorama, the frames of a bracket, photos, a video, or a folder of these.
             places: Folder in which to create the place's own folder.
-            name: Name of the place, by default derived from the files.
+            name: Name of the place. By default, it is derived from the files.
             way: How to read photos: ``camera`` for a bracket, ``photos`` for a panorama taken in
                 parts, ``ball`` for a mirror ball, ``film`` for a video.
 
@@ -350,7 +350,7 @@ class Place:
         """Solve the built-in styles with the place's lamps and lens, without saving.
 
         Args:
-            head: Name of a head, by default that of the place.
+            head: Name of a head. The default is that of the place.
 
         Raises:
             CoreError: If the head is unknown.

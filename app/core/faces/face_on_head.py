@@ -65,11 +65,11 @@ class HeadMap:
         return self.transport.size
 
     def blurred(self, pictures: Floats, where: Bools | Indices | None = None) -> Float32:
-        """Return pictures of the head, blurred within the skin, at some pixels of the skin, (n, Q).
+        """Return pictures of the head, (n, Q), blurred within the skin and reduced to skin pixels.
 
         Args:
             pictures: (n, P) float. The pictures at the transport's pixels.
-            where: Pixels of `whole` to return, as a mask or as indices, by default `skin`.
+            where: Pixels of `whole` to return, as a mask or as indices. The default is `skin`.
         """
         where = self.skin if where is None else where
         inside, shape = self.whole[self.transport.pixels], (self.side, self.side)
@@ -140,7 +140,7 @@ def _halves(whole: Bools, side: int) -> Indices:
 
 
 def _filled(marks: tuple[int, ...], side: int, grown: int = 1) -> Bools:
-    """Return the pixels of the head's picture inside an outline of landmarks, (N * N,)."""
+    """Return a mask of the picture's pixels inside an outline of landmarks, (N * N,)."""
     area = np.zeros((side, side), np.uint8)
     places = np.round(face_mesh().on_head[list(marks)] * side - 0.5).astype(np.int32)
     cv2.fillConvexPoly(area, cv2.convexHull(places), 1)
@@ -156,7 +156,7 @@ def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
 
     Returns:
         The linear luminance, (N * N,) float32, blurred as in `HeadMap.blurred`, and a mask, (N *
-        N,) bool, of the pixels that the picture shows.
+        N,) bool, of the head's pixels that the picture shows.
     """
     head = head_map()
     coverage = head.coverage

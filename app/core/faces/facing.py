@@ -1,9 +1,9 @@
 """Estimation of the direction in which a face looks, in a place with known light.
 
 The head is lit by the place at 128 turns, in the pose of the face. A real face differs from the
-head in colour and shape, less in the difference of the two halves than in their sum, and smoothly
-across pixels. The residual is therefore weighted as a Gaussian process (Rasmussen and Williams,
-Gaussian Processes for Machine Learning, 2006, eq. 2.30).
+head in colour and shape. The difference between its two halves deviates less from the head's than
+their sum does, and both deviate smoothly across pixels. The residual is therefore weighted as a
+Gaussian process (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq. 2.30).
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def find_facing(
 
 
 def standing(facing: FacingEstimate, arc_deg: tuple[float, float]) -> Standing:
-    """Return whether a face looks into an arc (from, to), clockwise, or whether this is unclear."""
+    """Return whether a face looks into an arc (from, to), clockwise, or "unsure" if unclear."""
     half = arc_width(arc_deg) / 2
     middle = arc_deg[0] + half
     if abs(wrap(facing.azimuth_deg - middle)) <= half + _MARGIN_DEG:

@@ -1,7 +1,8 @@
 """Detection of faces in a picture, with 468 landmarks on each.
 
-Two MediaPipe networks (Apache-2.0) run in OpenCV. One detects faces in the picture and its parts,
-the other finds landmarks on a face and on its mirror image. Confidence is high if both agree.
+Two MediaPipe networks (Apache-2.0) run in OpenCV. One detects faces in the picture and in parts of
+it; the other finds landmarks on a face and on its mirror image. Confidence is high if the two sets
+of landmarks agree.
 """
 
 from __future__ import annotations
@@ -58,8 +59,8 @@ class Face:
     """A face in a picture.
 
     Attributes:
-        landmarks: (468, 3) float32. Pixels from the upper left corner, and the depth away from the
-            camera in the same unit.
+        landmarks: (468, 3) float32. Columns and rows in pixels from the upper left corner, and
+            depth away from the camera in the same unit.
         confidence: Confidence that this is a face, 0 to 1.
     """
 
@@ -116,7 +117,7 @@ def face_mesh() -> FaceMesh:
 
 
 def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) -> tuple[Face, ...]:
-    """Find faces, sorted from the largest to the smallest, with those out of focus at the end.
+    """Find faces, sorted from largest to smallest, with out-of-focus faces last.
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright.
@@ -156,7 +157,7 @@ def _detail(picture: Bytes, face: Face) -> float:
 
 
 class _Networks:
-    """Both networks, for one thread at a time, since a network stores its input."""
+    """The two networks, for use by one thread at a time, since a network stores its input."""
 
     def __init__(self, first: Any, second: Any) -> None:
         self._first, self._second, self._lock = first, second, threading.Lock()
@@ -219,7 +220,7 @@ def _starts(length: int, side: float) -> list[float]:
 
 
 def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[float, Float64]]:
-    """Return each candidate's likelihood, and its centre, size and six points, (16,) pixels."""
+    """Return each candidate's likelihood, and its centre, size and six points, (16,), in pixels."""
     height, width = picture.shape[:2]
     scale = min(_LARGEST / max(height, width), 1.0)
     if scale < 1.0:
@@ -267,7 +268,7 @@ def _brightened(gain: float) -> Bytes:
 
 
 def _distinct(answers: list[tuple[float, Float64]]) -> list[tuple[float, Float64]]:
-    """Keep the most likely of the candidates that show the same face."""
+    """Keep only the most likely of the candidates that show the same face."""
     distinct: list[tuple[float, Float64]] = []
     for score, answer in sorted(answers, key=lambda one: -one[0]):
         if all(_shared(_box(answer), _box(other)) < _SAME for _, other in distinct):
@@ -294,7 +295,7 @@ def _looked_at(
     score: float,
     eyes: Float32 | Float64 | None = None,
 ) -> Face | None:
-    """Find a candidate's landmarks in close-ups, repeated until stable and then mirrored once."""
+    """Find a candidate's landmarks in close-ups until stable, then once in a mirror image."""
     eyes = points[list(_CORNERS)] if eyes is None else eyes
     for number in range(_LOOKS):
         transform = _close_look(points, eyes)

@@ -40,7 +40,7 @@ _BEHIND_DEG: Final = 91.0
 _BEHIND_RISE_DEG: Final = (-25.0, 75.0)  # for a key below or above, the direction is known
 _PROFILE_DEG: Final = 50.0
 _WELL_BEHIND_DEG: Final = 100.0  # azimuth beyond which a key with a fill is behind the sitter
-_LOPSIDED: Final = 0.02  # mean square difference of mirrored places; less is no rim
+_LOPSIDED: Final = 0.02  # mean square difference of mirrored places; with less, there is no rim
 _FLASH_RISE_DEG: Final = 10.0
 _LEAST_LIKE: Final = 0.55
 _LEAST_SEEN: Final = 0.35
@@ -66,7 +66,7 @@ class Unread(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FaceLight:
-    """The light of a face.
+    """The light on a face.
 
     Attributes:
         azimuth_deg, elevation_deg: Direction of the key. Azimuth from the front of the face,
@@ -130,7 +130,7 @@ class _Shading:
 
     @property
     def unlike(self) -> bool:
-        """Whether a face that is unlike the head under any lamp has more than faint shading."""
+        """Whether the key explains too little of the light, or the shading is more than faint."""
         return self.share < _LEAST_SHARE or self.contrast > _FAINT
 
 
@@ -193,7 +193,7 @@ def _is_behind(pose: HeadPose, alone: _Key, rim: _Key, shading: _Shading) -> boo
 
 
 def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
-    """Add the direction of the key."""
+    """Add the key's direction to a reading."""
     azimuth, elevation = _level(reading.pose, key.way)
     if abs(reading.pose.yaw_deg) >= FRONTAL_DEG:
         azimuth = wrap(azimuth - reading.pose.yaw_deg)
@@ -209,11 +209,11 @@ def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
 
 
 def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> float:
-    """Return the angle that includes 70% of the true keys, in degrees.
+    """Return the angle, in degrees, within which 70% of the true keys lie.
 
-    The logarithm of this angle is linear in properties of the fit, by quantile regression over 19
-    people under single lamps and with fills of 8:1 to 1.5:1 (`benchmarks/faces/photos.py`, leaving
-    one person out at a time).
+    The logarithm of this angle is a linear function of properties of the fit, found by quantile
+    regression over 19 people under single lamps and with fills of 8:1 to 1.5:1
+    (`benchmarks/faces/photos.py`, leaving one person out at a time).
     """
     return math.exp(
         1.096
@@ -340,7 +340,7 @@ def _targets() -> tuple[tuple[str, ...], Float64, Float32]:
 
 
 def _ratio(grey: Float32, visible: Bools) -> float | None:
-    """Return the brighter cheek's ratio to the darker one in stops, or None if one is hidden."""
+    """Return the ratio of the brighter to the darker cheek, in stops, or None if one is hidden."""
     means = [float(grey[cheek & visible].sum()) for cheek in head_map().cheeks]
     counts = [int((cheek & visible).sum()) for cheek in head_map().cheeks]
     if not (min(counts) and min(means) > 0.0):

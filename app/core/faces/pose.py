@@ -18,7 +18,7 @@ _STIFF: Final = (
 )
 """Landmarks that do not move with lips and lids."""
 USUAL_FOCAL: Final = 1.3
-"""Assumed focal length of an unknown lens over the longer side: 47 mm on 24 x 36 mm."""
+"""Assumed focal length of an unknown lens relative to the longer side: 47 mm on 24 x 36 mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +30,8 @@ class HeadPose:
             picture.
         pitch_deg: Positive with the chin up.
         roll_deg: Positive when the head leans toward the right of the picture.
-        facing_rotation: (3, 3) float64. Rotation from the head's frame to axes x right in the
-            picture, y up and z toward the lens, along the line from head to lens.
+        facing_rotation: (3, 3) float64. Rotation from the head's frame to axes with x to the right
+            in the picture, y up, and z toward the lens along the line from head to lens.
     """
 
     yaw_deg: float

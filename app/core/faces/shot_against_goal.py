@@ -76,7 +76,7 @@ class Promise:
         return light_on_head(grey, np.ones(grey.size, bool), usual_pose())
 
     def luminance_at(self, facing_deg: float) -> Float32:
-        """Return the head's luminance, (P,), facing an azimuth of the place, or in the studio."""
+        """Return the luminance, (P,), of the head at an azimuth of the place, or in the studio."""
         transport = head_map().transport
         if self.place is not None:
             light = turned(self.place, facing_deg, transport.environment_shape)
@@ -99,10 +99,10 @@ def promise_of_place(
     name: str,
     transport: Transport | None = None,
 ) -> Promise:
-    """Return the promise of a place, where only the goal itself counts if there is no arc.
+    """Return the promise of a place. Without an arc, only the goal itself counts.
 
     Args:
-        transport: Transport of the head on screen, by default the generic head.
+        transport: Transport of the head on screen. The default is that of the generic head.
     """
     return Promise(pack, name, place, goal_deg, arc_deg or (goal_deg, goal_deg), transport)
 
@@ -127,7 +127,7 @@ class Check:
     """A face compared with a promise.
 
     Attributes:
-        light: Light on the face, whatever the place.
+        light: Light on the face, read without regard to the place.
         facing_deg: Panorama azimuth toward which the face looks, or None if unknown.
         turn_error_deg: Angle from `facing_deg` to the goal, positive clockwise, or None if
             unreliable.
@@ -158,8 +158,8 @@ def check_face(
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
         focal_px: Focal length, in pixels, or None if unknown.
-        lens_deg: Panorama azimuth of the lens from the sitter, or None if the background does not
-            show it.
+        lens_deg: Panorama azimuth of the lens as seen from the sitter, or None if the background
+            does not show it.
         key: Whether to read the key light and the ratio as well as the pose and the grade.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
@@ -208,7 +208,7 @@ def _graded(result: Check, grey: Float32, visible: Bools, promise: Promise) -> C
 
 
 def _completed(grey: Float32, visible: Bools, target: Float32) -> Float64:
-    """Return the visible skin completed by the head: hair, eyes and hidden areas, (P,)."""
+    """Return the visible skin, (P,), with hair, eyes and hidden areas filled in from the head."""
     head = head_map()
     skin = (head.whole & visible)[head.transport.pixels]
     values = grey[head.transport.pixels].astype(np.float64)

@@ -1,4 +1,4 @@
-"""Sounds of the guidance, synthesised from sines: mono, 16 bit, no files.
+"""Sounds of the guidance, synthesised from sine waves as mono samples of 16 bits.
 
 During a turn, beeps get faster and slightly higher toward the goal. Inside the arc they come in
 pairs, and within two degrees of the goal they become a steady tone, so that the photographer can
@@ -24,7 +24,7 @@ Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]
 RATE: Final = 44_100
 """Samples per second."""
 
-_LEVEL: Final = 0.35  # of full scale: audible outdoors, without startling the sitter
+_LEVEL: Final = 0.35  # of full scale: audible outdoors without startling the sitter
 _FADE_S: Final = 0.008  # without a fade, every tone begins and ends with a click
 _STEADY_HZ: Final = 880.0
 _STEADY_S: Final = 1.0
@@ -72,8 +72,8 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
     """Return the samples of one sound.
 
     Returns:
-        (N,) int16, read-only. Mono samples, at `RATE`. ``steady`` is a one-second loop without a
-        seam; ``none`` is empty.
+        (N,) int16, read-only. Mono samples, at `RATE`. ``steady`` is a seamless one-second loop;
+        ``none`` is empty.
     """
     if sound == "none":
         wave = np.zeros(0, np.int16)

@@ -1,14 +1,15 @@
 """Choose the next step of a turn: a pure function of goal, arc, heading and previous state.
 
 `guide` takes the current reading and the `GuideMemory` returned by the previous call, and returns
-the numbers to show and the next memory; `app.words.guidance` writes the words. Time enters only as
-the seconds of the reading. Goal, current turn and the ends of the arc are rounded to whole degrees
-first, and all other numbers are their differences, so that the numbers on screen always add up.
+the numbers to show and the next memory; `app.words.guidance` writes the words. Time enters only
+through the reading's `time_s`. Goal, current turn and the ends of the arc are rounded to whole
+degrees first, and all other numbers are their differences, so that the numbers on screen always add
+up.
 
-The direction is the shorter way, and is kept until the other way is 10 degrees shorter, so that a
-sitter half-way round is not sent back and forth. After an overshoot, a sitter who entered the arc
-on one side and left it on the other sees the distance back *to the arc*, just as they first saw the
-distance into it.
+The direction is the shorter way round. It is kept until the other way is 10 degrees shorter, so
+that a sitter half-way round is not sent back and forth. After an overshoot, a sitter who entered
+the arc on one side and left it on the other sees the distance back *to the arc*, just as they first
+saw the distance into it.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ LOCK_DEG: Final = 1
 """Distance outside the light at which the light counts as left."""
 
 LOST_AFTER_S: Final = 1.0
-"""Time in seconds that the last number stays after the heading is lost."""
+"""Time, in seconds, for which the last number stays on screen after the heading is lost."""
 
 NOSE_DEG: Final = 8
-"""Tolerance of the nose's direction, as a face cannot be read more precisely."""
+"""Tolerance of the nose's direction, in degrees. A face cannot be read more precisely."""
 
 _BESIDE_DEG: Final = 5  # largest offset of the lens from its goal at which the nose is read
 _SETTLE_DEG: Final = 0.7  # a number on screen stays while the heading is within this distance
@@ -82,8 +83,8 @@ class Goal:
 
     Attributes:
         turn_deg: Turn of the lens to reach, in degrees, positive clockwise.
-        arc_deg: Tolerance arc, (from, to) clockwise, in degrees. None, or an arc that does not
-            contain the goal, if the user chose their own turn: then only the goal itself counts,
+        arc_deg: Tolerance arc, (from, to) clockwise, in degrees. If the user chose their own turn,
+            this is None or an arc that does not contain the goal. Only the goal itself then counts,
             within `HOLD_DEG`.
         lamp: Instruction for the second light, such as "hold the LED panel in front, raised 28°, at
             full power", or an empty string if the light of the place is enough.
@@ -174,8 +175,9 @@ class Guide:
             there is no heading.
         to_go: goal - now in the direction on screen: positive clockwise, in (-360, 360). Equal to
             goal - now except for full circles.
-        number: The large number, in whole degrees in `direction`: to the goal, back to the light,
-            or for the nose; without a webcam, the whole turn. None if no number may be shown.
+        number: The large number on screen: whole degrees in `direction`, to the goal, back to the
+            light, or for the nose. Without a webcam, it is the whole turn. None if no number may be
+            shown.
         has_arc: Whether there is light to turn into, which is false for a style out of reach and
             for a turn chosen by the user.
         inside: Whether the turn is inside the arc.
@@ -216,7 +218,7 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """Goal and arc in whole degrees, the arc given as its reach on both sides of the goal.
+    """Goal and arc in whole degrees, with the arc given as its reach on both sides of the goal.
 
     Attributes:
         ends: Reach on both sides before rounding, for the nose, in degrees.
@@ -239,7 +241,7 @@ class _Target:
         return self.before + self.after >= 360
 
     def outside(self, way: int, to_go: int) -> int:
-        """Return the distance to the arc, with `to_go` degrees left to the goal, going `way`."""
+        """Return the distance to the arc in direction `way`, given the distance to the goal."""
         if self.everywhere:
             return 0
         near, far = (self.before, self.after) if way > 0 else (self.after, self.before)
@@ -299,7 +301,7 @@ def _settled(turn_deg: float, shown_deg: int | None) -> int:
 
 
 def _looked_at(target: _Target, reading: Reading, memory: GuideMemory) -> GuideMemory:
-    """Add the yaw of the face to the memory, which a briefly missing face does not change."""
+    """Add the yaw of the face to the memory. A briefly missing face leaves it unchanged."""
     now, yaw, before = reading.time_s, reading.yaw_deg, memory.faces
     if not target.yaw or yaw is None:
         expired = not before or now - before[0][0] >= LOST_AFTER_S

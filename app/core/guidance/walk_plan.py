@@ -1,9 +1,9 @@
 """The turn seen from above, as plain data: positions of people and light.
 
 Up in the drawing is the direction of the photographer's view at the start. A photographer who walks
-around the sitter starts at the bottom and looks at the sitter, so that their left is on the left.
-In a selfie the camera is ahead, at the top: the photographer is in the middle, and the camera moves
-around.
+around the sitter starts at the bottom and looks at the sitter, so their left is on the left. In a
+selfie, the photographer is in the middle. The camera starts in front of them, at the top, and moves
+around them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from app.core.guidance.guide import Goal, Guide
 from app.core.guidance.who_moves import Mode
 
 Kind: TypeAlias = Literal["start", "now", "goal", "nose", "light", "lamp", "background"]
-"""Kinds of mark, of which the first three are on the ring of the photographer's path."""
+"""Kinds of mark. The first three are on the ring of the photographer's path."""
 
 _APART_DEG: Final = 5.0  # closer marks would hide each other
 

@@ -1,12 +1,12 @@
 """Align the live view with the goal view by the best-fitting homography.
 
-Both are perspective pictures of the place behind the sitter, one from the probe, one from the
+Both are perspective pictures of the place behind the sitter, one from the probe and one from the
 camera. Points are matched as for the live heading, and a homography is fitted to them
 (`app.core.localization.homography`). It is exact only for a plane; with more depth it is the best
 fit, and the area behind the sitter, which decides the turn, is interpolated from its surroundings.
 
 The live heading (`app.core.localization.heading`) is more accurate, covers the whole panorama, and
-provides the numbers on screen. The homography is only for the overlay.
+provides the numbers on screen. The homography serves only the overlay.
 """
 
 from __future__ import annotations
@@ -121,16 +121,15 @@ def align(
         view: (h, w, 3) uint8. The current view in sRGB, not mirrored.
         fov_deg: Horizontal field of view of the target, in the panorama's frame, in degrees, as in
             the result of `app.core.localization.views.goal_lens`.
-        sitter_deg: Angle of the sitter in the view from its axis, in degrees, positive to the
-            right.
-        view_fov_deg: Horizontal field of view of the camera, in degrees, which matters only if the
-            sitter is off the axis. By default that of the target.
-        mask: (h, w) bool. True where the view shows background. By default everything except the
-            usual position of a sitter (`sitter_mask`), or everything if too few points remain.
+        sitter_deg: Angle from the view's axis to the sitter, in degrees, positive to the right.
+        view_fov_deg: Horizontal field of view of the camera, in degrees. It matters only if the
+            sitter is off the axis. The default is that of the target.
+        mask: (h, w) bool. True where the view shows background. The default is everything except
+            the usual position of a sitter (`sitter_mask`), or everything if too few points remain.
 
     Returns:
-        An alignment, ``unsure`` if too few points agree, or if the view would be mirrored, folded,
-        or stretched more than the turn of a camera can do.
+        An alignment, which is ``unsure`` if too few points agree, or if the view would be mirrored,
+        folded, or stretched more than a turning camera could cause.
     """
     if min(*target.shape[:2], *view.shape[:2]) < 32:
         return UNSURE

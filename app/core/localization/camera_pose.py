@@ -6,19 +6,19 @@ The pose is first fitted as if the camera were on the line to the sitter
 far points (`app.core.localization.parallax`), which works without the position of the sitter.
 
 A heading counts as right within 3 degrees, for a camera on the sitter's line. Three errors are
-possible. The picture shows another place: evidence against this is the number of points that agree,
-their spread, and how much better the whole picture fits there than beside it
-(`app.core.localization.heading`). It shows this place from beside the line through the sitter:
-evidence against this is that no camera elsewhere explains more points, and that the slopes are
-those of a room. Or the place is right and the angle is not: this follows from the standard error of
-the fit. The three are independent:
+possible. The picture may show another place. The evidence against this is the number of points that
+agree, their spread, and how much better the whole picture fits there than beside it
+(`app.core.localization.heading`). It may show this place from beside the line through the sitter.
+The evidence against this is that no camera elsewhere explains more points, and that the slopes are
+those of a room. Or the place may be right and the angle wrong. The probability of this follows from
+the standard error of the fit. The three errors are independent:
 
     P = 1 / (1 + exp(-p)) * 1 / (1 + exp(-l)) * (1 - exp(-3 deg / (k error))).
 
 Errors have longer tails than a normal distribution, because wrong matches agree with each other. p
 and l are sums over the evidence, `place_signs` and `line_signs`, weighted in their order. The
 weights and k maximise the likelihood over photos and live pictures at the spot, beside it and of
-other places (`benchmarks/heading/confidence_fit.py`). Results for other data:
+other places (`benchmarks/heading/confidence_fit.py`). Results for other data are in
 `benchmarks/heading.md`.
 """
 
@@ -61,7 +61,7 @@ _TILT: Final = (0.55, 1.5)  # any wall may have less
 _STEEP: Final = (0.9, 3.0)  # slope over enlargement: a room behind the sitter may have less
 _GAIN_RANGE: Final = (0.7, 15.0)  # a smaller gain is due to chance
 _ASIDE: Final = (1.0, 12.0)
-_STRAYS: Final = 0.2  # this many occur by chance
+_STRAYS: Final = 0.2  # this fraction occurs by chance
 _FLAT: Final = 0.7
 _LOOSE_DEG: Final = (0.3, 2.0)
 _LEAST_ERROR_DEG: Final = 0.05
@@ -89,8 +89,8 @@ class Evidence:
             0 to 1.
         gain, aside, flat, agree: As in `app.core.localization.parallax.Line`.
         loose_deg: `loose_rad` of the same class, in degrees.
-        guided: Whether the picture is a live one, which shows this place and is taken by a
-            photographer who follows the guidance.
+        guided: Whether the picture is a live one, taken in this place by a photographer who follows
+            the guidance.
     """
 
     points: int
@@ -151,7 +151,8 @@ def trust(evidence: Evidence) -> float:
     """Return the probability that a heading is right.
 
     Returns:
-        The probability, 0 to 1. Of the headings with 0.9, about nine in ten are within 3 degrees.
+        The probability, 0 to 1. Of the headings with a probability of 0.9, about nine in ten are
+        within 3 degrees of the truth.
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
@@ -239,11 +240,11 @@ class CameraPrior:
     """Prior knowledge about a camera.
 
     Attributes:
-        lens: Uncertainty of the field of view: spread of the logarithm of its tangent, or None if
-            the field of view is unknown.
+        lens: Uncertainty of the field of view, as the spread of the logarithm of its tangent, or
+            None if the field of view is unknown.
         sitter_deg: Angle of the sitter from the axis, in degrees, or None if unknown.
         away: Whether the camera looks away from the sitter.
-        near: Whether the search is limited to the last heading's surroundings.
+        near: Whether the search is limited to the surroundings of the last heading.
     """
 
     lens: float | None
@@ -312,7 +313,7 @@ def find_stand(
     stand: Stand | None = Stand(pose, np.zeros(3), outlook)
     if not question.lens_known:
         stand = _scaled(Stand(pose, np.zeros(3), outlook), matches, question)
-    # Near the last heading the search is done, and the holder of a camera is only a hint.
+    # Near the last heading, no other search is needed. The holder of a camera is only a hint.
     if stand is None or question.near or question.away:
         return stand
     others = [p for p in (*poses, hint) if p is not None and p is not pose]

@@ -1,8 +1,8 @@
 """Feature points that survive changes of light: RootSIFT after local equalisation.
 
 Contrast is equalised in tiles first (CLAHE), since auto exposure and the panorama's tone mapping
-render the same wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisserman, CVPR
-2012.
+render the same wall in quite different tones. RootSIFT is described by R. Arandjelovic and A.
+Zisserman (CVPR 2012).
 
 `build_index` describes a whole panorama, in perspective views similar to a camera's. `keep_index`
 saves the index beside the panorama, as a cache that may be deleted at any time.
@@ -100,7 +100,7 @@ def build_index(
     vectors = np.concatenate([vectors for _, vectors in parts])
     if len(vectors) < _LEAST_POINTS:
         raise CoreError(
-            tr("This panorama has too little detail to find a camera in it."),
+            tr("This panorama has too little detail to tell where a camera points."),
             tr("Turn by degrees instead, or capture the place again with more light."),
         )
     azimuths = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
@@ -194,7 +194,7 @@ class Pairs:
     Attributes:
         first, second: (N,) int64. Indices in the two sets. Each first index occurs once.
         ratio: (N,) float32. Distance to the match divided by the distance to the next best match
-            elsewhere, where 0 is unique.
+            elsewhere. A ratio of 0 means that the match is unique.
     """
 
     first: Int64
@@ -255,7 +255,7 @@ def shrunk(picture: Bytes, scale: float, mask: Bools | None = None) -> tuple[Byt
 
     Args:
         picture: (H, W, 3) uint8.
-        scale: Factor for the sides. With a factor of 1 or more, the picture stays as it is.
+        scale: Factor for the sides. A factor of 1 or more leaves the picture unchanged.
         mask: (h, w) bool, of any size. It is resized to the picture.
     """
     size = picture.shape[1], picture.shape[0]
@@ -314,7 +314,7 @@ def pair_near(
 
 
 def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
-    """Keep the most certain matches: one for each point, and few from one part of a picture.
+    """Keep the most certain matches: one for each point, and few from each part of a picture.
 
     A striped carpet matches dozens of points to two or three of the panorama, and a pose that
     explains these would outweigh everything else.

@@ -6,7 +6,7 @@ The picture's feature points are matched with those of the panorama
 probe; this module checks it against the rest of the picture, and
 `app.core.localization.camera_pose` estimates the probability that it is right.
 
-A heading that cannot be trusted is `unsure`, without a number: better none than a wrong one.
+A heading that cannot be trusted is `unsure`, without a number: better no number than a wrong one.
 """
 
 from __future__ import annotations
@@ -103,7 +103,8 @@ def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) ->
         inside: (N,) bool. Whether the points agree with the pose.
 
     Returns:
-        The number of these matches as a fraction of them and the agreeing points together, 0 to 1.
+        Their number divided by the number of these matches and the agreeing points together, 0 to
+        1.
     """
     beside = np.einsum("nk,nk->n", pose.predict(rays), bearings @ pose.rotation)
     count = int((~inside & (beside > math.cos(_STRAY_RAD))).sum())
@@ -159,7 +160,7 @@ class Heading:
         inliers: Number of points that agree.
         confidence: Probability that the heading is within 3 degrees of the truth, 0 to 1.
         zoom: Angular size of objects near the sitter in the panorama divided by that in the
-            picture, which depends on the distance of the background, or 1 if unsure.
+            picture, or 1 if unsure. It depends on the distance of the background.
         fov_deg: Horizontal field of view, in degrees, given or estimated, or 0 if unsure.
     """
 
@@ -221,17 +222,18 @@ def find_heading(
         frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
         fov_deg: The camera's horizontal field of view, in degrees, or None to estimate it. An error
             of 20% does no harm.
-        near_deg: The last heading, in degrees, to search only around that heading, which is faster
-            and more certain, or None to search everywhere. Search everywhere after a failure.
+        near_deg: The last heading, in degrees, or None to search everywhere. Searching only around
+            the last heading is faster and more certain. Search everywhere after a failure.
         sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
             unknown. If the field of view is unknown, the angle is that for 60 degrees along the
             longer side.
-        mask: (H, W) bool. True on the background, by default everywhere, since points on the sitter
-            match nothing.
+        mask: (H, W) bool. True on the background. The default is everywhere, since points on the
+            sitter match nothing.
         fine: Whether to use up to a million pixels, as for photos, which may take longer.
         away: Whether the camera looks away from the sitter, like a laptop's own camera when it is
             carried around the sitter. The camera is then nearer to the background than the probe
-            was, and `sitter_deg` is that of the holder, who is roughly on the line from the sitter.
+            was, and `sitter_deg` is the angle of the holder, who is roughly on the line from the
+            sitter.
     """
     effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:

@@ -14,7 +14,7 @@ picture for two reasons. Either the lens is wider than assumed, which enlarges e
 factor; or the camera is further away than the probe was, which enlarges near objects more than far
 ones and never shrinks any. So if all points are enlarged equally, the cause is the lens. Otherwise
 the farthest points decide, whose distances from the probe and from the camera are nearly the same.
-How nearly is unknown, so the most likely lens is chosen, as phones and cameras have only a few
+It is unknown how nearly, so the most likely lens is chosen, as phones and cameras have only a few
 lenses.
 """
 
@@ -208,11 +208,11 @@ def widened_fov(
     """Return the part of the panorama, in degrees, that fills a camera's field of view.
 
     The probe was at the position of the sitter. The camera is at distance d in front of it, and its
-    background is a plane at distance D behind the sitter, square to the axis. A point of that plane
-    at x from the axis is at angle b from the camera, tan b = x / (D + d), and at angle a from the
-    probe, tan a = x / D. Hence tan a = tan b (D + d) / D: the camera's picture is a *wider* crop of
-    the panorama. As both are perspective pictures of one plane, they differ only in scale. A camera
-    that looks away from the sitter is closer to its background by d: (D - d) / D.
+    background is a plane at distance D behind the sitter, perpendicular to the axis. A point of
+    that plane at x from the axis is at angle b from the camera, tan b = x / (D + d), and at angle a
+    from the probe, tan a = x / D. Hence tan a = tan b (D + d) / D: the camera's picture is a
+    *wider* crop of the panorama. As both are perspective pictures of one plane, they differ only in
+    scale. A camera that looks away from the sitter is closer to its background by d: (D - d) / D.
 
     Args:
         fov_deg: The camera's horizontal field of view, in degrees, in (0, 180).

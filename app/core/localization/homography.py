@@ -3,7 +3,7 @@
 A homography is fitted by MAGSAC++ (D. Barath et al., CVPR 2020), then refined on the points that
 agree. Eight numbers can fit many absurd views to a few points. So a homography is accepted only if
 all of the view is in front of the camera, nothing is mirrored or upside down, nothing is stretched
-more than the turn of a camera can do, and the points determine the view's corners precisely.
+more than a turning camera could cause, and the points determine the view's corners precisely.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class Alignment:
             right element. (0, 0) is the corner of the first pixel. None if unsure.
         inliers: Number of points that agree.
         overlap: Fraction of the target that the view covers, 0 to 1.
-        turn_error_deg: Goal minus view: the rest of the turn, positive clockwise, in degrees, or
-            None if unsure.
+        turn_error_deg: Rest of the turn (goal minus view), in degrees, positive clockwise, or None
+            if unsure.
         confidence: Confidence in the alignment, 0 to 1.
     """
 
@@ -99,7 +99,7 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
 
 
 def sound(matrix: Float64, size: Size, target: Size) -> bool:
-    """Return whether a homography is possible for the turn of a handheld camera.
+    """Return whether the turn of a handheld camera could cause a homography.
 
     Args:
         matrix: (3, 3) float64. Maps the view's pixels to the target's.
@@ -195,7 +195,7 @@ def _refined(
 
 
 def by_elements(matrix: Float64, points: Float64) -> Float64:
-    """Return the derivatives of points, (N, 2), by the first eight elements, (2 N, 8)."""
+    """Return derivatives, (2 N, 8), of points, (N, 2), with respect to the first eight elements."""
     full = np.column_stack([points, np.ones(len(points))])
     depth = (full @ matrix[2])[:, None]
     place = apply_homography(matrix, points)
@@ -220,7 +220,7 @@ def apply_homography(matrix: Float64, points: Float64) -> Float64:
 
 
 def _slopes(matrix: Float64, points: Float64) -> Float64:
-    """Return a homography's derivatives at points, (N, 2), in front of the camera: (N, 2, 2)."""
+    """Return a homography's derivatives, (N, 2, 2), at points, (N, 2), in front of the camera."""
     depth = points @ matrix[2, :2] + matrix[2, 2]
     rows = matrix[:2, :2] - apply_homography(matrix, points)[:, :, None] * matrix[2, :2]
     return np.asarray(rows / depth[:, None, None], np.float64)
@@ -239,7 +239,7 @@ def _moderate(
 
 
 def corners_of(size: Size) -> Float64:
-    """Return a picture's corners, (4, 2) pixels, clockwise from the top left.
+    """Return a picture's corners, (4, 2), in pixels, clockwise from the top left.
 
     Args:
         size: Columns and rows of the picture.

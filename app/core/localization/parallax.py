@@ -1,14 +1,16 @@
 """Find the direction from a camera to the probe's position by parallax.
 
 Each point lies in one plane with its match in the panorama and the direction from the camera to the
-probe. So matches alone determine the camera's rotation and that direction (D. Nister, PAMI 2004),
-and whether that is the direction of the sitter. It is for a camera on the line through the sitter,
-and can be any direction for a camera elsewhere. Both cameras are fitted, and `Line.gain` is the
-number of points that the second one explains in addition. A camera at the probe's own position has
-no parallax, so the direction is undetermined, but it is not needed either. The lens's residual
-distortion and the motion of the hand during the sensor's readout are further unknowns.
+probe. The matches alone therefore determine the camera's rotation and that direction (D. Nister,
+PAMI 2004), and show whether it is the direction of the sitter. For a camera on the line through the
+sitter, it is; for a camera elsewhere, it can be any direction. Both cameras are fitted, and
+`Line.gain` is the number of additional points that the second one explains. A camera at the probe's
+own position has no parallax, so the direction is undetermined, but it is not needed either. The
+lens's residual distortion and the motion of the hand during the sensor's readout are further
+unknowns.
 
-The camera's axes are right, down, front; those of the panorama are as in `app.core.base.sphere`.
+The camera's axes are right, down and forward; those of the panorama are as in
+`app.core.base.sphere`.
 """
 
 from __future__ import annotations
@@ -68,7 +70,7 @@ class Line:
         inside: (N,) bool. Points that agree.
         error_rad: Standard error of the heading, in radians.
         agree: Weighted number of points that agree.
-        gain: Points that a camera elsewhere explains in addition.
+        gain: Number of additional points that a camera elsewhere explains.
         aside: Cost of the sitter's direction minus the cost of such a camera, in points, at least
             0.
         loose_rad: Standard deviation of the probe's direction as determined by the points alone, or
@@ -111,7 +113,7 @@ class _Pairs:
     scale: float
 
     def slopes(self, lens: Float64) -> Float64:
-        """Return the derivatives of `straightened` by the lens, (N, 3, 2)."""
+        """Return the derivatives of `straightened` with respect to the lens, (N, 3, 2)."""
         plain = self.rays * math.exp(lens[0])
         squared = (plain**2).sum(axis=1, keepdims=True)
         skewed = np.stack([plain[:, 1], np.zeros(len(plain))], axis=1)
@@ -268,7 +270,7 @@ def _out_of_plane(pairs: _Pairs, state: _Solution) -> tuple[Float64, Float64]:
     both = _cross(full, there) / size
     by_rotation = (full * (there @ way)[:, None] - way * (full * there).sum(axis=1)[:, None]) / size
     miss = (normal * full).sum(axis=1)
-    # A lens that moves points closer to the direction to the probe does not make them more right.
+    # A lens that moves points closer to the direction to the probe does not make them correct.
     reach = _cross(way, full)
     nearer = _cross(reach, way) / np.maximum((reach**2).sum(axis=1), _NEAR**2)[:, None]
     bent = np.einsum(
@@ -405,7 +407,7 @@ def _full(pairs: _Pairs, state: _Solution) -> Float64:
 
 
 def _beside(way: Float64) -> tuple[Float64, Float64]:
-    """Return two axes perpendicular to a direction: to the right, and up or down."""
+    """Return two axes perpendicular to a direction: one pointing right, one pointing up or down."""
     across = _unit(np.array([way[2], 0.0, -way[0]]))
     return across, _cross(way, across)
 

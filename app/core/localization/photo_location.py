@@ -1,8 +1,8 @@
 """Check a photo: read it, locate it, and measure how far it missed the light.
 
 A photo is like a live picture with more pixels and more information: EXIF gives its orientation,
-its time and the width of its lens. A photo that is not found with that width is searched without
-it. It must then be cropped, since nothing makes a picture wider than its lens.
+its time and its field of view. A photo that cannot be located with that field of view is searched
+for without it. It must then have been cropped, since nothing makes a picture wider than its lens.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class PhotoSearch:
     Attributes:
         sitter: The sitter with whom the heading was found, in the unmirrored frame, or None if it
             was found without a sitter.
-        stated_deg: Field of view stated in EXIF, in degrees, if it cannot be right, or None.
+        stated_deg: Field of view stated in EXIF, in degrees, if it cannot be right, otherwise None.
     """
 
     heading: Heading
@@ -110,7 +110,7 @@ class PhotoSearch:
 
 @dataclass(frozen=True, slots=True)
 class ShotVerdict:
-    """Distance of a photo from the light, in the numbers shown on screen.
+    """Distance of a photo from the light, as shown on screen.
 
     Attributes:
         turn_deg, goal_deg: Turns of the photo and of the goal, in whole degrees.
@@ -138,7 +138,7 @@ def is_panorama(path: Path) -> bool:
 
 
 def read_photo(path: Path, token: Token | None = None) -> Photo:
-    """Read a photo, at most 1,600 pixels on its longer side.
+    """Read a photo, reduced to at most 1,600 pixels on its longer side.
 
     Raises:
         CoreError: If the file is missing, damaged, not a photo, or too large.
@@ -180,7 +180,7 @@ def locate_photo(
 
 
 def lens_azimuth(location: PhotoLocation, face: Face, columns: int) -> float | None:
-    """Return the panorama azimuth of the lens from a face, or None if the photo is not located.
+    """Return the panorama azimuth of the lens as seen from a face, or None if it is unknown.
 
     Args:
         columns: Width of the picture that contains the face.
@@ -205,7 +205,7 @@ def search_photo(
 
     Args:
         fov_deg: Horizontal field of view, in degrees, if the user stated it. The field of view in
-            EXIF is only tried first, as the photo may be cropped.
+            EXIF is only tried first, as the photo may have been cropped.
         mirrored: Whether the photo is a mirror image, or None to try both.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Read picture files: within size limits, upright, with time and lens from EXIF.
+"""Read picture files within size limits, turned upright, with time and lens from EXIF.
 
 Files are untrusted: the size is checked before anything is decoded, only regular files are opened,
 and truncated files are reported.
@@ -146,7 +146,7 @@ _FOCAL: Final = "Exif:FocalLengthIn35mmFilm"
 RAW_ENDINGS: Final = frozenset(
     {".nef", ".nrw", ".cr2", ".cr3", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"}
 )
-"""Suffixes of raw files, of which the preview is read."""
+"""Suffixes of raw files. Only their preview is read."""
 _JPEG: Final = b"\xff\xd8\xff"
 _FRAMES: Final = (0xC0, 0xC1, 0xC2)  # baseline and progressive
 _LOSSLESS: Final = (0xC3, 0xC7, 0xCB, 0xCF)
@@ -168,9 +168,9 @@ class PictureFile:
     """A picture prepared for viewing.
 
     Attributes:
-        picture: (H, W, 3) uint8. sRGB, upright by its EXIF orientation.
-        size: Columns and rows in the file, upright, which are larger than those of `picture` if
-            that was reduced.
+        picture: (H, W, 3) uint8. sRGB, turned upright by its EXIF orientation.
+        size: Columns and rows of the upright picture in the file. They are larger than those of
+            `picture` if it was reduced.
         taken_at: Time in EXIF, or None if not recorded.
         focal_mm: Equivalent focal length on a frame of 36 x 24 mm, or None if not recorded.
         front_camera: Whether the file names a phone's front camera, whose pictures may be saved
@@ -192,7 +192,7 @@ class PictureFile:
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view in degrees from the focal length, wrong for a cropped picture.
+        """Horizontal field of view in degrees, from the focal length. Wrong for a cropped picture.
 
         The focal length refers to the frame's diagonal (CIPA DCG-001).
         """
@@ -229,7 +229,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     Args:
         path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey, or a raw file with a
             preview.
-        longest: Length of the longer side that is sufficient, in pixels, or 0 to keep all pixels.
+        longest: Sufficient length of the longer side, in pixels, or 0 to keep all pixels.
 
     Raises:
         CoreError: If the file is missing, not a regular file, not a picture of these kinds,
@@ -418,7 +418,7 @@ def _raw_said(path: Path) -> dict[str, Any]:
 
 
 def _metadata(spec: Any) -> dict[str, Any]:
-    """Return the stored tags, None if missing, and as stored even if the header is damaged."""
+    """Return the tags as stored, even if the header is damaged, with None for missing tags."""
     return {name: stated_value(spec, name) for name in _TAGS}
 
 

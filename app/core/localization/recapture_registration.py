@@ -63,8 +63,8 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
     """Find the rotation between two panoramas.
 
     Args:
-        a, b: (M, 3) float64. Unit vectors to the same objects in the first and the second panorama,
-            many of which may be wrong.
+        a, b: (M, 3) float64. Unit vectors to the same objects in the first and the second panorama.
+            Many of the pairs may be wrong.
     """
     start = _by_trial(a, b)
     if start is None:
@@ -84,7 +84,7 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
 
 
 def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
-    """Return the rotation of an upright camera that fits most pairs, and the number of these."""
+    """Return the rotation of an upright camera that fits most pairs, and how many it fits."""
     count = len(a)
     if count < 8:
         return None
@@ -122,7 +122,7 @@ def fit_rotation(a: Float64, b: Float64) -> Float64:
     """Return the least-squares rotations from b to a (Kabsch 1976).
 
     Args:
-        a, b: (..., M, 3) float64. Directions, of which `a` may be weighted.
+        a, b: (..., M, 3) float64. Directions. Those in `a` may be weighted.
     """
     left, _, right = np.linalg.svd(a.swapaxes(-1, -2) @ b)
     left[..., 2] *= np.linalg.det(left @ right)[..., None]
@@ -148,7 +148,7 @@ def _epipolar(a: Float64, b: Float64, rotation: Float64) -> tuple[Float64, Float
 def _linear(
     a: Float64, b: Float64, rotation: Float64, move: Float64
 ) -> tuple[Float64, Float64, Float64, Float64]:
-    """Return errors, Tukey weights, derivatives by rotation and by move, and the move's axes."""
+    """Return errors, Tukey weights, derivatives for rotation and for move, and the move's axes."""
     rotated = b @ rotation.T
     normals = np.cross(a, rotated)
     error: Float64 = normals @ move
@@ -249,7 +249,7 @@ def features(picture: Bytes) -> PanoramaFeatures:
 
 
 def matched(first: PanoramaFeatures, second: PanoramaFeatures) -> tuple[Float64, Float64]:
-    """Match the features of two panoramas that are each other's best match.
+    """Match features of two panoramas, keeping only pairs that are each other's best match.
 
     Returns:
         Two arrays, (M, 3) float64, of unit vectors to the same objects in the first and the second
@@ -287,7 +287,7 @@ _TILTED_DEG: Final = 1.0
 class Registration:
     """Alignment of a second capture with the first."""
 
-    # clockwise turn (from above) of the second camera against the first, in degrees within
+    # clockwise turn (from above) of the second camera relative to the first, in degrees within
     # (-180, 180]: azimuth a in the second is a + yaw in the first; 0 if not trusted
     yaw_deg: float
     tilt_deg: float  # difference in lean, in degrees

@@ -10,7 +10,7 @@ this. Its unknowns are a rotation, that linear function, and the position in the
 to the sitter, which is known about as well as a detector finds a face. Residuals count across the
 line to the sitter and hardly along it, where the depth of each point may differ from the plane's.
 
-The camera's axes are right, down, front.
+The camera's axes are right, down and forward.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class CameraPose:
     """A camera's rotation.
 
     Attributes:
-        rotation: (3, 3) float64. Rotation from the camera's axes (right, down, front) to the
+        rotation: (3, 3) float64. Rotation from the camera's axes (right, down and forward) to the
             panorama's.
         sitter: (2,) float64. Position of the line to the probe in the picture plane.
         plane: (3,) float64. Enlargement minus 1 in the middle of the picture, and its slopes to the
@@ -91,11 +91,11 @@ class CameraPose:
 
     @property
     def angles_deg(self) -> tuple[float, float, float]:
-        """Heading, pitch up and roll clockwise, in degrees."""
+        """Heading, pitch (positive up) and roll (positive clockwise), in degrees."""
         return sphere.angles_of(self.rotation @ _AXES)
 
     def predict(self, rays: Float64) -> Float64:
-        """Predict the directions of `fit`'s points: unit vectors in camera axes, (N, 3)."""
+        """Predict the directions of `fit`'s points, (N, 3), as unit vectors in camera axes."""
         spread = np.maximum(1.0 + self.plane[0] + rays @ self.plane[1:], 0.3)
         return unit_rays(self.sitter + (rays - self.sitter) * spread[:, None])
 
@@ -272,7 +272,7 @@ def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64,
     more = state.plane[0] + state.plane[1] * x + state.plane[2] * y
     miss = (state.sitter + apart * (1.0 + more)[:, None]).T - np.stack([px, py])
     one, none = np.ones_like(px), np.zeros_like(px)
-    # Derivatives of (px, py) by a small rotation of the camera about its three axes.
+    # Derivatives of (px, py) with respect to a small rotation of the camera about its three axes.
     by_rotation = np.stack([[px * py, -(one + px * px), py], [one + py * py, -px * py, -px]])
     by_plane = -apart.T[:, None] * np.stack([one, x, y])[None]
     by_sitter = np.stack([[more, none], [none, more]])
@@ -324,7 +324,7 @@ def unit_rays(rays: Float64, zoom: Float64 | float = 1.0) -> Float64:
 
 
 def _angle(first: Float64, second: Float64) -> Float64:
-    """Return the angles between unit vectors, in radians, precise for small ones."""
+    """Return the angles between unit vectors, in radians, precise even for small angles."""
     return np.asarray(2.0 * np.arcsin(np.clip(np.linalg.norm(first - second, axis=-1) / 2, 0, 1)))
 
 

@@ -1,4 +1,4 @@
-"""Filters over live pictures: steady numbers, lens, sitter and stationary camera.
+"""Filters over live pictures for numbers, the lens, the sitter and a stationary camera.
 
 A number should not move when nothing moves, and should follow at once when something does. An
 average long enough to remove the jitter of a measurement lags behind a motion; a shorter one
@@ -14,9 +14,9 @@ that once looked like a head is not followed for long.
 
 A camera may also be left behind while the photographer walks. A handheld camera moves: even a
 photographer who stands still sways by tenths of a degree. A laptop on the ground, or a camera on a
-stand, shows the same background to a hundredth of that. If such a camera should turn, and the
-person in its picture walks, comes closer or leaves it, then somebody follows the guidance without
-the camera, and gets a message.
+stand, shows the same background to a hundredth of that. If such a camera is supposed to turn, but
+the person in its picture walks, comes closer or leaves the picture, then somebody is following the
+guidance without the camera, and gets a message.
 
 There is no message while the person only waits in front of a camera on a stand, while the camera is
 handheld, inside the tolerance arc, or in front of a featureless wall, where motion is invisible.
@@ -204,7 +204,7 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
 
 ASKED_DEG: Final = 8.0
-"""Minimum distance to the arc, in degrees, as nobody walks for less."""
+"""Minimum distance to the arc, in degrees. Nobody walks for less."""
 
 STILL_S: Final = 4.0
 """Time for which the camera must have been still, in seconds."""
@@ -266,8 +266,8 @@ def watch(
     Args:
         frame: (H, W, 3) uint8. sRGB.
         now_s: Time of the picture, in seconds.
-        asked_deg: Distance to the tolerance arc, in degrees, in either direction, 0 inside the arc,
-            or None if no turn is wanted.
+        asked_deg: Distance to the tolerance arc in either direction, in degrees. It is 0 inside the
+            arc, and None if no turn is requested.
         heading_deg: Heading of the camera, in degrees, or None if unknown.
         sitter: Person in the picture, or None if there is none.
     """

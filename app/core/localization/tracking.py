@@ -2,8 +2,8 @@
 
 `track` takes a picture and the `Track` of the previous one. While tracking, only the surroundings
 of the last heading are searched; after three pictures without a heading, the whole panorama is. A
-heading that does not follow from the last one must be *seen twice*, unless nothing is known any
-more and the picture leaves no doubt. The results are steadied
+heading that does not follow from the last one must be *seen twice*, unless the picture leaves no
+doubt and nothing contradicts it. The results are steadied
 (`app.core.localization.temporal_filters`), with the background behind the sitter as one value: a
 camera that only pans changes the heading and the sitter's angle in opposite directions, but not the
 turn.
@@ -79,7 +79,7 @@ class TrackMemory:
         steady: Azimuths of the heading and of the background behind the sitter, (2,) in degrees,
             unwrapped, or None if unknown.
         misses: Number of pictures since the last heading.
-        rival: Heading that waits for confirmation, in degrees, with its time in seconds, or None if
+        rival: Heading awaiting confirmation, in degrees, with its time in seconds, or None if
             there is none.
     """
 
@@ -102,8 +102,8 @@ class Track:
             or None unless tracking.
         raw: Result of the last picture, or None before the first.
         sitter: The sitter or another person in the picture, or None if the picture shows nobody.
-        confidence: Probability that the turn is right to 3 degrees, 0 to 1, which is lower if no
-            person is detected for certain, and 0 unless tracking.
+        confidence: Probability that the turn is right to within 3 degrees, 0 to 1. It is lower if
+            no person is detected for certain, and 0 unless tracking.
         fov_deg: The camera's horizontal field of view, in degrees, given or estimated, or None
             while unknown.
         left_behind: Whether the camera was left behind while the photographer walks.
@@ -172,7 +172,7 @@ def track(
             `app.core.localization.heading_conversion.sees_sitter`). A person never counts as
             background.
         asked_deg: Distance to the light, in degrees, as for
-            `app.core.localization.temporal_filters.watch`, or None if no turn is wanted.
+            `app.core.localization.temporal_filters.watch`, or None if no turn is requested.
     """
     memory = state.memory
     lens_deg = memory.width.known_deg if fov_deg is None else fov_deg
@@ -204,7 +204,7 @@ def track(
 
 
 def missed(state: Track, now_s: float) -> Track:
-    """Update the track without a heading."""
+    """Update the track for a picture without a heading."""
     misses = state.memory.misses + 1
     steady = state.memory.steady
     recently = steady is not None and now_s - steady.time_s <= _FORGET_S

@@ -231,7 +231,7 @@ def _strip_places(
 def _texels(
     shape: tuple[int, int], azimuth: Float32, elevation: Float32
 ) -> tuple[Float32, Float32]:
-    """Return panorama positions, of which only the columns may be outside the panorama."""
+    """Return panorama positions. Only their columns may be outside the panorama."""
     height, width = shape
     columns = azimuth * np.float32(width / (2.0 * math.pi)) + np.float32(width / 2.0 - 0.5)
     rows = np.float32(height / 2.0 - 0.5) - elevation * np.float32(height / math.pi)

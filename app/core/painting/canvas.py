@@ -117,7 +117,7 @@ MAX_SIZE: Final = 1024
 """Largest side of a canvas that is read from a file, in canvas pixels."""
 
 IGNORED: Final = 0.5
-"""Fraction of the ignore layer from which a pixel does not count."""
+"""Value of the ignore layer from which a pixel no longer counts."""
 
 
 class Advice(StrEnum):
@@ -209,9 +209,10 @@ def make_canvas(
     """Create a canvas from layers, which are copied and validated.
 
     Args:
-        weights: (S, S) float, in [-1, 1], with slight excess clipped.
+        weights: (S, S) float, in [-1, 1]. A slight excess is clipped.
         ignore: (S, S) float, in [0, 1], clipped likewise. By default nothing is ignored.
-        start_weights, start_ignore: (S, S) float. Layers to restore, by default the same layers.
+        start_weights, start_ignore: (S, S) float. Layers that can be restored. The defaults are
+            `weights` and `ignore`.
 
     Raises:
         StyleError: If the layers are not square, differ in size, or contain NaN.

@@ -41,7 +41,7 @@ class Draft:
 
 
 def draft_version(path: Path) -> str:
-    """Return the version of a draft on disk, or "" if there is none."""
+    """Return the checksum of a draft on disk, or "" if there is none."""
     with contextlib.suppress(OSError), open_file(path) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
     return ""
@@ -105,7 +105,7 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
     Returns:
         path: Path to which the draft will be saved from now on.
         draft: The draft, or None if there is none.
-        notes: Problems of unreadable files.
+        notes: Problems with unreadable files.
     """
     notes: list[str] = []
     stem = f"paint-{key}" if key else "paint"
@@ -121,7 +121,7 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
 
 
 def put_draft_away(folder: Path, key: str, trash: Path) -> None:
-    """Move the draft of a deleted style to the trash, so that a namesake starts clean."""
+    """Move the draft of a deleted style to the trash, so a new style of that name starts clean."""
     path, draft, _ = find_draft(folder, key)
     if draft is not None:
         # A draft that cannot be moved stays where the style will look for it.

@@ -1,8 +1,8 @@
 """Painted styles on a turned head: the paint is on the skin.
 
 The paint describes the light on the skin of the whole face, so the turn of the nose decides whether
-a place can provide that light. The part of the face that a lens sees decides the match from the
-position of the lens.
+a place can provide that light. The match at a position of the lens depends on the part of the face
+that the lens sees.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class PaintedHead:
         return self.views.at(yaw_deg, self.styles)
 
     def weights_in(self, view: HeadView, weights: PaintedWeights) -> PaintedWeights:
-        """Transfer weights to a view, where skin hidden from the front is ignored."""
+        """Transfer weights to a view, ignoring skin that is hidden from the front."""
         nearest, beyond = self._on_front(view)
         ignored = beyond | ~weights.active[nearest]
         return painted(view.transport, weights.values[nearest], ignored)
@@ -114,7 +114,7 @@ def solve_painted(
     limits: Limits = LIMITS,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn and yaw of painted styles, and otherwise do as `solve_user_styles` does.
+    """Find the best turn and yaw of painted styles, and otherwise work like `solve_user_styles`.
 
     Args:
         wish: Permitted positions of the lens. Its background is counted from `front_deg`, as turns

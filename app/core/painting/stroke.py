@@ -62,7 +62,7 @@ class Brush:
 
 
 def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
-    """Return the part of a canvas that a piece of path can touch.
+    """Return the part of a canvas that the brush can touch along a piece of path.
 
     Args:
         start, stop: Ends (x, y), in canvas pixels from the upper left corner.
@@ -81,7 +81,7 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     """Return the profile of the brush along a straight piece of path.
 
     Args:
-        start, stop: Ends (x, y), in canvas pixels from the upper left corner, which may be equal.
+        start, stop: Ends (x, y), in canvas pixels from the upper left corner. They may be equal.
         region: Pixels that the result covers.
 
     Returns:
@@ -151,7 +151,7 @@ class Stroke:
         """Extend the stroke in a straight line.
 
         Args:
-            x, y: New position, in canvas pixels, which may be outside the canvas.
+            x, y: New position, in canvas pixels. It may be outside the canvas.
             pressure: 0 to 1, changing linearly from the previous position to this one.
 
         Returns:

@@ -44,7 +44,7 @@ class TileChange:
 
     @property
     def nbytes(self) -> int:
-        """Memory that the change takes, in bytes."""
+        """Memory used by the change, in bytes."""
         return sum(tile.before.nbytes + tile.after.nbytes for tile in self.tiles)
 
     @property
@@ -79,7 +79,7 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
 def apply(canvas: Canvas, change: TileChange) -> Canvas:
     """Redo a change.
 
-    The canvas is then the same as after the change, to the last bit.
+    The canvas is then the same as after the change, bit for bit.
 
     Raises:
         ValueError: If the canvas is not in the state before the change.
@@ -88,12 +88,12 @@ def apply(canvas: Canvas, change: TileChange) -> Canvas:
 
 
 def revert(canvas: Canvas, change: TileChange) -> Canvas:
-    """Undo a change, as the reverse of `apply` and with the same errors."""
+    """Undo a change. This reverses `apply`, and raises the same errors."""
     return _exchange(canvas, [(tile, tile.after, tile.before) for tile in change.tiles])
 
 
 def cleared(canvas: Canvas) -> tuple[Canvas, TileChange]:
-    """Remove all strokes and return to the canvas's start, as one change."""
+    """Restore the layers that a canvas started from, as one change."""
     after = replace(canvas, weights=canvas.start_weights, ignore=canvas.start_ignore)
     return after, difference(canvas, after)
 

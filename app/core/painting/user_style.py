@@ -96,7 +96,7 @@ def _check_file(path: Path) -> None:
     """Check the file's size and first bytes before any decoder reads it."""
     with os_errors_as(StyleError, tr("{name} cannot be read: {reason}."), name=path.name):
         if not path.is_file():
-            raise StyleError(tr("The weights {name} are missing.", name=path.name))
+            raise StyleError(tr("The weights file {name} is missing.", name=path.name))
         if path.stat().st_size > MAX_BYTES:
             raise StyleError(tr("{name} is too large to contain painted weights.", name=path.name))
         head = read_start(path, len(_EXR))
@@ -228,7 +228,7 @@ def style_text(style: UserStyle) -> str:
 
 
 def write_user_style(folder: Path, style: UserStyle) -> None:
-    """Write a style's two files, with the text last, which makes the style valid."""
+    """Write a style's two files. The text, which makes the style valid, is written last."""
     try:
         make_folder(folder)
         target = layers_path(folder, style.name, checksum(style))
@@ -248,7 +248,7 @@ def not_saved(error: OSError | CoreError) -> StyleError:
         )
     if trouble is DiskTrouble.LOCKED:
         return StyleError(
-            tr("Not saved: the folder of your styles is not writable."),
+            tr("Not saved: Turnlight cannot write to your styles folder."),
             tr("Your strokes are safe. Make the folder writable, then save again."),
         )
     if isinstance(error, CoreError):
@@ -322,8 +322,8 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
     """Return the side from which the light of painted weights comes.
 
     Returns:
-        The sitter's own side on which the centre of max(F, 0) is and, if it is on neither side, the
-        position of the centre, as in style files.
+        The sitter's own side on which the centre of max(F, 0) lies. If it lies on neither side, the
+        position of the centre is also returned, in the words of style files.
     """
     glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
     height, width = glow.shape
@@ -332,7 +332,7 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
     energy = glow * np.cos(elevation)
     energy /= max(float(energy.sum()), 1e-30)
     level = energy * np.cos(elevation)
-    # Azimuth grows clockwise, toward the right of a sitter who faces its 0.
+    # Azimuth grows clockwise, toward the right of a sitter who faces azimuth 0.
     left = -float((level * np.sin(azimuth)).sum())
     front = float((level * np.cos(azimuth)).sum())
     up = float((energy * np.sin(elevation)).sum())
@@ -367,8 +367,8 @@ def results_of_copies(
     """Return the results of unpainted copies, which equal those of the built-in styles.
 
     Returns:
-        Results by the copy's name, without styles that have strokes and copies of styles that have
-        no result.
+        Results by the copy's name. Styles with strokes are left out, and so are copies of styles
+        without a result.
     """
     answers = {one.name: one for one in built_in}
     return {

@@ -287,7 +287,7 @@ def update_user_style(
 
 
 def _other_version(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle | None:
-    """Return another process's version of a style as a new style, or None if nobody changed it."""
+    """Return another process's version of a style as a new style, or None if there is none."""
     try:
         other = read_user_style(text_path(folder, style.name))
     except (StyleError, OSError):
@@ -313,7 +313,7 @@ def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
-    """Copy a style, by default as "… 2", with the same errors as `add`."""
+    """Copy a style, by default as "… 2". Raises the same errors as `add`."""
     return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 

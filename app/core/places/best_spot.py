@@ -13,7 +13,7 @@ def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
     """Rank places by their results for one style.
 
     The better grade comes first, as in the choice of a turn, then the better match. If both are
-    equal to a tenth of a point, the wider arc comes first, which needs less precision, then the
+    equal to a tenth of a point, the wider arc, which needs less precision, comes first, then the
     stronger light. `benchmarks/best-spot.md` states how often the ranking is right.
 
     Returns:

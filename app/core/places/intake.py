@@ -70,7 +70,10 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
     name = _name_of(paths, used)
     if len(panoramas) > 1:
         raise CoreError(
-            tr("These are {number} panoramas, but a place has only one.", number=len(panoramas)),
+            tr(
+                "These are {number} panoramas, but a place can have only one.",
+                number=len(panoramas),
+            ),
             tr("Open them one at a time."),
         )
     if panoramas:
@@ -86,7 +89,7 @@ def _check_count(number: int, way: MeasuringWay) -> None:
         return
     if way.most == 1:
         raise CoreError(
-            tr("These are {number} films, but a place has only one.", number=number),
+            tr("These are {number} films, but a place can have only one.", number=number),
             tr("Choose the one that shows the whole turn."),
         )
     raise CoreError(

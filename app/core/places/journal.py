@@ -85,7 +85,7 @@ class ShotStart:
 
     Attributes:
         previous: URL of the camera's newest file, or "" if there is none.
-        camera_time: Time of the camera's own clock, or "" if not known.
+        camera_time: Time on the camera's clock, or "" if unknown.
     """
 
     previous: str
@@ -128,7 +128,7 @@ class SessionJournal:
 
     @property
     def owes(self) -> bool:
-        """Whether the camera still has changed settings."""
+        """Whether settings must still be restored, or photos deleted, on the camera."""
         pictures = self.picture_to_delete is not None or (self.exposed and bool(self.surplus))
         metering = self.shot_start is not None and self.stage == "metering"
         return bool(self.settings_to_restore) or pictures or metering
@@ -138,8 +138,8 @@ def text_of(journal: SessionJournal) -> str:
     """Format a journal as JSON, the inverse of `journal_of`.
 
     Raises:
-        Unfit: If a value would be rejected on reading, or is a password, so that every written
-            journal can be read again.
+        Unfit: If a value is a password or would be rejected on reading. Every written journal can
+            therefore be read again.
     """
     facts = {"kind": _KIND, "version": VERSION, **plain(journal)}
     facts["warnings"] = facts_of(journal.warnings)

@@ -15,7 +15,7 @@ from app.core.solver.place_light import prepare
 
 
 class NotFinished(PlaceError):
-    """Raised for a place without light that can be completed."""
+    """Raised for a place that has no light yet but can be completed."""
 
     def __init__(self, error: CoreError, unfinished: UnfinishedPlace) -> None:
         super().__init__(error.message, error.hint)

@@ -51,8 +51,8 @@ def open_paths(
     """Open a place, a panorama, a bracket, a video, or a folder with one of these.
 
     Args:
-        unsaved: Function that returns the changes to the place in a folder that are not on disk
-            yet.
+        unsaved: Function that takes the folder of a place, and returns the place with changes that
+            are not on disk yet, or None if there are none.
 
     Raises:
         CoreError: If there is nothing usable, or the files cannot be read or measured.

@@ -176,7 +176,7 @@ class OpenPlace:
     Attributes:
         folder: Folder of the place, or None if the place could not be saved.
         files: Originals that have not been copied into the place's folder yet.
-        trouble: Error because of which the place could not be saved, or None.
+        trouble: Error that prevented the place from being saved, or None.
     """
 
     folder: Path | None

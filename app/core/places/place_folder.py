@@ -122,7 +122,7 @@ class PlaceSummary:
 
 
 def summarise(folder: Path) -> PlaceSummary | None:
-    """Return the summary of a folder, or None if it contains nothing of a place."""
+    """Return the summary of a folder, or None if it contains no part of a place."""
     names = _names(folder)
     file = read_json(folder / PLACE, MOST_BYTES)
     if file.state == "missing" and not any(_is_trace(name) for name in names):
@@ -315,8 +315,8 @@ def write_place(folder: Path, place: Place) -> Path | None:
         there is none.
 
     Raises:
-        PlaceError: If the disk fails, or the record could not be read again. The file is unchanged
-            then.
+        PlaceError: If the disk fails, or the record could not be read again. In that case, the file
+            is unchanged.
     """
     facts = to_json(place)
     bad = unreadable(place)
@@ -405,7 +405,7 @@ def _remarks(folder: Path, file: JsonFile, bad_parts: Sequence[LostPart]) -> lis
 
 
 def change_place(folder: Path, **changes: Any) -> Place:
-    """Change fields of a saved place, whose folder keeps its name."""
+    """Change fields of a saved place without renaming its folder."""
     with _alone_in(folder):
         place = replace(read_place(folder), **changes)
         write_place(folder, place)

@@ -1,7 +1,7 @@
 """Listing, deleting and restoring the places in a folder.
 
 A deleted place is moved as a whole to ``ROOT/.trash``. The trash is in the same folder as the
-places, so that the move is a single rename on any disk, and so that no folder of the user is
+places, so that the move is a single rename on any disk, and so that none of the user's folders is
 mistaken for the trash. Only `empty_trash` removes anything from the trash, since it contains
 originals.
 
@@ -150,7 +150,7 @@ def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
     listed, and are deleted by the next call.
 
     Raises:
-        PlaceError: If some places cannot be deleted, after all others have been.
+        PlaceError: If some places cannot be deleted. All others have been deleted by then.
     """
     trash, count = root / TRASH, 0
     entries = [path for _, path in sorted(_entries(root))]

@@ -67,8 +67,8 @@ def location_of(probe: Measurement) -> Location:
     """Estimate from the light whether a place is indoors, and the sun's direction.
 
     Returns:
-        The location: indoors or outdoors by the mean luminance if that is known absolutely, and the
-        sun if it was recognised.
+        The location. Its kind follows from the mean luminance if that is known in cd/m2, and the
+        sun is included if it was recognised.
     """
     if not probe.bracket.panorama:
         return Location()
@@ -119,7 +119,7 @@ def merged_light(probe: Measurement, name: str) -> PlaceLight:
     """Prepare measured light for pictures and search.
 
     Raises:
-        EnvironmentFileError: If the picture is not a panorama, or entirely black.
+        EnvironmentFileError: If the picture is not a panorama, or is entirely black.
     """
     return _in_stored_precision(probe.environment(name))
 
@@ -183,7 +183,7 @@ class MeasuredLight:
     """The light of a place, with facts about it.
 
     Attributes:
-        film: Result of a video of the sitter, or None if the light was not measured by one.
+        film: Result of a video of the sitter, or None if the light was not measured from a video.
     """
 
     light: PlaceLight

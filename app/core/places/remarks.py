@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class LostPart:
-    """An entry of a place that could not be read, with counts of lost and all items of a list."""
+    """An unreadable entry of a place. For a list, `count` of its `total` items were lost."""
 
     name: str
     count: int = 0
@@ -33,7 +33,7 @@ class LightFoundAgain(Remark):
 
 @dataclass(frozen=True, slots=True)
 class JudgedAnew(Remark):
-    """The results follow an earlier rule; they are recomputed, and the earlier ones kept."""
+    """The results follow an earlier rule. They are recomputed, and the earlier ones are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +62,14 @@ class FromNewer(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CopyKept(Remark):
-    """Name of the copy of a damaged file."""
+    """A damaged file was copied. `name` is the name of the copy."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class CopyFailed(Remark):
-    """A damaged file that could not be copied, and is still there."""
+    """A damaged file that could not be copied, and is still in place."""
 
     name: str
 
@@ -96,7 +96,7 @@ class LightMissing(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PhotosLost(Remark):
-    """Photos taken at a place whose data could not be read: `count` of them, or 0 if unknown."""
+    """Photos whose data could not be read. `count` is their number, or 0 if it is unknown."""
 
     count: int
     folder: Path

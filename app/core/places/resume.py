@@ -30,7 +30,7 @@ class UnfinishedPlace:
 
     Attributes:
         session: Folder of the place's capture, or None if the photos were opened from files.
-        here, total: Number of frames on disk, and number of all frames.
+        here, total: Number of frames on disk, and total number of frames.
     """
 
     folder: Path
@@ -58,7 +58,7 @@ def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
 
 
 def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
-    """Return the parts of an unfinished place, or None if it has light."""
+    """Describe an unfinished place, or return None if it has light."""
     if summary.has_light or summary.state == "newer":
         return None
     empty = UnfinishedPlace(summary.folder, None, summary.name, summary.made_at)

@@ -1,4 +1,4 @@
-"""Saving a place: in its folder, in a new one, or in its own folder again."""
+"""Save a place in its own folder, in a new one, or in its own folder recreated from memory."""
 
 from __future__ import annotations
 

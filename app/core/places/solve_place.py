@@ -71,7 +71,7 @@ def solve_styles(
         head: Head for searching painted styles, or None if no style has strokes.
 
     Raises:
-        EnvironmentFileError: If the environment is black, not finite or has another size.
+        EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
     """
     where: dict[str, Any] = {"front_deg": front_deg}
     built_in = solve_lens(pack, views, light, wish, objective, **where)

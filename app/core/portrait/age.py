@@ -1,10 +1,10 @@
 """Age of measured light, and whether it is still valid.
 
-The sun moves across the sky along a circle of declination, by 15 cos(declination) degrees of arc an
-hour. The declination follows from the date (Spencer, "Fourier series representation of the position
-of the sun", Search 2(5), 1971, 172), so the sun's motion is known without the position on earth. If
-its elevation was measured, the largest change of its azimuth, which is what turns depend on, is
-limited as well: a high sun changes azimuth quickly.
+The sun moves across the sky along a circle of declination, by 15 cos(declination) degrees of arc
+per hour. The declination follows from the date (Spencer, "Fourier series representation of the
+position of the sun", Search 2(5), 1971, 172), so the sun's motion is known without the position on
+earth. If its elevation was measured, the change of its azimuth, on which turns depend, has a known
+limit as well: a high sun changes azimuth quickly.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class Age:
     """The age of a light.
 
     Attributes:
-        minutes: Age in minutes, negative if the light was measured ahead of this clock, or None if
-            the time is unknown.
+        minutes: Age in minutes, negative if the measurement's time is ahead of this clock, or None
+            if the time is unknown.
         sun_deg: Motion of the sun, in degrees of arc, or None if there is no sun or hours have
             passed.
         sun_aside_deg: Largest possible change of the sun's azimuth, in degrees, or None in the same
@@ -74,7 +74,7 @@ def light_age(
     The state is unknown if the light was measured more than two minutes in the future.
 
     Args:
-        sun_elevation_deg: Elevation of the measured sun, in degrees, which limits the change of the
+        sun_elevation_deg: Elevation of the sun as measured, in degrees. It limits the change of the
             sun's azimuth.
     """
     try:
@@ -94,7 +94,7 @@ def light_age(
 
 
 def declination_deg(when: datetime) -> float:
-    """Return the sun's declination at a date (Spencer 1971), within 0.05 deg except leap days."""
+    """Return the sun's declination on a date (Spencer 1971), to 0.05 deg except on leap days."""
     day = when.timetuple().tm_yday - 1 + (when.hour + when.minute / 60.0) / 24.0
     angle = 2.0 * math.pi * day / 365.0
     return math.degrees(
@@ -116,7 +116,7 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
         declination: Declination of the sun, in degrees.
 
     Returns:
-        Degrees of arc on the sky, 15 cos(declination) an hour for short times.
+        Degrees of arc on the sky, 15 cos(declination) per hour for short times.
 
     Examples:
         >>> round(sun_moved_deg(25.0, 0.0), 6), round(sun_moved_deg(720.0, 0.0))

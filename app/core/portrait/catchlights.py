@@ -40,7 +40,7 @@ class Catchlight:
         clock: Position in the picture as on a clock, in hours from 0 to 12.
         share: Area of the reflection divided by that of the iris.
         what: Source, as in the list of the place's lamps.
-        letter: Letter of the lamp in that list, or "" if the reflection is of none of them.
+        letter: Letter of the lamp in that list, or "" if the spot reflects none of them.
     """
 
     eye: str

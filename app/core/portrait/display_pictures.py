@@ -28,7 +28,7 @@ def greyed(display: FloatImage) -> FloatImage:
         display: (H, W, 3) float32. sRGB in 0..1 on the background grey.
 
     Returns:
-        (H, W, 3) float32. sRGB in 0..1, in which the background grey stays as it is.
+        (H, W, 3) float32. sRGB in 0..1. The background grey is unchanged.
     """
     grey = colour.luminance(display)[..., np.newaxis]
     well = np.float32(WELL[0] / 255.0)
@@ -41,7 +41,7 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
     """Render a panorama with an azimuth in the centre column.
 
     Args:
-        environment: Light of the place. Only for this picture, repaired texels are filled from
+        environment: Light of the place. For this picture only, repaired texels are filled from
             their neighbours, since a black ring around every lamp would be distracting.
         turn_deg: Azimuth in the centre, in degrees.
         size: Rows and columns of the result.
@@ -82,10 +82,10 @@ def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
 
 
 def mitchell(away: Float64) -> Float64:
-    """Return the weights of the Mitchell-Netravali filter up to two pixels away; four sum to 1.
+    """Return the weights of the Mitchell-Netravali filter at distances in pixels.
 
-    The filter is smooth, with hardly any fringe, while OpenCV's cubic filter draws a dark line
-    around every bright head.
+    The filter reaches two pixels, and the four weights around any position sum to 1. It is smooth,
+    with hardly any fringe, while OpenCV's cubic filter draws a dark line around every bright head.
     """
     near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
     far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0

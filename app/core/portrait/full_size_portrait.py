@@ -155,7 +155,7 @@ def _to_picture(head: PortraitHead, samples: Float32) -> Float32:
 
 
 def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float32) -> None:
-    """Blend hair and cloth, in lights of (G, 6), over the picture."""
+    """Blend hair and cloth over the picture, lit by `lights`, (G, 6) each."""
     sides = len(head.halves)
     # The lamps' part is clipped at zero separately: the few functions do not contain all of it, and
     # the missing part must not remove the sky's colour. Matrix products, channel by channel, are
@@ -198,7 +198,7 @@ def _places(
 
 
 def _fluxes(light: PortraitLight) -> Float32:
-    """Return the light that each of `_places` adds to both halves, (n, 6)."""
+    """Return the light that each lamp of `_places` adds to both halves, (n, 6)."""
     flux = np.array([lamp.flux for lamp in light.lamps[:SHARP]], np.float32)
     both = np.eye(_SIDES, dtype=np.float32)[..., None] * flux.reshape(-1, 1, 1, 3)
     return np.asarray(both.reshape(-1, 6))

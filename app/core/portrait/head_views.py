@@ -162,7 +162,7 @@ def pack_view(
     rounded as cosines, which takes half the space of pixels for the same error.
 
     Args:
-        grey: (P, R) float32. Luminance of each pixel by the functions of texels.
+        grey: (P, R) float32. Luminance of each pixel for each function of texels.
         tints: (2, P, K) float32. Red and blue minus that luminance, by the first of these
             functions.
         pixels: (P,) int32. Flat pixel numbers.

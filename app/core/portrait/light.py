@@ -22,7 +22,7 @@ from app.core.measure.finish.lamp_detection import components
 from app.core.styles.style import StyleLamp
 
 ROWS: Final = 24
-"""Rows of the soft light's grid, whose columns become fewer toward the poles."""
+"""Rows of the soft light's grid, which has fewer columns toward the poles."""
 COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
@@ -72,8 +72,8 @@ class PortraitLight:
             cumulative along the azimuth, per steradian.
         lamps: The lamps, brightest first.
         sheen: (h, w + 2, 6) float32. The light without the first `GLINTS` lamps, blurred by skin,
-            at grazing angles and from straight above, padded with a column of the opposite end on
-            each side.
+            at grazing angles and from straight above, padded on each side with a column from the
+            opposite end.
         panorama: (h, w + 2, 3) float32. The light for reflections in the eyes, including lamps, and
             padded in the same way.
     """

@@ -62,7 +62,7 @@ def load_portrait(
             with either sign.
 
     Returns:
-        The head and its skin, or None if no portrait of this head and skin ships.
+        The head and its skin, or None if no portrait of this head and skin is shipped.
 
     Raises:
         TransportError: If a file is damaged, made by a newer version, or not a portrait file.

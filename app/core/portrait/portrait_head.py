@@ -4,7 +4,8 @@ Heads are symmetric, so all data are for the left half of the picture. *Nodes* a
 and eyes where light is computed; *samples* are points in the picture that are shaded from the three
 nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
 
-From the side, the head is the same but the picture is whole, so its nodes are those of both halves.
+From the side, the head is the same but its picture is not symmetric, so its nodes are those of both
+halves.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from app.core.portrait.light import ROWS, Lamp, grid
 
 SKY: Final = (32, 64)
 ROOM: Final = 1.06
-"""Height of the portrait over that of the transport's picture, as hair rises above the crown."""
+"""Height of the portrait relative to the transport's picture, as hair rises above the crown."""
 CLOSE_ROWS, CLOSE_COLUMNS = 0.85, 0.72
 """Part of a picture, from the top and around its middle, that contains the head alone."""
 SPREAD: Final = 12.0
@@ -54,7 +55,7 @@ class Hair:
     glass_gain: Float32 = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
 
     def halved(self, half: int) -> Hair:
-        """Average two by two pixels, where `half` is the number of columns of the left half."""
+        """Average blocks of two by two pixels. `half` is the number of columns of the left half."""
         row, column = np.divmod(self.pixel, half)
         pixel, place = np.unique(row // 2 * (half // 2) + column // 2, return_inverse=True)
 
@@ -68,7 +69,7 @@ class Hair:
         return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
 
     def within(self, mask: Bools) -> Hair:
-        """Return the part of the hair in some pixels of the left half."""
+        """Return the part of the hair in the given pixels of the left half."""
         some = mask.flat[self.pixel]
         parts = {name: getattr(self, name)[some] for name in ("pixel", "cover", "colour", "basis")}
         return replace(self, **parts)
@@ -80,9 +81,9 @@ class SkinNodes:
 
     Attributes:
         normals: (N, 3) float32. Normals of the surface.
-        horizon: (32, 64, N) int8. Distance of a direction (texel of a panorama at turn 0) inside
-            the sky that a node sees, negative if the direction is hidden by the head. A texel's
-            width is `SPREAD`.
+        horizon: (32, 64, N) int8. Distance of a direction (texel of a panorama at turn 0) from the
+            edge of the sky that a node sees, negative if the direction is hidden by the head. A
+            texel's width is `SPREAD`.
         eye: (N,) bool. Nodes on the eyes.
         profile: (3,) float32. Light enters skin by profile . (mu, mu^2, mu^3), per steradian.
         patches: (N, 2) intp. Small and large patch of each node.
@@ -142,7 +143,7 @@ class SkinNodes:
 
     @cached_property
     def patch_shares(self) -> tuple[tuple[Indices, Indices, Float32], ...]:
-        """For small and large patches: nodes by patch, first of each, and one over their number."""
+        """For small and large patches: nodes by patch, first of each, and 1 over their number."""
         out = []
         for label in self.patches.T:
             order = np.argsort(label, kind="stable")
@@ -182,7 +183,7 @@ class SeenNodes:
         return np.asarray((self.normals * self.view).sum(axis=1))
 
     def only(self, some: Indices) -> SeenNodes:
-        """Return some of the nodes."""
+        """Return a subset of the nodes."""
         return SeenNodes(*(getattr(self, one.name)[some] for one in fields(self)))
 
 
@@ -261,7 +262,7 @@ class PortraitHead:
         )
 
     def plain(self) -> PortraitHead:
-        """Return the head bald, in one colour, without pores."""
+        """Return the head without hair or pores, in one colour."""
         return replace(self, albedo=np.ones_like(self.albedo), detail=np.ones_like(self.detail))
 
     @property
@@ -280,7 +281,7 @@ class PortraitHead:
 
     @cached_property
     def close(self) -> PortraitHead:
-        """`halved`, for many thumbnails, without neck and shoulders, which stay black."""
+        """The head as in `halved`, for thumbnails, without neck and shoulders, which stay black."""
         head, (rows, half) = self.halved, self.halved.inside.shape
         mask = np.zeros((rows, half), bool)
         beside = round((1 - CLOSE_COLUMNS) * half / (3 - len(self.halves)))

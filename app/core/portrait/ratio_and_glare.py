@@ -21,15 +21,15 @@ illuminance at the eye without lamps. L_v / L_b does not depend on the exposure,
 for every environment.
 
 Lamps are sources fifty times as bright as the background: bare sources, not windows or sky (studies
-of offices count from five times on, Wienold and Christoffersen 2006, but sitters tolerate a
+of offices count sources from five times on, Wienold and Christoffersen 2006, but sitters tolerate a
 window). Beyond about fifty degrees from the gaze the brow hides a lamp (Guth's field of view ends
 at 53 degrees up).
 
-**The flow of light**: the light vector of a place points to where most of its light comes from; its
-length divided by the mean spherical (scalar) illuminance is the directionality of the light, from 0
-for even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and Cuttle, "The flow of
-light into buildings", Transactions of the IES 31, 1966, 65-91; terms after Cuttle, *Lighting by
-Design*, 2003, table 2.4).
+**The flow of light**: the light vector of a place points in the direction from which most of its
+light comes; its length divided by the mean spherical (scalar) illuminance is the directionality of
+the light, from 0 for even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and
+Cuttle, "The flow of light into buildings", Transactions of the IES 31, 1966, 65-91; terms after
+Cuttle, *Lighting by Design*, 2003, table 2.4).
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def lighting_ratio(
             one head.
 
     Raises:
-        ValueError: If the picture does not have the transport's pixels, or is not finite.
+        ValueError: If the picture does not match the transport's pixels, or is not finite.
     """
     values = np.asarray(picture, np.float64)
     if values.shape[:1] != transport.pixels.shape or values.ndim > 2:
@@ -255,7 +255,7 @@ _ROUNDS: Final = 3
 _WIDEST_DEG: Final = 50.0
 _STRONG_DEG: Final = 40.0
 _NEAREST_DEG: Final = 1.0  # the formula diverges at 0
-_LOWEST_DEG: Final = -3.0  # light below the horizon is a reflection, and eyes are lowered from it
+_LOWEST_DEG: Final = -3.0  # light below the horizon is a reflection, and eyes turn away from it
 _ONE_LAMP_DEG: Final = 6.0
 _SAME_SUN_DEG: Final = 6.0
 
@@ -336,7 +336,7 @@ def glare(
 
 
 def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]) -> Bools:
-    """Mark texels of lamps: 50 times as bright as everything without lamps."""
+    """Mark the texels of lamps, which are 50 times as bright as the light without lamps."""
     front = cosine > 0
     total, weight = float(onto_eye.sum()), math.pi
     bare = np.zeros(shape, bool)

@@ -1,7 +1,7 @@
 """Portraits of turned heads.
 
-The light on the skin does not depend on the camera: nodes are those of the head, and more that only
-views from the side show. Their positions in a picture, their reflections and the skin's light
+The light on the skin does not depend on the camera: the nodes are those of the head, plus some that
+only views from the side show. Their positions in a picture, their reflections and the skin's light
 toward the camera are computed here; a file stores the nodes around each sample, and its colour.
 """
 
@@ -52,7 +52,7 @@ _MIRROR: Final = np.array([-1, 1, 1], np.float32)
 def with_aside(
     front: PortraitHead, tone: PortraitSkin, arrays: Arrays, more: PortraitSkin
 ) -> tuple[SkinNodes, PortraitSkin, Float32]:
-    """Return a head's nodes: those of the front, those that only views show, and hidden ones.
+    """Return a head's nodes: those of the front, those that only side views show, and hidden ones.
 
     Args:
         arrays: Arrays of the files. "shade" is the sky hidden from nodes, relative to the front's

@@ -3,7 +3,7 @@
 A preset lamp is near the head. T describes how the skin behind each pixel responds to light from
 every direction. Light from a near lamp reaches each point of the head from a different direction,
 and becomes weaker with distance. For a pixel that shows point x, a piece dA of the lamp at q with
-luminance L gives
+luminance L contributes
 
     T(x, direction to q) / sr * L * cos(at the lamp) dA / |q - x|^2.
 
@@ -133,7 +133,7 @@ def near_luminances(
 
 
 def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
-    """Return the part of the place that a lamp hides, seen from the middle of the head.
+    """Return the part of the place that a lamp hides, as seen from the middle of the head.
 
     Args:
         shape: Rows and columns (H, W) of the environment, W = 64.
@@ -334,7 +334,7 @@ def from_numbers(
     near: NearField | None = None,
     face: FaceBasis,
 ) -> AddedLight:
-    """Prepare a preset lamp, with the near field of its distance.
+    """Prepare a preset lamp, with the near field at its distance.
 
     Raises:
         CoreError: If the head uses environments of another size.

@@ -1,6 +1,6 @@
 """The part of a place that a lamp hides, and the contrast of a face under both.
 
-The contrast is the denominator of match. The picture is linear in its three parts: the place's
+The contrast is the denominator of the match. The picture is linear in its three parts: the place's
 light, minus the part that the lamp hides, plus the lamp's own light. In an orthonormal basis of the
 head's possible pictures, each part has a hundred-odd coordinates, and the squared norm of the sum
 is that of the coordinates. All parts use the same basis, so that a hidden sun cancels exactly,
@@ -99,8 +99,8 @@ def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDA
             values.
 
     Returns:
-        One table per altitude for `correlate`, (F, M, 64) in the type of `linear`, one at a time,
-        since all together are large.
+        One table per altitude for `correlate`, (F, M, 64) in the type of `linear`. The tables are
+        yielded one at a time, since together they are large.
     """
     for own, share in zip(hidden.own, hidden.shares, strict=True):
         table = linear[:, own]
@@ -225,7 +225,7 @@ def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
         region: (P,). Weight of each pixel (see `app.core.solver.face`).
 
     Raises:
-        CoreError: If the transport uses other environments.
+        CoreError: If the transport was baked for environments of another size.
     """
     if transport.environment_shape != SHAPE:
         raise CoreError(

@@ -1,8 +1,8 @@
 """A lamp combined with a lens position beside the nose.
 
-The best placement of a lamp depends on the face alone, since the turn and placement of eq. 7 are
-counted from the nose, and so does the grade. Of all lens positions, the one with the best match of
-the combined picture of place and lamp is chosen.
+The best placement of a lamp and the grade depend on the face alone, since the turn and placement of
+eq. 7 are counted from the nose. Of all lens positions, the one with the best match of the combined
+picture of place and lamp is chosen.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ def seen_aside(
     lamp: NumbersLamp | None,
     wish: LensWish,
 ) -> tuple[LampPlacement, ...]:
-    """Choose the permitted lens position with the best match, in half a second for each view.
+    """Choose the permitted lens position with the best match. Each view takes half a second.
 
     Args:
-        placements: Results of `place_all` with the nose to the lens.
+        placements: Results of `place_all` with the nose toward the lens.
         radiance: As in `place_all`.
         lamp: The lamp if it is described by numbers, and therefore near, or None.
         wish: Permitted positions of the lens. Its background is counted from the same azimuth as

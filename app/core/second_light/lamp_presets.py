@@ -17,7 +17,7 @@ from app.core.base.errors import CoreError
 from app.core.text import tr
 
 FULL: Final = (1.0,)
-"""Powers of a lamp that cannot be dimmed, or was captured."""
+"""Powers of a lamp that cannot be dimmed, or that was captured."""
 
 # Brightest and dimmest setting in stops from the power in `numbers`: screens and panels go down to
 # less than a hundredth, a torch has a few steps; a flash is specified at 1/16 and goes from 1/1 to
@@ -143,7 +143,7 @@ class NumbersLamp:
             )
         if not 0.0 < self.lux_at_1m <= 1e6 or not math.isfinite(self.lux_at_1m):
             raise CoreError(
-                tr("{lux:g} lux at 1 m is not possible for a lamp.", lux=self.lux_at_1m),
+                tr("No lamp gives {lux:g} lux at 1 m.", lux=self.lux_at_1m),
                 tr("Look up the value in the lamp’s manual, or measure it with a light meter."),
             )
         if not all(0.001 <= side <= 3.0 for side in self.size_m):

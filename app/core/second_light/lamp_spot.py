@@ -27,7 +27,7 @@ class LampSpot:
 
 
 def best_spot(objective: Float64, eligible: Bools | None = None) -> LampSpot:
-    """Return the spot of the largest value.
+    """Return the spot with the largest value.
 
     Values within a millionth of the largest are equal. Of equal values, the smaller turn is chosen,
     clockwise first; then the smaller azimuth of the lamp, toward the sitter's left first; then the
@@ -69,7 +69,7 @@ def refine(
     Args:
         objective: (64, 576) or (1, 576) float64, per turn and placement. A single turn is not
             refined.
-        gate: Values of the same shape that, interpolated alike, must stay at 0 or above.
+        gate: Values of the same shape that, interpolated in the same way, must stay at 0 or above.
 
     Returns:
         The distances from the spot in turn, azimuth and altitude, each at most half a step of the

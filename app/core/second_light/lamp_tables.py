@@ -85,8 +85,8 @@ class SearchPlace:
     light: Floats = field(repr=False)
     scale: float
     parts: Float64 = field(repr=False)  # (2, 32, 64), the light in two parts
-    # (L, 64), all values without the lamp, at all turns, or only the targets' values if made for
-    # them
+    # (L, 64), all values without the lamp, at all turns, or only the targets' values if no others
+    # are needed
     curves: Float64 = field(repr=False)
 
 
@@ -94,7 +94,7 @@ def lamp_tables(pack: StylePack, transport: Transport, lamp_light: AddedLight) -
     """Prepare a lamp for the styles of a head.
 
     Raises:
-        TransportError: If the head was baked for another size of environments.
+        TransportError: If the head was baked for environments of another size.
     """
     linear = _full(pack)
     if lamp_light.light is not None:

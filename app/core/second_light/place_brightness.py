@@ -5,8 +5,8 @@ known in cd/m2. An environment merged from exposures records it; for any other e
 has to enter the illuminance at the face.
 
 The light of a lamp and of a place can be added if both are known in cd/m2, from the exposures
-recorded in their frames. ISO, aperture and shutter of one camera give it to within a few percent
-from capture to capture, and those of two cameras only to about half a stop.
+recorded in their frames. For one camera, ISO, aperture and shutter give the scale to within a few
+percent from capture to capture; for two cameras, only to about half a stop.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _MOST_LAMP_LUX: Final = 1e7
 
 
 class Unknown(Enum):
-    """The brightness, of lamp or place, that is not known in cd/m2."""
+    """The brightness that is not known in cd/m2: that of the lamp or that of the place."""
 
     LAMP = auto()
     PLACE = auto()
@@ -49,7 +49,7 @@ class Comparison:
     Attributes:
         unknown: The unknown brightness, or None if both are known.
         title: Title of the lamp.
-        cameras: Cameras of the lamp and of the place, or None if they do not differ.
+        cameras: Cameras of the lamp and of the place, or None if they are the same.
     """
 
     unknown: Unknown | None = None
@@ -100,7 +100,7 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     """
     if not (math.isfinite(lux) and 0.0 < lux <= _MOST_LAMP_LUX):
         raise CoreError(
-            tr("{lux:g} lux is not possible for a lamp.", lux=lux),
+            tr("No lamp gives {lux:g} lux.", lux=lux),
             tr("Enter the reading of your light meter."),
         )
     unit = replace(lamp, white_cd_m2=1.0)
@@ -142,7 +142,7 @@ def check_lux(lux: float) -> float:
     """Return an illuminance at the face, in lux, if it is plausible.
 
     Raises:
-        CoreError: Otherwise.
+        CoreError: If it is not.
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(

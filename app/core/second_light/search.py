@@ -1,4 +1,4 @@
-"""Search the turn and the lamp placement: eq. 7 of the paper, exactly, for both objectives.
+"""Search for the best turn and lamp placement by eq. 7 of the paper, for both objectives.
 
 All 64 turns times 576 placements are evaluated for every style. As without a lamp, the decision
 does not depend on the exposure: the place's light is divided by its mean luminance, and the lamp by
@@ -112,14 +112,14 @@ def place_all(
     Args:
         radiance: (32, 64, 3) float. Environment at turn 0, linear Rec. 709, in the unit of the
             lamp: cd/m2.
-        is_open: (576,) bool. Placements within reach, by default all.
+        is_open: (576,) bool. Placements within reach. The default is all.
         powers: Possible powers of the lamp, as fractions of its full power (see `dimming`). The
             picture objective uses the power with the best match, or the first of equals. The
             paper's objective always gains from more light, so it uses the first power.
         front_deg: Azimuth of the photographer at turn 0, in degrees, from which turns are counted.
 
     Raises:
-        EnvironmentFileError: If the environment is black, not finite or has another size.
+        EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
         StyleError: If a style is unknown.
         CoreError: If no placement is allowed.
     """
@@ -169,8 +169,8 @@ def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
     spot, style = best.spot, tables.pack.styles[best.row]
     quality, picture = _measure(tables, place, best)
     if ask.objective == "paper":
-        # Use the searched value to the last bit, since the hidden part of the sun is rounded the
-        # same way.
+        # Use exactly the value from the search, so that the hidden part of the sun is rounded in
+        # the same way.
         quality = float(best.values[spot.number])
     match, strength = float(picture.match[best.row]), float(picture.strength[best.row])
     verdict = judge(tables.pack, best.row, picture, limits)
@@ -243,7 +243,7 @@ def _light_shortfall(
     limits: Limits,
     most: float,
 ) -> LightShortfall | None:
-    """Find the reason that keeps the style out of reach with the lamp.
+    """Find the reason why the style is out of reach even with the lamp.
 
     Args:
         most: Largest power of the lamp.

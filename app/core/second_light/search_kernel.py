@@ -176,7 +176,7 @@ def _choose(
     yes, nearly = signature.slack(sight.stops, match.reshape(1, -1))
     quality = product if signature.styles[0].relations else sight.value(row)
     at = quality.ravel(), match.ravel(), strength.ravel()
-    # `refine` works on match itself.
+    # `refine` works on the match itself.
     measured = StyleMeasures(*at, yes[0], nearly[0], np.ones(match.size))
     choice = choose(measured, "picture", limits, open_.ravel())
     gate = None if choice.guard is None else choice.gate.reshape(match.shape)

@@ -74,7 +74,7 @@ AREAS: Final = (
     *(f"{side} {name}" for name in (*_SIDED, *_EDGES) for side in ("left", "right")),
     *(*_MIDDLE, *_CROWN, "background", "surroundings"),
 )
-"""Names of all areas, in the order of packs, where left is the sitter's left."""
+"""Names of all areas, in the order used in packs. Left is the sitter's left."""
 
 AROUND: Final = slice(-2, None)
 """The last areas, which belong to the place around the head and not to the head."""
@@ -102,7 +102,7 @@ def find_face(transport: Transport, shape: HeadShape) -> FaceRegion:
     """Find the face region and areas of a head from its mesh.
 
     Raises:
-        TransportError: If the head has no face that looks to the front.
+        TransportError: If no face on the head looks to the front.
     """
     across, down = _places(shape)
     whole = transport.face.astype(np.float64)
@@ -151,11 +151,11 @@ def _region(across: Float64, down: Float64, whole: Float64) -> Float64:
 
 
 def maps_around(shape: tuple[int, int]) -> Float64:
-    """Return maps of the mean radiance behind the sitter, and around the head, like those of areas.
+    """Return maps, like those of areas, of the mean radiance behind the sitter and around the head.
 
     Returns:
-        (2, H, W) float64. The maps, in panorama coordinates at turn 0, each of which sums to 1.
-        They fall off smoothly from straight behind.
+        (2, H, W) float64. The maps, in panorama coordinates at turn 0. Each map sums to 1. They
+        fall off smoothly from straight behind.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -234,7 +234,7 @@ def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float6
 
 
 def _away(across: Float64, down: Float64, oval: _Oval) -> Float64:
-    """Return the distance from the middle of an oval, (P,), which is 1 at its outline."""
+    """Return the distance from the middle of an oval, (P,), scaled to 1 at its outline."""
     distance = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
     return np.asarray(distance, np.float64)
 

@@ -1,6 +1,6 @@
 """The shape of a head: the position of each pixel's skin, outlines, and distances to the skin.
 
-A transport knows only directions. Anything near the head, above all a second light, needs the
+A transport contains only directions. Anything near the head, above all a second light, needs the
 positions on the head behind the pixels. Frame: +Y up, +Z out of the face, +X the sitter's left;
 metres from the middle of the head, which is midway between the ears, at the probe's position.
 """
@@ -56,8 +56,8 @@ class HeadShape:
         """Return the distance from a point to the skin, in metres.
 
         Args:
-            place: (3,) float. Position in metres from the middle of the head, which may be inside
-                the head.
+            place: (3,) float. Position, in metres from the middle of the head. It may be inside the
+                head.
         """
         away = self.skin - np.asarray(place, np.float32)
         return float(np.sqrt(np.square(away).sum(axis=1).min()))

@@ -1,4 +1,4 @@
-"""Directions from which a place is lit, and the faults of light that put a style out of reach."""
+"""Directions from which a place is lit, and faults in the light that put styles out of reach."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def light_shortfall(
     light: LightMap,
     turn_deg: float,
 ) -> LightShortfall | None:
-    """Return the fault of the light that puts a style out of reach, or None if within reach.
+    """Return the fault in the light that puts a style out of reach, or None if there is none.
 
     Args:
         style: The style, or None for painted weights, which have no lamps.

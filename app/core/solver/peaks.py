@@ -30,7 +30,7 @@ ARC_SHARE: Final = 0.03
 MARGIN: Final = 1 / 3
 """Minimum distance of the offered turn from the arc's ends, as a fraction of its width.
 
-It does not apply to ends at which a grade ends.
+It does not apply to an end at which the grade changes.
 """
 
 _FINE = 16  # points per grid step for curves between the turns
@@ -220,7 +220,7 @@ def find_peak(
         contrast: (64,) float64. Divisor of the objective if the objective is a match. Light on a
             face changes smoothly with the turn, while a match may rise and fall within a step.
         price: Permitted loss for a turn nearer to the middle of the arc, in the objective's unit.
-        is_open: (64,) bool. Turns that may be offered, by default all.
+        is_open: (64,) bool. Turns that may be offered. The default is all.
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):

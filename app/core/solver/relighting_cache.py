@@ -31,7 +31,7 @@ class LightTable:
             over the face at each turn, then the squares of these. Independent of exposure.
         brightness: (64,) float64. Mean over the face at each turn.
         pictures: (64, N, N, 3) float32. Linear Rec. 709 pictures at the 64 turns, in the unit of
-            the environment and black around the head, or None if made without pictures.
+            the environment and black around the head, or None if the table has no pictures.
     """
 
     transport: Transport = field(repr=False)
@@ -50,7 +50,7 @@ class PaintedCurves:
         quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
             minus its mean, at turn 5.625 k degrees, over the pixels that count.
         norm: Norm of the weights.
-        studio: Quality divided by mean under the environment max(F, 0), or 0 if that is black.
+        studio: Quality divided by the mean under the environment max(F, 0), or 0 if that is black.
     """
 
     quality: Float64
@@ -84,7 +84,7 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
         (H, W, 3) or (H, W) float64. The environment with mean luminance 1.
 
     Raises:
-        EnvironmentFileError: If the environment is black, not finite or has another size.
+        EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
     """
     if light.shape not in (shape, (*shape, 3)):
         raise EnvironmentFileError(
@@ -120,8 +120,8 @@ def light_table(
         grey: Whether only the pictures have colours, as in the paper.
 
     Raises:
-        EnvironmentFileError: If the environment is black, not finite or has another size, or
-            pictures are requested for an environment without colours.
+        EnvironmentFileError: If the environment is black, is not finite, or has the wrong size, or
+            if pictures are requested for an environment without colours.
     """
     shape = transport.environment_shape
     values, scale = normalised(light, shape)
@@ -234,7 +234,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
 def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
     """Return the texel basis times the light at all turns, (R, 64), by azimuth frequency.
 
-    `basis` is the conjugate spectrum, (M, R, H). Turns by part of a texel are band-limited.
+    `basis` is the conjugate spectrum, (M, R, H). Turns by a fraction of a texel are band-limited.
     """
     width = light.shape[1]
     spectrum = np.fft.rfft(light, axis=1).T[:, :, None]

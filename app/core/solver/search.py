@@ -69,7 +69,8 @@ def find_colours(transport: Transport) -> SearchColours:
     """Split a head's luminance into two parts.
 
     Returns:
-        The split whose m leaves least to the second part, and whose v leaves the smallest rest.
+        The split whose m leaves the least to the second part, and whose v leaves the smallest
+        remainder.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float64)
     texels = transport.texel_basis.astype(np.float64)
@@ -86,11 +87,11 @@ def find_colours(transport: Transport) -> SearchColours:
 
 
 def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> SearchColours:
-    """Split the luminance of a view by the mixtures of the head's front picture.
+    """Split the luminance of a view using the mixtures of the head's front picture.
 
     Args:
-        mixing, mixtures: As in the head's `SearchColours`, so that its search light also serves for
-            the view.
+        mixing, mixtures: As in the head's `SearchColours`, so that the head's search light can be
+            used for the view.
     """
     grid = transport.texel_basis.astype(np.float64).reshape(-1, *transport.environment_shape)
     solid = solid_angles(grid.shape[1:])
@@ -292,7 +293,7 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
 
 
 def curves(tables: SearchTables, light: Floats) -> Curves:
-    """Return the quality of every target, face mean and face contrast at every turn.
+    """Return the quality of every target, the face mean and the face contrast at every turn.
 
     Args:
         light: (H, W) float. Search light at turn 0 (see `app.core.solver.search`).

@@ -44,7 +44,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.styles.styles import RARE
 
 _EVEN = 0.7  # fraction of the target's contrast below which the light is even
-_SAME_DEG = 2.0  # turns nearer than this give the same picture
+_SAME_DEG = 2.0  # turns closer together than this give the same picture
 
 
 def solve_all(
@@ -63,10 +63,10 @@ def solve_all(
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the pack's size, linear Rec. 709
             radiance, or luminance of grey light, at any exposure.
         front_deg: Azimuth of the photographer, in degrees (see `StyleResult.seen_from`).
-        is_open: (64,) bool. Permitted turns, all by default.
+        is_open: (64,) bool. Permitted turns. The default is all.
 
     Raises:
-        EnvironmentFileError: If the environment is black, not finite or of another size.
+        EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
         StyleError: If a style is unknown.
     """
     light, scale = normalised(light, pack.header.environment)
@@ -115,7 +115,8 @@ class PlaceSearch:
 
     @cached_property
     def grades(self) -> Indices:
-        """Grade of each picture by style without rivals, (S, 64), or `NO` without a signature."""
+        """Grade of each picture for each style, without rivals, (S, 64); `NO` without a
+        signature."""
         return grades(self.alone.yes, self.alone.nearly)
 
     def verdict(self, row: int, at: int) -> Verdict:
@@ -152,7 +153,7 @@ def measure(pack: StylePack, curve_set: Curves) -> StyleMeasures:
 
 
 def among_rivals(pack: StylePack, alone: StyleMeasures) -> StyleMeasures:
-    """Lower the grade yes of pictures that read as another style, as `judge` does."""
+    """Lower the grade of pictures graded yes that read as another style, as `judge` does."""
     apart = unrivalled(alone.yes, alone.match, pack.rivalry)
     return replace(alone, yes=np.minimum(alone.yes, apart))
 

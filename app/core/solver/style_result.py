@@ -54,7 +54,7 @@ class StyleResult:
     """The answer of a place for a style.
 
     Attributes:
-        turn_index: Grid turn 0..63 from the panorama's centre column, whatever the front.
+        turn_index: Grid turn 0..63 from the panorama's centre column, regardless of the front.
         turn_deg, turn_refined_deg: The turn offered, on the grid and refined as shown, at most a
             step of 5.625 degrees apart, in degrees, positive clockwise. See
             `app.core.solver.peaks.find_peak`.
@@ -72,9 +72,9 @@ class StyleResult:
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles with the same turn.
         neighbour: Name of the style that explains the picture second best, for which it may be
-            mistaken, but never the mirrored style.
+            mistaken. It is never the mirrored style.
         yaw_deg: Angle of the face toward the sitter's own left from the line to the lens; the turn
-            is that of the lens. Match and its curve are for the picture from there.
+            is that of the lens. Match and its curve are for the picture as seen from there.
         yaw_arc_deg: Yaws (from, to) at which the picture is about as good, at the same direction of
             the nose.
         lighting: Whether the side of the face away from the lens is lit, or the side toward it.

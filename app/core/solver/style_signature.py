@@ -200,7 +200,7 @@ class Signatures:
         Args:
             stops: (..., A, n) float64. Means of `AREAS` in stops, from `stops_of`.
             match: (..., S, n) float64. Match, 0 to 100.
-            even: (..., S) bool. Whether the light is even all around, by default not.
+            even: (..., S) bool. Whether the light is even all around. The default is False.
 
         Returns:
             (..., S, n) float64 each. The slacks in stops, or nan for styles without a signature.

@@ -166,7 +166,7 @@ def transport_path(name: str) -> Path:
     """Return the path of a shipped transport, such as ``generic`` or ``generic-dark``.
 
     Raises:
-        TransportError: If no such head ships.
+        TransportError: If no such head is shipped.
     """
     if name not in transport_names():
         names = ", ".join(transport_names())
@@ -188,7 +188,7 @@ def transport_names() -> tuple[str, ...]:
 
 
 def load_named(name: str) -> Transport:
-    """Load a shipped transport by name, or another by path, with the errors of `load_transport`."""
+    """Load a shipped transport by name, or another by path. Raises as `load_transport` does."""
     return load_transport(Path(name) if name.endswith(".npz") else transport_path(name))
 
 

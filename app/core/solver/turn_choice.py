@@ -80,7 +80,7 @@ LIMITS: Final = Limits()
 
 @dataclass(frozen=True, slots=True)
 class StyleMeasures:
-    """Curves of styles at all turns, independent of exposure, with any axes in front.
+    """Curves of styles at all turns, independent of exposure, with any number of axes in front.
 
     Attributes:
         quality: (..., n) float64. C of eq. 5, over the whole head.
@@ -88,8 +88,8 @@ class StyleMeasures:
         strength: (..., n) float64. Depth of the pattern as a percentage of that of the target.
         yes, nearly: (..., n) float64. Distance of a picture inside the limits of the grade, in
             stops, or NaN for a style without a signature. `yes` considers rival styles.
-        contrast: (..., n) float64. The contrast in match, or 1 if match is not computed over the
-            face.
+        contrast: (..., n) float64. The contrast in the match, or 1 if the match is not computed
+            over the face.
     """
 
     quality: Float64
@@ -200,9 +200,9 @@ class Choice:
 
 
 def grade_at(measured: StyleMeasures, limits: Limits, turns: Int64 | int) -> Int64:
-    """Return the grades of pictures at some turns, (...) int64: `NO`, `NEARLY` or `YES`.
+    """Return the grades of pictures at the given turns, (...) int64: `NO`, `NEARLY` or `YES`.
 
-    Without a signature, the grade is yes if match and strength reach their limits.
+    Without a signature, the grade is `YES` if the match and the strength both reach their limits.
     """
     at = np.asarray(turns)[..., None]
     match, strength, yes, nearly = (
@@ -224,7 +224,7 @@ def choose(
     """Apply the rule to each style's curves.
 
     Args:
-        is_open: (n,) bool. Permitted turns, all by default.
+        is_open: (n,) bool. Permitted turns. The default is all.
     """
     shape = measured.match.shape
     free = np.broadcast_to(True if is_open is None else is_open, shape)

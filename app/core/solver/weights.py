@@ -27,7 +27,7 @@ def target_weights(luminance: Floats, face: Bools) -> Float64:
     everything outside the face is ignored.
 
     Args:
-        luminance: (P,) float. Linear luminance of the target picture on the head's pixels, any
+        luminance: (P,) float. Linear luminance of the target picture on the head's pixels, at any
             scale.
         face: (P,) bool. Face pixels.
 
@@ -180,7 +180,7 @@ def paint(
         pixels: (n,) int. Indices among the head's P pixels, each at most once. Those outside the
             face are ignored.
         values: (n,) float. New painted values of these pixels.
-        ignored: (n,) bool. Pixels to exclude from now on, by default none.
+        ignored: (n,) bool. Pixels to exclude from now on. The default is none.
 
     Returns:
         The weights after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand

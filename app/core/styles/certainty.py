@@ -29,7 +29,8 @@ class Certainty:
     """Spread of each style's best turn over heads and skins.
 
     Attributes:
-        spread_deg: Mean angle by style, in degrees, without styles that were never attainable.
+        spread_deg: Mean angle by style, in degrees. Styles that were never within reach are left
+            out.
     """
 
     spread_deg: Mapping[str, float]
@@ -42,7 +43,7 @@ class Certainty:
 
 
 def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
-    """Return a style's mean difference in turn, in degrees, on other heads, or None if small."""
+    """Return a style's mean difference in turn between heads, in degrees, or None if small."""
     table = shipped_certainty() if certainty is None else certainty
     if table is None or not table.less_certain(style):
         return None
@@ -62,7 +63,7 @@ def load_certainty(path: Path) -> Certainty:
     """Read a certainty file.
 
     Raises:
-        CoreError: If the file is missing, damaged or of another version.
+        CoreError: If the file is missing, damaged or from another version.
     """
     try:
         if path.stat().st_size > _MOST_BYTES:

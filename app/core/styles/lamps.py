@@ -58,12 +58,14 @@ class Studio:
         if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
             raise StyleError(
                 tr("A lamp size of {size:g}° is not possible.", size=size),
-                tr("Choose {low:g} to {high:g}°.", low=SIZES_DEG[0], high=SIZES_DEG[1]),
+                tr("Choose a size from {low:g}° to {high:g}°.", low=SIZES_DEG[0],
+                high=SIZES_DEG[1]),
             )
         if ratio is not None and not RATIO_RANGE[0] <= ratio <= RATIO_RANGE[1]:
             raise StyleError(
                 tr("A lighting ratio of {ratio:g}:1 is not possible.", ratio=ratio),
-                tr("Choose {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0], high=RATIO_RANGE[1]),
+                tr("Choose a ratio from {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0],
+                high=RATIO_RANGE[1]),
             )
 
     def fit_for(self, style: Style) -> Studio:
@@ -186,11 +188,11 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     """Return the environment of one distant lamp of a style, at turn 0.
 
     Args:
-        lamp: The lamp, whose azimuth is positive toward the sitter's left, unlike the panorama's.
+        lamp: The lamp. Its azimuth is positive toward the sitter's left, unlike the panorama's.
         shape: (H, W) of the environment.
 
     Returns:
-        (H, W) float64. Radiance of a round lamp of the lamp's diameter, with exact area on the
+        (H, W) float64. Radiance of a round lamp with the given diameter, with its exact area on the
         texel grid; radiance times solid angle sums to the lamp's power.
     """
     height, width = shape

@@ -27,7 +27,7 @@ _SHA256: Final = re.compile(r"[0-9a-f]{64}")
 
 
 class PaintedValues(NamedTuple):
-    """Validated values of a painted style's file, whose weights are in a file beside it."""
+    """Validated values from a painted style's file. The weights are in a file beside it."""
 
     name: str
     title: str
@@ -53,8 +53,8 @@ def read_painted(path: Path) -> PaintedValues:
     """Read and validate the file of a painted style.
 
     Returns:
-        The values, of which `size` is the side of the canvas in pixels, and `sha256` the checksum
-        of the weights.
+        The values. `size` is the side of the canvas in pixels, and `sha256` is the checksum of the
+        weights.
 
     Raises:
         StyleError: If the file cannot be read, is not of this format, or has an entry that is

@@ -34,7 +34,7 @@ class PackHeader:
     """Origin of a pack.
 
     Attributes:
-        environment: (H, W) of the environments that the pack takes.
+        environment: (H, W) of the environments that the pack accepts.
         picture: Side of the target pictures, in pixels.
     """
 
@@ -153,7 +153,7 @@ class StylePack:
         return self.region.ravel()[transport.pixels].astype(np.float64)
 
     def weights_on(self, transport: Transport) -> Float64:
-        """Return all styles' weights over the pixels that judge them, (S, P), from the targets."""
+        """Return all styles' weights over the judged pixels, (S, P), from the targets."""
         flat = self.targets.reshape(len(self.styles), -1, 3)[:, transport.pixels]
         luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
         region = self.region_on(transport)

@@ -110,7 +110,7 @@ def _compress(
     rows: list[Float64] = []
     merits: list[Float64] = []
     for part, tint, wish in zip(pictures, tinted, wishes, strict=True):
-        # Split into parity parts, a left and a right style have the same directions.
+        # When split into parity parts, a left and a right style have the same directions.
         first = _orthonormal(wish)
         scaled = part[:, relevant] / exact[relevant]
         u, s, _ = np.linalg.svd(scaled - first @ (first.T @ scaled), full_matrices=False)
@@ -255,7 +255,7 @@ def _make_parts(
 
 @dataclass(frozen=True, eq=False)
 class StudioPacks:
-    """Packs of a head for other studio lamps, which are slow to prepare and then fast."""
+    """Packs of a head for other studio lamps. Preparation is slow, but each pack is then fast."""
 
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
@@ -283,7 +283,7 @@ class StudioPacks:
         target would no longer show it, or would be mistaken for another style.
 
         Args:
-            others: Choices for single styles, by name.
+            others: Choices for individual styles, by name.
         """
         pack, transport = self.pack, self.transport
         studios = [(others or {}).get(style.name, studio).fit_for(style) for style in pack.styles]

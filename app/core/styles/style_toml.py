@@ -76,7 +76,7 @@ def _check_values(table: Mapping[str, object]) -> None:
     """Check that integers fit in 64 bits, as in TOML, and that nesting is shallow.
 
     Raises:
-        TOMLDecodeError: If an integer is too large, or the nesting too deep.
+        TOMLDecodeError: If an integer is too large, or the nesting is too deep.
     """
     level: list[object] = [table]
     for _ in range(_DEEPEST):
@@ -135,7 +135,7 @@ def style_words(
 
 
 def refuse_unknown(table: Mapping[str, object], keys: tuple[str, ...], where: str) -> None:
-    """Refuse a table with keys other than `keys`.
+    """Reject a table with keys other than `keys`.
 
     Args:
         where: Name of the table, for the message.

@@ -79,7 +79,8 @@ def mirror(style: Style) -> Style:
     """Return a style mirrored left to right.
 
     Returns:
-        The style with its name, side, every lamp's azimuth, and the words left and right exchanged.
+        The style with its name, its side and every lamp's azimuth mirrored, and with the words left
+        and right exchanged.
     """
     around = style.key_azimuth_deg
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
@@ -108,7 +109,7 @@ def _other_way(words: str) -> str:
 
 
 def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
-    """Load the built-in styles, followed by the user's own by name.
+    """Load the built-in styles, followed by the user's own in order of name.
 
     Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
 
@@ -155,7 +156,7 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
         names: Names to select, or None or an empty sequence for every style.
 
     Raises:
-        StyleError: If a name is unknown, with the nearest known name.
+        StyleError: If a name is unknown. The error suggests the nearest known name.
     """
     name_set = set(names or ())
     all_names = [style.name for style in styles]

@@ -11,6 +11,6 @@ UNREAD: Final = {
     Unread.PROFILE: tr("The face is in profile."),
     Unread.HIDDEN: tr("Too little of the face is visible."),
     Unread.FLAT: tr("The light is flat: neither side of the face is brighter."),
-    Unread.MIXED: tr("Something hides the face, or several lamps light it."),
+    Unread.MIXED: tr("Part of the face is hidden, or several lamps light it."),
 }
 """Reasons why no direction of light could be read."""

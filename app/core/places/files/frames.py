@@ -33,7 +33,7 @@ def frame_pictures(
             pictures of missing files are simulated.
 
     Returns:
-        One picture per frame, (128, w, 3) uint8 sRGB, or None, in the order of `facts.frames`.
+        For each frame, in the order of `facts.frames`, a picture, (128, w, 3) uint8 sRGB, or None.
     """
     homes = [] if folder is None else [folder, *reversed(capture_folders(folder))]
     level = clip_level([frame.ev for frame in facts.frames])

@@ -3,7 +3,7 @@
 A new place's light is rounded to half floats before anything is computed from it (`storable`), so
 that it can be stored exactly in a third of the space. Other light, such as that of earlier places,
 is saved as 32-bit OpenEXR. A file is read back and compared before it gets its final name. The name
-contains the first digits of the checksum, so a new light never replaces an existing one.
+contains the first digits of the checksum, so new light never replaces an existing file.
 """
 
 from __future__ import annotations
@@ -69,15 +69,15 @@ def store_environment(
         radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance as in
             `environment.environment.Environment`: finite, not negative, not all 0. It is not
             changed.
-        display: (h, w, 3) uint8. The panorama as sRGB, for the thumbnail, by default made from the
-            radiance.
+        display: (h, w, 3) uint8. The panorama in sRGB, for the thumbnail. By default, it is made
+            from the radiance.
         white_cd_m2: Luminance of radiance 1, in cd/m2, to record in the file.
         rough: Whether much of the light is estimated, to record in the file.
         shares: Clipped light and gaps (see `app.core.environment.environment.kept_shares`).
 
     Raises:
         PlaceError: If the radiance is not such an environment, or the disk fails or returns data
-            other than what was written. Nothing has changed then.
+            other than what was written. In that case, nothing has changed.
     """
     _check(radiance)
     fingerprint = fingerprint_of(radiance)
@@ -156,8 +156,8 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
     """Read the light of a place.
 
     Returns:
-        The environment and the remarks. There is a remark if the file is not the one from which the
-        results were computed, which must then be computed again.
+        The environment and the remarks. A remark reports a file other than the one from which the
+        results were computed. They must then be computed again.
 
     Raises:
         PlaceError: If the place has no light, or its file is missing or damaged. The hint says what
@@ -226,7 +226,7 @@ def _next_step(folder: Path) -> str:
 def _check(radiance: FloatImage) -> None:
     shape = radiance.shape
     if radiance.dtype != np.float32 or radiance.ndim != 3 or shape[2] != 3:
-        raise PlaceError(tr("The light was not saved: it is not a picture of 32-bit numbers."))
+        raise PlaceError(tr("The light was not saved: it is not a picture with 32-bit values."))
     if shape[1] != 2 * shape[0] or not MIN_WIDTH <= shape[1] <= MAX_WIDTH:
         raise PlaceError(
             tr(

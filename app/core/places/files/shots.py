@@ -105,7 +105,8 @@ class Shot:
     by_face: bool = False
     mirrored: bool = False  # whether the photo was read as a mirror image
     grade: str | None = None  # grade of the style on the face
-    # key_deg, key_promised_deg: azimuths of the key from the face, positive toward its left
+    # key_deg, key_promised_deg: azimuths of the key from the face, positive toward the sitter's
+    # left
     key_deg: float | None = None
     key_promised_deg: float | None = None
     ratio_stops: float | None = None
@@ -221,13 +222,14 @@ def add_shot(
 ) -> Shot:
     """Add a photo to a place.
 
-    The same photo opened again for the same style replaces the existing entry.
+    A photo that is opened again for the same style replaces its existing entry.
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, for the list.
 
     Raises:
-        PlaceError: If the photo cannot be copied or the disk fails. Nothing is listed then.
+        PlaceError: If the photo cannot be copied or the disk fails. In that case, nothing is
+            listed.
     """
     (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
     with writing(folder.parent):
@@ -328,7 +330,7 @@ def purge_shots(folder: Path) -> int:
 def keep_film_frames(
     folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
 ) -> None:
-    """Save the frames that a video offers for the styles, as photos of the place.
+    """Save a video's frames at the turns of the styles within reach, as photos of the place.
 
     Frames that cannot be saved are left out.
     """

@@ -70,7 +70,7 @@ _LONGEST_SENTENCE: Final = 4000
 
 def _time(value: Any) -> datetime:
     time = moment(value)
-    # One day of room on both ends, since times are compared in UTC.
+    # Leave a day's margin at both ends, since times are compared in UTC.
     if time.utcoffset() is None or not 1 < time.year < 9999:
         raise Unfit("a time without its offset from UTC")
     return time
@@ -102,7 +102,7 @@ _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
 
 def _head(value: Any) -> str:
-    """Check for the name of a built-in head, or the path of the user's own head."""
+    """Validate the name of a built-in head, or the path of the user's own head."""
     own = isinstance(value, str) and value.endswith(".npz")
     return text(_LONGEST_SENTENCE if own else LONGEST_WORD)(value)
 
@@ -177,8 +177,8 @@ def to_json(place: Place) -> Facts:
     """Convert a place to JSON, including unknown entries of newer versions.
 
     Raises:
-        PlaceError: If the result could not be read back because the notes are too long, or a result
-            is not a number.
+        PlaceError: If the result could not be read back because the notes are too long, or because
+            a result is not a number.
     """
     facts = _facts_of(place)
     source = place.source
@@ -222,7 +222,7 @@ def _capture_to_json(capture: CaptureFacts) -> Facts:
     for name in ("doubtful", "doubtful_unseen"):
         facts[name] = [each[:_LONGEST_SENTENCE] for each in facts[name][:_MOST_SENTENCES]]
     facts["frames"] = facts["frames"][:_MOST_FRAMES]
-    # Earlier versions refuse a capture without lists of sentences.
+    # Earlier versions reject a capture without lists of sentences.
     facts |= {name: [] for name in _REMARKS}
     return facts | {"remarks": {name: facts_of(getattr(capture, name)) for name in _REMARKS}}
 
@@ -264,7 +264,7 @@ def answers_of(facts: Facts) -> tuple[int, int, str]:
 
 
 def unreadable(place: Place) -> list[LostPart]:
-    """Return the parts of a place that could not be read again, usually none."""
+    """Return the parts of a place that could not be read back. Usually there are none."""
     bad: list[LostPart] = []
     _decoded(_facts_of(place), bad, place.name, place.made_at)
     return bad

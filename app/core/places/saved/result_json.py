@@ -39,7 +39,7 @@ LONGEST_WORD: Final = 200
 
 
 def arc(value: Any) -> tuple[float, float]:
-    """Check for two turns, (from, to), in degrees."""
+    """Validate two turns, (from, to), in degrees."""
     if not isinstance(value, list) or len(value) != 2:
         raise Unfit("an arc is not a pair")
     return _TURN(value[0]), _TURN(value[1])
@@ -123,7 +123,7 @@ def _result(
 
 
 result_of: Final = record(_result, _RESULT | _WHY, _RESULT.keys() - _NEW)
-"""Check for a result, whose curves are (64,) float64, read-only."""
+"""Validator for a result. Its curves are (64,) float64, read-only."""
 
 
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
@@ -145,5 +145,5 @@ def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
 
 def _result_to_json(result: StyleResult) -> Facts:
     facts = {name: plain(getattr(result, name)) for name in _RESULT}
-    # Earlier versions refuse a result without "reason".
+    # Earlier versions reject a result without "reason".
     return facts | {"cause": plain(result.shortfall), "reason": None}

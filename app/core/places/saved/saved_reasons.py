@@ -1,4 +1,4 @@
-"""Read saved reasons, which are data, or sentences in earlier places."""
+"""Read saved reasons, which are stored as data, or as sentences in earlier places."""
 
 from __future__ import annotations
 

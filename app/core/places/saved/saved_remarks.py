@@ -1,4 +1,4 @@
-"""Format of saved remarks: the name of their class, with their fields.
+"""Format of saved remarks: each is saved as the name of its class with its fields.
 
 Earlier files contain sentences. Remarks from a newer version of Turnlight are skipped.
 """

@@ -69,7 +69,7 @@ class CapturedLamp:
 
     @property
     def lux(self) -> float | None:
-        """Illuminance of a surface that faces the lamp, at its distance, or None if unknown."""
+        """Illuminance of a surface facing the lamp at its distance, in lux, or None if unknown."""
         if self.white_cd_m2 is None:
             return None
         light = self.light @ np.array(LUMINANCE_WEIGHTS, np.float32)

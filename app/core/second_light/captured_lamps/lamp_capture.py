@@ -90,7 +90,7 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
                 "The mask in {name} cannot be read or has a different size from its light.",
                 name=path.name,
             ),
-            tr("Export the file again as a whole RGBA panorama."),
+            tr("Export the file again as a full RGBA panorama."),
         )
     return bounded(np.asarray(values, np.float32).reshape(shape), _FINEST)
 

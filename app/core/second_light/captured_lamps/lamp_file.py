@@ -70,7 +70,7 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
 
 
 def write_text(folder: Path, lamp: CapturedLamp) -> None:
-    """Write a lamp's text file after its capture, with the same errors as `write_lamp`."""
+    """Write a lamp's text file after its capture. Raises the same errors as `write_lamp`."""
     facts: Facts = {
         "format": _FORMAT,
         "title": lamp.title,
@@ -115,7 +115,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
         damaged ones, and the damage, or None if there is none.
 
     Raises:
-        CoreError: If the system refuses to read the file, or its version is newer.
+        CoreError: If the file cannot be read, or is from a newer version.
     """
     file = read_json(folder / f"{name}.json", _MOST_BYTES)
     if file.state == "unreadable":

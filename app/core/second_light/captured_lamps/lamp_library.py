@@ -1,8 +1,8 @@
 """The user's captured lamps: save, rename, correct, delete and restore.
 
 Deleted lamps and earlier captures are in ``FOLDER/trash``. Every function raises CoreError if no
-lamp has the given name, or if a file cannot be read, moved or written. The lamp then stays as it
-was.
+lamp has the given name, or if a file cannot be read, moved or written. The lamp then remains
+unchanged.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ _LIBRARY: Final = Library(
 
 
 def lamps_folder() -> Path:
-    """Return the folder of the user's lamps, which need not exist."""
+    """Return the folder of the user's lamps, which may not exist yet."""
     return user_data() / "lamps"
 
 
@@ -187,17 +187,17 @@ def restate_lamp(
 
 
 def check_distance(distance_m: float) -> float:
-    """Return a distance, in metres, if a lamp can be captured and used there.
+    """Return a distance, in metres, if a lamp can be captured and used at that distance.
 
     Raises:
-        CoreError: Otherwise.
+        CoreError: If it cannot.
     """
     low, high = _HELD_M
     if not low <= distance_m <= high:
         raise CoreError(
             tr("A lamp {distance:g} m away cannot be used.", distance=distance_m),
             tr(
-                "Measure from the camera to the lamp, between {low:g} cm and {high:g} m.",
+                "Enter the distance from the camera to the lamp, from {low:g} cm to {high:g} m.",
                 low=100 * low,
                 high=high,
             ),

@@ -4,9 +4,9 @@ The panorama is rotated so that the brightest light is in the middle, where texe
 no seam or pole is near. Then outlines at many levels of brightness are compared. Between the level
 of the room and that of the lamp, the outline of a lamp with edges hardly moves. The highest such
 level that still includes nearly all the light is chosen: a lower one would include reflections on
-the table or the lit wall, a higher one would lose a dim rim. Finally, each part of the edge is
-moved to half of the step in brightness, which is read from the original capture, since a rotation
-blurs and a small lamp is nearly all edge.
+the table or the lit wall; a higher one would lose a dim rim. Finally, each part of the edge is
+moved to the middle of the step in brightness, which is read from the original capture, since a
+rotation blurs and a small lamp is nearly all edge.
 """
 
 from __future__ import annotations
@@ -230,7 +230,7 @@ def _best_level(areas: list[float], powers: list[float]) -> int:
 
 
 def _at_half(view: Float32, mask: Bools) -> Float32:
-    """Move the edge to half of the step in brightness.
+    """Move the edge to the middle of the step in brightness.
 
     Returns:
         (H, W, 4) float32. The alpha, soft over one texel; whether both sides of the edge are known,
@@ -273,7 +273,7 @@ def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
 
 
 def _around(view: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bools]:
-    """Return the mean of a picture over `where` around each texel, and where that is defined."""
+    """Return the mean of a picture over `where` around each texel, and a mask of valid texels."""
     weight = cv2.blur(where.astype(np.float32), size)
     total = cv2.blur(view * where, size)
     reliable = weight > 1e-4

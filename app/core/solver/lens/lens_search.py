@@ -2,8 +2,9 @@
 
 The light on a face depends on the direction of the nose, and so does the grade. The position of the
 lens relative to the nose determines the background, the visible side of the face, and the match,
-which is the similarity of the picture to the style as seen from there. Curves in this module are by
-the azimuth of the nose; turn = nose + yaw is the azimuth of the lens as seen from the sitter.
+which is the similarity of the picture to the style as seen from there. Curves in this module are
+functions of the azimuth of the nose; turn = nose + yaw is the azimuth of the lens as seen from the
+sitter.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ class LensSearch:
     main_deg: float | None
 
     def at(self, yaw_deg: float) -> StyleMeasures:
-        """Return the measures at a yaw, of which only match and contrast depend on the yaw."""
+        """Return the measures at a yaw. Only match and contrast depend on the yaw."""
         front = self.front
         if yaw_deg == 0.0:
             return front
@@ -184,7 +185,7 @@ def solve_lens(
             are.
 
     Raises:
-        EnvironmentFileError: If the environment is black, not finite or of another size.
+        EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
         StyleError: If a style is unknown.
     """
     light, scale = normalised(light, pack.header.environment)

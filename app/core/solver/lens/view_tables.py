@@ -145,7 +145,8 @@ def seen_from(view: HeadView, places: Float32) -> Bools:
         away = points @ ahead + far
         return away, np.stack([points @ right, -points[:, 1], away], axis=1) / away[:, None]
 
-    # The camera is known except for the crop of its picture, which the pixels of the view give.
+    # The camera is known except for the crop of its picture, which follows from the pixels of the
+    # view.
     depth, front_slopes = slopes(view.shape.positions)
     pixel_places = np.stack([pixels % side, pixels // side], axis=1)
     camera = [
