@@ -50,7 +50,7 @@ def test_bad_words_are_answered_with_a_sentence_and_what_to_do(word: str, said: 
 
 @pytest.mark.parametrize("lux", [0.0, -5.0, math.nan, math.inf, 1e9])
 def test_no_lamp_without_light(lux: float) -> None:
-    with pytest.raises(CoreError, match="not possible for a lamp"):
+    with pytest.raises(CoreError, match="No lamp gives"):
         replace(parse("panel"), lux_at_1m=lux)
 
 

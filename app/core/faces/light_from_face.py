@@ -72,8 +72,8 @@ class FaceLight:
         azimuth_deg, elevation_deg: Direction of the key. Azimuth from the front of the face,
             positive toward the sitter's left; elevation from level. Both are None for a key from
             behind or an unknown key.
-        key: "behind" for light from beyond about 95 degrees, whose direction a face does not show;
-            "flat" for light that shades the face too little to have a direction.
+        key: "behind" for light from beyond about 95 degrees, since a face does not show its
+            direction; "flat" for light that shades the face too little to have a direction.
         error_deg: Angle within which the true direction of the key lies in 70% of all cases.
         softness_deg: Diameter of the key, in degrees.
         fill_ratio: Ratio of key plus frontal fill to the fill alone, or None if no fill was
@@ -242,7 +242,7 @@ def _shading(values: Float32, visible: Bools, key: _Key, lopsided: float) -> _Sh
 
 
 def _level(pose: HeadPose, way: Float64) -> tuple[float, float]:
-    """Return the azimuth and the elevation in the lens's frame, whatever the head's pitch."""
+    """Return the azimuth and the elevation in the lens's frame, regardless of the head's pitch."""
     level = pose.facing_rotation @ usual_pose().facing_rotation.T @ way
     azimuth = math.degrees(math.atan2(level[0], level[2]))
     return azimuth, math.degrees(math.asin(min(max(float(level[1]), -1.0), 1.0)))
@@ -299,14 +299,18 @@ def _apart(grey: Float32, visible: Bools) -> tuple[Float64, float]:
 
 @lru_cache(maxsize=1)
 def usual_pose() -> HeadPose:
-    """Return the pose that landmarks give for the generic head, which is level and straight."""
+    """Return the pose that landmarks give for the generic head when level and straight."""
     places = face_mesh().on_head * 1000
     depth = np.zeros((len(places), 1), np.float32)
     return head_pose(Face(np.concatenate([places, depth], axis=1), 1.0), (1000, 1000), 1e4)
 
 
 def _styles(values: Float32, visible: Bools, size_deg: float) -> tuple[tuple[str, float], ...]:
-    """Rank styles by likeness to their targets, in light and in its root, which favours shade."""
+    """Rank styles by likeness to their targets.
+
+    The likeness is the mean of two: that of the light, and that of its square root, which gives
+    more weight to shade.
+    """
     names, lamps, targets = _targets()
     score = likeness_of(values, visible, targets)[0]
     score += likeness_of(np.sqrt(np.maximum(values, 0)), visible, np.sqrt(np.maximum(targets, 0)))[

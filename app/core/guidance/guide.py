@@ -178,8 +178,8 @@ class Guide:
         number: The large number on screen: whole degrees in `direction`, to the goal, back to the
             light, or for the nose. Without a webcam, it is the whole turn. None if no number may be
             shown.
-        has_arc: Whether there is light to turn into, which is false for a style out of reach and
-            for a turn chosen by the user.
+        has_arc: Whether there is light to turn into. False for a style out of reach and for a turn
+            chosen by the user.
         inside: Whether the turn is inside the arc.
         hold: Whether the turn is at the goal.
         beyond: Whether the turn went through the arc and out at its far end.

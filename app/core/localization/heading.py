@@ -140,7 +140,7 @@ class Effort(NamedTuple):
 
 
 SEARCHING: Final = Effort(640 * 480, 1000)
-"""Effort for a live picture that is searched anywhere in the panorama."""
+"""Effort for a live picture that is searched for anywhere in the panorama."""
 
 _TRACKING: Final = Effort(320 * 240, 350)  # nearly as accurate, and three times as fast
 

@@ -13,9 +13,9 @@ The field of view of a camera may be unknown. An object can look larger in the p
 picture for two reasons. Either the lens is wider than assumed, which enlarges everything by one
 factor; or the camera is further away than the probe was, which enlarges near objects more than far
 ones and never shrinks any. So if all points are enlarged equally, the cause is the lens. Otherwise
-the farthest points decide, whose distances from the probe and from the camera are nearly the same.
-It is unknown how nearly, so the most likely lens is chosen, as phones and cameras have only a few
-lenses.
+the farthest points decide, since their distances from the probe and from the camera are nearly the
+same. It is unknown how nearly, so the most likely lens is chosen, as phones and cameras have only a
+few lenses.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class Looks(StrEnum):
 
 
 def sees_sitter(looks: Looks, mode: Mode) -> bool:
-    """Return whether a camera sees the sitter, who in a selfie is the photographer."""
+    """Return whether a camera sees the sitter. In a selfie, the sitter is the photographer."""
     return looks is Looks.SITTER or mode is Mode.SELFIE
 
 

@@ -143,7 +143,7 @@ def fit(
         rays: (N, 2) float64. Points in the camera's picture plane, x / z and y / z (right and
             down).
         bearings: (N, 3) float64. The same points in the panorama, as unit vectors in its axes.
-        outlook: Prior knowledge, which by default assumes a sitter in the middle.
+        outlook: Prior knowledge. By default, a sitter in the middle is assumed.
         tries: Number of random pairs of points to try.
 
     Returns:

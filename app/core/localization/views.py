@@ -34,7 +34,7 @@ BACKGROUND_SIZE: Final = (128, 136)
 """Columns and rows of the background beside a style."""
 
 BACKGROUND_TALL_DEG: Final = 45.0
-"""Vertical field of view of the background beside a style, in degrees, whatever its width."""
+"""Vertical field of view of the background beside a style, in degrees, regardless of its width."""
 
 _MOST_SAMPLES: Final = 4  # in each direction of a pixel
 

@@ -138,7 +138,8 @@ class PaintSession:
         return regions
 
     def commit(self) -> TileChange:
-        """End the stroke and return its change for undo, which is empty if there is no stroke."""
+        """End the stroke and return its change for undo, or an empty change if there is no
+        stroke."""
         if self._stroke is None:
             return TileChange(())
         canvas, change = self._stroke.commit()

@@ -187,7 +187,7 @@ def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged
     """Read the painted styles in a folder.
 
     Returns:
-        The styles, and the unreadable files, which stay as they are.
+        The styles and the unreadable files. Unreadable files are left unchanged.
     """
     styles: list[UserStyle] = []
     damaged: list[DamagedItem] = []

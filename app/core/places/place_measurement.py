@@ -94,7 +94,7 @@ def place_of_capture(
     """Return the place and the prepared light of a capture.
 
     Args:
-        places: Folder of places, in which the name of the new place must not be in use.
+        places: Folder of places. The name of the new place must not be in use there.
         name: The user's name for the place, or "" to name the place after its light.
         camera, plan: Title of the camera and plan, as in `capture_facts`.
         naming: Function that creates a name if the user has not chosen one.

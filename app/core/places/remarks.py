@@ -38,7 +38,7 @@ class JudgedAnew(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Unfinished(Remark):
-    """A place without a file of its own yet, which can be resumed."""
+    """A place that has no file of its own yet but can be resumed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -110,7 +110,7 @@ def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> 
 
     Args:
         session: Folder of the capture.
-        given_up: Whether the user stopped the capture, so that a partial bracket on the camera is
+        given_up: Whether the user stopped the capture. A partial bracket on the camera is then
             abandoned.
     """
     if session.parent != folder:

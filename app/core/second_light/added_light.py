@@ -71,7 +71,7 @@ class NearField:
 
 
 def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
-    """Prepare a head, which takes half a second and about 80 MB."""
+    """Prepare a head. This takes half a second and about 80 MB."""
     height, width = transport.environment_shape
     count = len(transport.pixels)
     per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)

@@ -95,8 +95,8 @@ def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDA
     """Restrict linear functions of light to the hidden texels.
 
     Args:
-        linear: (F, 4096) float. F functions, whose products with two-part light sum to their
-            values.
+        linear: (F, 4096) float. F functions. The products of a function with two-part light sum to
+            its value.
 
     Returns:
         One table per altitude for `correlate`, (F, M, 64) in the type of `linear`. The tables are
@@ -219,7 +219,7 @@ class Contrast:
 
 
 def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
-    """Find the basis of a head's face, which takes a second.
+    """Find the basis of a head's face. This takes a second.
 
     Args:
         region: (P,). Weight of each pixel (see `app.core.solver.face`).

@@ -164,7 +164,7 @@ def _on_black(transport: Transport, pictures: Float32) -> Float32:
 
 
 def counted_light(table: LightTable, active: Bools) -> CountedLight:
-    """Return the light on the active pixels at all turns, which is all 0 if no pixel counts.
+    """Return the light on the active pixels at all turns, or zeros if no pixel counts.
 
     Args:
         active: (P,) bool. Face pixels that count.

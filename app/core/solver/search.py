@@ -57,8 +57,8 @@ class SearchColours:
             weights: (..., P) float. Weights on the head's pixels, zero outside the face.
 
         Returns:
-            (..., Q, W) float32. The target in panorama coordinates at turn 0, whose product with
-            the result of `seen_light` sums to C.
+            (..., Q, W) float32. The target in panorama coordinates at turn 0. Its product with the
+            result of `seen_light` sums to C.
         """
         first, second = (weights.astype(np.float32) @ basis for basis in self.bases)
         rows = np.tensordot(first, self.texels, 1), np.tensordot(second, self.mixed, 1)
@@ -303,7 +303,7 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
 
 
 def curves_of(tables: SearchTables, lights: Floats) -> Curves:
-    """Return the curves of several lights at once, which is faster than one by one.
+    """Return the curves of several lights at once. This is faster than one by one.
 
     Args:
         lights: (N, H, W) float. Search lights, as in `curves`.

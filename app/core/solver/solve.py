@@ -115,8 +115,10 @@ class PlaceSearch:
 
     @cached_property
     def grades(self) -> Indices:
-        """Grade of each picture for each style, without rivals, (S, 64); `NO` without a
-        signature."""
+        """Grade of each picture for each style, (S, 64), without regard to rivals.
+
+        A style without a signature has the grade `NO`.
+        """
         return grades(self.alone.yes, self.alone.nearly)
 
     def verdict(self, row: int, at: int) -> Verdict:

@@ -311,8 +311,8 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
         rivals: (S, S) bool. Other styles that may explain each style's picture.
 
     Returns:
-        (..., S, n) float64. The margin in stops, which is negative where a rival explains the
-        picture better, and infinite if no rival is shown at any turn.
+        (..., S, n) float64. The margin in stops. It is negative where a rival explains the picture
+        better, and infinite if no rival is shown at any turn.
     """
     free = np.full(yes.shape, np.inf)
     axes = (*range(yes.ndim - 2), yes.ndim - 1)

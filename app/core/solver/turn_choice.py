@@ -117,7 +117,7 @@ class Choice:
         contrast: (..., n) float64. Divisor of the curve (see `find_peak`).
         price: (...) float64. Permitted cost of a turn nearer to the middle of its arc (see
             `find_peak`), or 0 if only the maximum itself may be offered.
-        is_open: (..., n) bool. Permitted turns, whatever their grade.
+        is_open: (..., n) bool. Permitted turns, regardless of their grade.
     """
 
     measured: StyleMeasures

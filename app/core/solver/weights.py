@@ -36,7 +36,8 @@ def target_weights(luminance: Floats, face: Bools) -> Float64:
         rounding.
 
     Raises:
-        StyleError: If the picture is not finite, or uniform over the face, which defines no target.
+        StyleError: If the picture is not finite, or is uniform over the face and so defines no
+            target.
 
     Examples:
         >>> f = target_weights(np.array([1.0, 3.0, 9.0]), np.array([True, True, False]))

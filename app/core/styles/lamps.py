@@ -58,14 +58,18 @@ class Studio:
         if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
             raise StyleError(
                 tr("A lamp size of {size:g}° is not possible.", size=size),
-                tr("Choose a size from {low:g}° to {high:g}°.", low=SIZES_DEG[0],
-                high=SIZES_DEG[1]),
+                tr(
+                    "Choose a size from {low:g}° to {high:g}°.", low=SIZES_DEG[0], high=SIZES_DEG[1]
+                ),
             )
         if ratio is not None and not RATIO_RANGE[0] <= ratio <= RATIO_RANGE[1]:
             raise StyleError(
                 tr("A lighting ratio of {ratio:g}:1 is not possible.", ratio=ratio),
-                tr("Choose a ratio from {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0],
-                high=RATIO_RANGE[1]),
+                tr(
+                    "Choose a ratio from {low:g}:1 to {high:g}:1.",
+                    low=RATIO_RANGE[0],
+                    high=RATIO_RANGE[1],
+                ),
             )
 
     def fit_for(self, style: Style) -> Studio:

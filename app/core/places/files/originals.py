@@ -85,7 +85,7 @@ def free_names(stem: str, ending: str = "") -> Iterator[str]:
 
 
 def safe_file_name(name: str) -> str:
-    """Return a portable file name, with the same suffix.
+    """Return a portable file name with the same suffix.
 
     Examples:
         >>> safe_file_name("R0010:12.JPG"), safe_file_name("con.jpg"), safe_file_name(".. ")

@@ -110,7 +110,7 @@ def capture_lamp(
     """Merge a bracket of a lamp in a dark room, and find the lamp in it.
 
     Args:
-        paths: Exposures, a folder of them, or one linear panorama (.exr, .hdr), whose channel A, if
+        paths: Exposures, a folder of them, or one linear panorama (.exr, .hdr). Its channel A, if
             it exists, is the mask.
         options: Options for merging. By default the response is sRGB, since the frames of a dark
             room are mostly noise, from which no response can be recovered.

@@ -277,7 +277,7 @@ def _gain(
 
 
 def _rank(verdict: Verdict | StyleResult) -> int:
-    """Return the index of a grade in `GRADES`, which is yes or no for a painted style."""
+    """Return the index of a grade in `GRADES`. A painted style counts as yes or no."""
     return GRADES.index(verdict.grade) if verdict.grade else YES * verdict.attainable
 
 
