@@ -37,11 +37,11 @@ class LampSet:
         ways, sizes: (n, 3) and (n,) float64. Unit vectors to the lamps, and the lamps' diameters in
             degrees.
         pictures, fill: (n, Q) and (Q,) float32. The skin under each lamp, and under a frontal fill.
-        pairs: (1 + F, n, M) float32. Difference of mirrored places over their sum, under each lamp
-            alone and with each fill.
+        pairs: (1 + F, n, M) float32. Difference of mirrored places divided by their sum, under each
+            lamp alone and with each fill.
         halves: (2, M) intp. The mirrored places, a subset of `HeadMap.halves`.
-        aside, around: (n,) bool. Lamps that may have a fill: those in front only, and those behind
-            as well.
+        aside, around: (n,) bool. Lamps that may be combined with a fill: those in front, and those
+            in front or behind.
     """
 
     ways: Float64

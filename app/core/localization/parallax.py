@@ -48,7 +48,7 @@ _MOST_TURN: Final = 0.3
 
 
 class Aim(NamedTuple):
-    """Expected direction of the probe in radians to the right of the axis, and its spread.
+    """Expected direction of the probe, in radians to the right of the axis, and its spread.
 
     Attributes:
         unlikely: Cost of this assumption, in points.

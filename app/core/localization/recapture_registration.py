@@ -84,7 +84,7 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
 
 
 def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
-    """Return the rotation of an upright camera that fits most pairs, and how many it fits."""
+    """Return the rotation of an upright camera that fits the most pairs, and their number."""
     count = len(a)
     if count < 8:
         return None

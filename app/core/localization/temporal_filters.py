@@ -67,7 +67,7 @@ class Width:
 
     @property
     def known_deg(self) -> float | None:
-        """Field of view on which several estimates agree, in degrees, or None if they do not."""
+        """Field of view on which several estimates agree, in degrees, or None if they disagree."""
         middle = self.likely_deg
         if middle is None or len(self.estimates) < _ENOUGH:
             return None

@@ -69,7 +69,7 @@ class PaintedHead:
         return nearest, np.array([pair.distance for pair in pairs]) > _SAME_SKIN_M
 
     def places_on_front(self, view: HeadView) -> Float32:
-        """Return the positions in the front picture of a view's skin.
+        """Return the positions of a view's skin in the front picture.
 
         Returns:
             (N, N, 3) float32. For each pixel of the view, its column and row in the front picture,

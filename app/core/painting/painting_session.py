@@ -138,8 +138,7 @@ class PaintSession:
         return regions
 
     def commit(self) -> TileChange:
-        """End the stroke and return its change for undo, or an empty change if there is no
-        stroke."""
+        """End the stroke and return its change for undo, or an empty change without a stroke."""
         if self._stroke is None:
             return TileChange(())
         canvas, change = self._stroke.commit()

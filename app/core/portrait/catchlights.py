@@ -1,4 +1,4 @@
-"""Catchlights: lamps reflected in the eyes, by eye, clock position and source."""
+"""Catchlights: lamps reflected in the eyes, each with its eye, clock position and source."""
 
 from __future__ import annotations
 

@@ -337,7 +337,7 @@ def from_numbers(
     """Prepare a preset lamp, with the near field at its distance.
 
     Raises:
-        CoreError: If the head uses environments of another size.
+        CoreError: If the head was baked for environments of another size.
     """
     near = prepare_near(transport, shape) if near is None else near
     if token is not None:
@@ -374,7 +374,7 @@ def from_captured(
     """Prepare a captured lamp.
 
     Raises:
-        CoreError: If the head or the lamp has another size, or the lamp is invalid.
+        CoreError: If the head or the lamp has the wrong size, or the lamp is invalid.
     """
     _check(lamp)
     report(0.3, Progress(Task.SORTING_SHADOWS, lamp.title))
@@ -413,7 +413,7 @@ def _check(lamp: PlacedLamp) -> None:
 
 
 def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
-    """Return pictures' coordinates, (K, 576), and their squared norms outside the basis, (576,)."""
+    """Return pictures' coordinates, (K, 576), and the squared norms of the remainders, (576,)."""
     centred = less_mean(pictures, face.root)
     basis = face.pixels.astype(np.float64)
     coefficients: Float64 = (centred @ basis).T

@@ -107,7 +107,7 @@ def _around(values: NDArray[_Kind], spot: LampSpot) -> NDArray[_Kind]:
 
 
 def _free(eligible: Bools) -> Bools:
-    """Return whether both neighbours along each axis are eligible, (3,)."""
+    """Return a mask, (3,), of the axes along which both neighbours are eligible."""
     lines = (eligible[:, 1, 1], eligible[1, :, 1], eligible[1, 1, :])
     return np.array([bool(line.all()) for line in lines])
 

@@ -208,7 +208,7 @@ def mirror_area(name: str) -> str:
 
 
 def _places(shape: HeadShape, front: HeadShape | None = None) -> tuple[Float64, Float64]:
-    """Return across and down in the face's own units, taken from the front, (P,) each."""
+    """Return positions across and down in the face's own units, taken from the front, (P,) each."""
     x, y, z = (front or shape).positions.astype(np.float64).T
     eyes = float(shape.eye_point[1])
     line = np.flatnonzero(np.abs(x) <= np.abs(x).min() + _MIDDLE_M)

@@ -66,7 +66,7 @@ class StyleResult:
             match and strength reach their limits.
         arc_deg: Tolerance arc (from, to) around the best turn, clockwise, in degrees. It ends where
             the grade does. The refined turn is near its middle.
-        grade: How far the picture shows the style, or None if the style has no signature.
+        grade: How well the picture shows the style, or None if the style has no signature.
         shortfall: The reason why the style is out of reach, or the respect in which the picture
             only nearly shows the style.
         looks_more_like: Name of the style that explains the picture better.

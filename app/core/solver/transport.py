@@ -97,7 +97,7 @@ class Transport:
 
     @cached_property
     def mirror_pixels(self) -> Indices | None:
-        """Index of each pixel's mirror image, (P,), or None if a pixel has none."""
+        """Index of each pixel's mirror image, (P,), or None if any pixel has none."""
         place = np.full(self.size * self.size, -1)
         place[self.pixels] = np.arange(len(self.pixels))
         there = place.reshape(self.size, self.size)[:, ::-1].ravel()[self.pixels]

@@ -41,11 +41,11 @@ class Limits:
     """Least match and strength of a style within reach, 0 to 100, and the paper's least C.
 
     Attributes:
-        match, strength: Limits for styles without a signature, such as painted styles. The match is
-            the paper's value on the scale of match. With a strength of 0, the rule takes the best
-            match of all turns.
-        quality: Limit for the paper's rule, by which a style is within reach if the largest C is
-            not below this limit, on the scale of `app.core.solver.solve.quality_scale`.
+        match, strength: Limits for styles without a signature, such as painted styles. The limit of
+            the match is the paper's value, converted to the scale of the match. With a strength of
+            0, the rule takes the best match of all turns.
+        quality: Limit for the paper's rule: a style is within reach if the largest C is at least
+            this value, on the scale of `app.core.solver.solve.quality_scale`.
     """
 
     match: float = 45.0

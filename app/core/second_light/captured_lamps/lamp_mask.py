@@ -254,7 +254,7 @@ def _at_half(view: Float32, mask: Bools) -> Float32:
 
 
 def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> Float32:
-    """Return the position of light from the outside to the inside level, 0 to 1, or 0 elsewhere."""
+    """Return where light lies between the outside and inside levels, 0 to 1, or 0 elsewhere."""
     zero = np.zeros_like(light)
     share = np.divide(light - outside, inside - outside, out=zero, where=where)
     return np.asarray(np.clip(share, 0.0, 1.0), np.float32)

@@ -109,7 +109,7 @@ class LensSearch:
         return replace(front, match=match, contrast=contrast)
 
     def visible(self, yaw_deg: float) -> Bools:
-        """Return whether the areas of each style are visible at a yaw, (S,)."""
+        """Return a mask, (S,), of the styles whose areas are visible at a yaw."""
         beyond = [yaw for yaw in self.counts if yaw * yaw_deg > 0 and abs(yaw) >= abs(yaw_deg)]
         return self.counts[min(beyond, key=abs, default=0.0)]
 
