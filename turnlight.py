@@ -4,7 +4,8 @@ Measure the light of a place, find how far to turn for each studio style, and re
 
     import turnlight
 
-    environment = turnlight.read_environment("cafe.exr") for result in turnlight.solve(environment):
+    environment = turnlight.read_environment("cafe.exr")
+    for result in turnlight.solve(environment):
         print(result.title, result.turn_refined_deg, result.grade)
 
 Angles are in degrees, positive clockwise as seen from above. At turn 0 the sitter faces the middle
@@ -157,7 +158,7 @@ def measure(
         The measured light, as returned by `merge`.
 
     Raises:
-        CoreError: If the photos cannot be read, or are unusable for this way.
+        CoreError: If the photos cannot be read, or are unusable for this way of measuring.
         Cancelled: If the token was cancelled.
     """
     _import_package()

@@ -80,7 +80,7 @@ class FaceLight:
             detected.
         ratio_stops: Ratio of the brighter cheek to the darker one, in stops, or None if unknown.
         styles: Names of the possible styles with their likeness, 0 to 1, likeliest first.
-        reason: The reason why there is no direction, or None if there is a direction.
+        reason: The reason why there is no direction, or None if there is one.
     """
 
     pose: HeadPose

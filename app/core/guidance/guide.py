@@ -183,11 +183,11 @@ class Guide:
         inside: Whether the turn is inside the arc.
         hold: Whether the turn is at the goal.
         beyond: Whether the turn went through the arc and out at its far end.
-        until_light: Whole degrees to the arc in the direction on screen; 0 inside the arc, and
-            until the arc counts as left.
+        until_light: Whole degrees to the arc in the direction on screen. It is 0 inside the arc,
+            and stays 0 until the arc counts as left.
         lamp: As in `Goal`.
         nose: Whole degrees that the nose still has to turn toward the sitter's left, or None if the
-            nose should point to the lens or no face was read.
+            nose should point at the lens or no face was read.
         yaw: As in `Goal`, but in whole degrees.
         start: Turn, in whole degrees, from which the whole turn is counted if there is no heading.
     """

@@ -120,7 +120,7 @@ def align(
         target: (H, W, 3) uint8. The intended view in sRGB, with the goal in its middle.
         view: (h, w, 3) uint8. The current view in sRGB, not mirrored.
         fov_deg: Horizontal field of view of the target, in the panorama's frame, in degrees, as in
-            the result of `app.core.localization.views.goal_lens`.
+            the lens returned by `app.core.localization.views.goal_lens`.
         sitter_deg: Angle from the view's axis to the sitter, in degrees, positive to the right.
         view_fov_deg: Horizontal field of view of the camera, in degrees. It matters only if the
             sitter is off the axis. The default is that of the target.

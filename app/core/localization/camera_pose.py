@@ -17,8 +17,8 @@ the standard error of the fit. The three errors are independent:
 
 Errors have longer tails than a normal distribution, because wrong matches agree with each other. p
 and l are sums over the evidence, `place_signs` and `line_signs`, weighted in their order. The
-weights and k maximise the likelihood over photos and live pictures at the spot, beside it and of
-other places (`benchmarks/heading/confidence_fit.py`). Results for other data are in
+weights and k maximise the likelihood over photos and live pictures taken at the spot, beside it and
+in other places (`benchmarks/heading/confidence_fit.py`). Results for other data are in
 `benchmarks/heading.md`.
 """
 
@@ -77,7 +77,7 @@ class Evidence:
         points: Number of points that agree.
         share: Fraction of agreeing points among those with only one match in the panorama, 0 to 1.
         spread: Smallest standard deviation of the agreeing points in any direction, in half widths
-            of the picture: 0 on a line.
+            of the picture. It is 0 for points on a line.
         support: How much better the pose fits all points than its neighbours do, in standard
             deviations.
         error_deg: Standard error of the heading, in degrees.

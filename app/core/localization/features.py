@@ -316,7 +316,7 @@ def pair_near(
 def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
     """Keep the most certain matches: one for each point, and few from each part of a picture.
 
-    A striped carpet matches dozens of points to two or three of the panorama, and a pose that
+    A striped carpet matches dozens of points to two or three of the panorama, and any pose that
     explains these would outweigh everything else.
 
     Args:

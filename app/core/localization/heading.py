@@ -1,7 +1,7 @@
 """Find a camera's heading in the panorama from its picture.
 
 The picture's feature points are matched with those of the panorama
-(`app.core.localization.features`), all of them or those near the last heading.
+(`app.core.localization.features`), either all of them or those near the last heading.
 `app.core.localization.rotation` finds the rotation, allowing for the distance between camera and
 probe; this module checks it against the rest of the picture, and
 `app.core.localization.camera_pose` estimates the probability that it is right.

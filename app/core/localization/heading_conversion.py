@@ -1,7 +1,7 @@
 """Convert between a camera's heading and the sitter's turn.
 
 A camera that looks at the sitter, with its axis at panorama azimuth h, sees the sitter's face at
-the horizontal angle s from that axis. The line from the camera through the sitter then points to h
+a horizontal angle s from that axis. The line from the camera through the sitter then points to h
 + s, the background behind the sitter. The sitter faces the camera, in the opposite direction: turn
 = h + s - 180, minus the azimuth of the photographer at turn 0.
 
@@ -14,8 +14,8 @@ picture for two reasons. Either the lens is wider than assumed, which enlarges e
 factor; or the camera is further away than the probe was, which enlarges near objects more than far
 ones and never shrinks any. So if all points are enlarged equally, the cause is the lens. Otherwise
 the farthest points decide, since their distances from the probe and from the camera are nearly the
-same. It is unknown how nearly, so the most likely lens is chosen, as phones and cameras have only a
-few lenses.
+same. How close they are is unknown. The most likely lens is therefore chosen, since phones and
+cameras have only a few lenses.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def assumed_fov(size: tuple[int, int]) -> float:
 
 
 def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False) -> float:
-    """Return the factor by which a lens is wider than was assumed, in the picture plane.
+    """Return the factor by which a lens is wider than assumed, in the picture plane.
 
     Args:
         zooms: (N,) float64. Enlargement of each point, or nan where it is undefined.

@@ -165,9 +165,9 @@ def _enough(start: Float32, stop: Float32, count: int, share: float, width: int)
 def _refined(
     matrix: Float64, start: Float32, stop: Float32, sizes: tuple[Size, Size]
 ) -> Float64 | None:
-    """Refine the fit to the agreeing points, or return None if the view's corners stay uncertain.
+    """Refine the fit to the agreeing points, or return None if the corners remain uncertain.
 
-    The fit is by Gauss-Newton on the first eight elements, with weights that depend on the spread
+    The fit uses Gauss-Newton on the first eight elements, with weights that depend on the spread
     of the residuals. The remaining error is propagated to the corners.
     """
     width = float(sizes[1][0])

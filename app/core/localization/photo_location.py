@@ -318,7 +318,7 @@ def _refusal(heading: Heading) -> Heading:
 
 
 def _as_stored(search: PhotoSearch) -> PhotoSearch:
-    """Return the search with the roll of the unmirrored photo."""
+    """Return the search result with the roll of the unmirrored photo."""
     if not search.mirrored:
         return search
     heading = search.heading

@@ -97,7 +97,7 @@ def shows_circles(file: Path, token: Token | None = None) -> bool:
 
 
 def _is_picture(file: Path) -> bool:
-    """Return whether a file starts like an ordinary picture, or cannot be read."""
+    """Return True if a file starts like an ordinary picture or cannot be read."""
     try:
         with open_file(file) as stream:
             return stream.read(8).startswith(_PICTURES)
@@ -227,8 +227,8 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     """Read a picture.
 
     Args:
-        path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey, or a raw file with a
-            preview.
+        path: JPEG, PNG, TIFF, WebP or BMP with 8 or 16 bits, in colour or grey, or a raw file with
+            a preview.
         longest: Sufficient length of the longer side, in pixels, or 0 to keep all pixels.
 
     Raises:
@@ -376,7 +376,7 @@ def _check(source: ImageInput, name: str) -> None:
 
 
 def _pixels(source: ImageInput, name: str, longest: int) -> Bytes:
-    """Decode by rows, averaging whole blocks of pixels if fewer are enough, (H, W, 3) uint8."""
+    """Decode to (H, W, 3) uint8, row by row, averaging blocks of pixels if fewer are enough."""
     spec = source.spec()
     height, width = int(spec.height), int(spec.width)
     step = max(max(height, width) // longest, 1) if longest > 0 else 1

@@ -1,7 +1,7 @@
 """Align a second capture at the same spot with the first.
 
-A camera is never put down exactly as before. The turn between two captures is found from the
-objects that both show, so that the azimuth of the photographer and every marked turn stay where
+A camera is never put back in exactly the same position. The turn between two captures is found from
+the objects that both show, so that the azimuth of the photographer and every marked turn stay where
 they are in the world.
 
 RootSIFT features (Lowe 2004; Arandjelovic and Zisserman 2012) are found on the equirectangular
@@ -304,16 +304,16 @@ class Registration:
 
     @property
     def turned(self) -> bool:
-        """Whether the camera was turned by more than chance."""
+        """Whether the camera was turned by more than the measurement error."""
         return abs(self.yaw_deg) >= _TURNED_DEG
 
     @property
     def tilted(self) -> bool:
-        """Whether the camera's lean differed by more than chance."""
+        """Whether the camera's lean differed by more than the measurement error."""
         return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:
-        """Convert an azimuth of the first capture to the second one, in (-180, 180] degrees."""
+        """Convert an azimuth in the first capture to one in the second, in (-180, 180] degrees."""
         return wrap(azimuth_deg - self.yaw_deg)
 
 

@@ -262,7 +262,7 @@ def _priors(state: _State, prior: Outlook) -> tuple[Float64, Float64]:
 
 
 def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64, Float64]:
-    """Linearise the fit: return rows of unknowns (rotation, plane, sitter), and the right side.
+    """Linearise the fit: return rows of unknowns (rotation, plane, sitter) and the right-hand side.
 
     Each point has two rows, across and along the line to the sitter, divided by their deviations.
     """
@@ -338,7 +338,7 @@ def _frames(first: Float64, second: Float64) -> Float64:
 
 
 def _upright(rotations: Float64) -> Bools:
-    """Return which cameras could be handheld: not upside down, and not aimed at the ceiling."""
+    """Return a mask of the cameras that are neither upside down nor aimed at the ceiling."""
     pitch = np.degrees(np.arcsin(np.clip(rotations[:, 1, 2], -1.0, 1.0)))
     roll = np.degrees(np.arctan2(-rotations[:, 1, 0], -rotations[:, 1, 1]))
     return np.asarray((np.abs(pitch) < MOST_PITCH_DEG) & (np.abs(roll) < MOST_ROLL_DEG))

@@ -3,7 +3,7 @@
 If a face is visible, its landmarks locate the head (`app.core.faces.finder`). Otherwise, for
 example when the sitter is far away, a small network searches the picture at three sizes for heads
 that roughly face the camera. Each candidate is checked once more in a close-up and its mirror
-image. Their errors to one side cancel out, so the result is the *middle of the head*, between the
+image. Errors to one side cancel out, so the result is the *middle of the head*, between the
 ears, and not the middle of the lit half of a face.
 
 The network is `resources/sitter/heads.onnx`, trained by `scripts/train_sitter.py` on rendered
@@ -99,7 +99,7 @@ def find_sitter(
 ) -> Sitter | None:
     """Find the head of the sitter, or of the person in view.
 
-    If there are several people, the largest and most certain head counts.
+    If several people are visible, the largest and most certain head is chosen.
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
@@ -310,10 +310,10 @@ def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
 
 
 def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
-    """Return heads of 14 to 46 pixels, most certain first, in pixels of the given picture.
+    """Return heads 14 to 46 pixels high, most certain first, in pixels of the given picture.
 
     Args:
-        grey: (H, W) uint8. Picture in grey.
+        grey: (H, W) uint8. Grey picture.
         network: The head detector, as read by OpenCV.
     """
     answers = _answers(grey, network)

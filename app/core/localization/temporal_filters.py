@@ -7,10 +7,10 @@ than the length of the leash, and within that length it only creeps toward the m
 leash, three times the jitter, shortens while the measurement keeps moving one way. The leash limits
 the lag at any speed and with any pause between two measurements.
 
-The width of the lens is the median of the last estimates, once they agree. The sitter's position
-stays for a moment when a picture does not show them. From time to time the whole picture is
-searched again, and the position found by most of the last searches counts, so that a lamp or a pot
-that once looked like a head is not followed for long.
+The field of view is the median of the last estimates, once they agree. The sitter's position is
+kept for a moment when a picture does not show them. From time to time the whole picture is searched
+again, and the position found by most of the last searches counts, so that a lamp or a pot that once
+looked like a head is not followed for long.
 
 A camera may also be left behind while the photographer walks. A handheld camera moves: even a
 photographer who stands still sways by tenths of a degree. A laptop on the ground, or a camera on a
@@ -140,7 +140,7 @@ def _near(first: Sitter, second: Sitter) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Leash:
-    """Damping for values of one kind, in the unit of the value.
+    """Damping for values of one kind, in the unit of the values.
 
     Attributes:
         length: Largest lag.
@@ -302,7 +302,7 @@ def _has_turned(before_deg: float | None, now_deg: float | None) -> bool:
 
 
 def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
-    """Return the background's texture, independent of exposure, and 0 where flat or on a person."""
+    """Return the background's texture, independent of exposure, or 0 where flat or on a person."""
     scale = _SIDE / max(frame.shape[:2])
     size = (max(round(frame.shape[1] * scale), 16), max(round(frame.shape[0] * scale), 16))
     small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)

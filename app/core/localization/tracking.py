@@ -61,7 +61,7 @@ _NO_SITTER: Final = 0.7  # factor for the confidence: the sitter may be anywhere
 
 @dataclass(frozen=True, slots=True)
 class Seeing:
-    """The functions that analyse a picture, which tests and simulations replace."""
+    """The functions that analyse a picture. Tests and simulations replace them."""
 
     heading: Callable[..., Heading] = find_heading
     sitter: Callable[[Bytes, float, Sitter | None], Sitter | None] = find_sitter
@@ -98,17 +98,17 @@ class Track:
     Attributes:
         status: ``tracking``: there is a heading; ``searching``: there was a heading, or a heading
             waits for confirmation; ``lost``: no heading was found.
-        heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], steadied,
+        heading_deg: Steadied panorama azimuth of the camera's axis, in degrees within (-180, 180],
             or None unless tracking.
         raw: Result of the last picture, or None before the first.
         sitter: The sitter or another person in the picture, or None if the picture shows nobody.
         confidence: Probability that the turn is right to within 3 degrees, 0 to 1. It is lower if
             no person is detected for certain, and 0 unless tracking.
-        fov_deg: The camera's horizontal field of view, in degrees, given or estimated, or None
-            while unknown.
+        fov_deg: The camera's horizontal field of view, in degrees, given or estimated, or None if
+            unknown.
         left_behind: Whether the camera was left behind while the photographer walks.
-        background_deg: Panorama azimuth of the background behind the sitter, in degrees within
-            (-180, 180], steadied, or None unless tracking.
+        background_deg: Steadied panorama azimuth of the background behind the sitter, in degrees
+            within (-180, 180], or None unless tracking.
     """
 
     status: Status = "lost"

@@ -1,4 +1,4 @@
-"""The canvas: paint on the head's picture, finer than its pixels.
+"""The canvas: paint on the head's picture, at a finer resolution than its pixels.
 
 The canvas covers the whole square picture of the head. Painting at a higher resolution and
 averaging down keeps strokes smooth on screen; the search uses the head's own pixels. Painting
@@ -50,8 +50,8 @@ def is_style(canvas: Canvas, pack: StylePack, transport: Transport, name: str) -
 def from_weights(transport: Transport, weights: Floats) -> Canvas:
     """Return a canvas from weights on the head's pixels.
 
-    The canvas is smooth, also beyond the edge of the face, and averages to the weights over each
-    pixel of the face.
+    The canvas is smooth, even beyond the edge of the face, and its average over each pixel of the
+    face is that pixel's weight.
 
     Args:
         weights: (P,) float, in [-1, 1]. Weights outside the face are not used.
@@ -210,7 +210,7 @@ def make_canvas(
 
     Args:
         weights: (S, S) float, in [-1, 1]. A slight excess is clipped.
-        ignore: (S, S) float, in [0, 1], clipped likewise. By default nothing is ignored.
+        ignore: (S, S) float, in [0, 1], clipped likewise. By default, nothing is ignored.
         start_weights, start_ignore: (S, S) float. Layers that can be restored. The defaults are
             `weights` and `ignore`.
 

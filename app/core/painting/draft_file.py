@@ -100,7 +100,7 @@ def load_draft(path: Path) -> Draft:
 def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
     """Find the draft of a style.
 
-    An unreadable file stays as it is, and the next free name beside it is used.
+    An unreadable file is left unchanged, and the next free name beside it is used.
 
     Returns:
         path: Path to which the draft will be saved from now on.

@@ -4,7 +4,7 @@ Within a stroke, coverage only grows toward its maximum along the path, as in pa
 second pass over an area in the same stroke does not make it stronger.
 
 A pixel's coverage is the brush's profile at its distance from the path, so it does not depend on
-how the path was divided, nor on the number of events.
+how the path was divided, or on the number of events.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Brush:
 
 
 def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
-    """Return the part of a canvas that the brush can touch along a piece of path.
+    """Return the part of a canvas that the brush can touch along a segment of the path.
 
     Args:
         start, stop: Ends (x, y), in canvas pixels from the upper left corner.
@@ -78,7 +78,7 @@ def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
 
 
 def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
-    """Return the profile of the brush along a straight piece of path.
+    """Return the profile of the brush along a straight segment of the path.
 
     Args:
         start, stop: Ends (x, y), in canvas pixels from the upper left corner. They may be equal.
@@ -117,7 +117,7 @@ _LEAST_CELL: Final = 2.0  # canvas pixels
 class Stroke:
     """A stroke in progress, on a copy of the canvas.
 
-    The pressure is the largest within each stretch of an eighth of the brush's radius, counted
+    The pressure is the largest within each stretch of an eighth of the brush's radius, measured
     along the path from its beginning, so that the stroke does not depend on the number of events.
 
     Args:

@@ -76,8 +76,8 @@ def read_layers(path: Path) -> tuple[Float32, Float32]:
     """Read painted weights from an untrusted file.
 
     Returns:
-        The weights, (S, S) float32 in [-1, 1], and the ignore layer, (S, S) float32 in [0, 1], both
-        read-only.
+        The weights, (S, S) float32 in [-1, 1], and the ignore layer, (S, S) float32 in [0, 1]. Both
+        are read-only.
     """
     _check_file(path)
     source = open_image(path)

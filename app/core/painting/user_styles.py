@@ -1,7 +1,7 @@
 """The user's styles: save, rename, copy, delete and restore.
 
 Nothing is overwritten or lost: names are always new, changed and deleted styles are moved to the
-subfolder ``trash``, and an unreadable file stays as it is.
+subfolder ``trash``, and an unreadable file is left unchanged.
 
 A style is exported as one file, a zip archive with exactly two members. An imported file is read
 within size limits, validated like any style, and saved under a new name; no name or path in the

@@ -311,8 +311,8 @@ def write_place(folder: Path, place: Place) -> Path | None:
     """Write the record of a place atomically.
 
     Returns:
-        The copy of a version that another process has written since the place was read, or None if
-        there is none.
+        The copy of the version that another process has written since the place was read, or None
+        if there is none.
 
     Raises:
         PlaceError: If the disk fails, or the record could not be read again. In that case, the file
@@ -342,7 +342,7 @@ def write_place(folder: Path, place: Place) -> Path | None:
 
 
 def _alone_in(folder: Path) -> AbstractContextManager[bool]:
-    """Keep other processes from writing the places beside this one."""
+    """Keep other processes from writing places in the same folder."""
     root = folder.parent
     return writing(root) if root.is_dir() else contextlib.nullcontext(False)
 

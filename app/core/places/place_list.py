@@ -39,7 +39,7 @@ def list_places(root: Path) -> tuple[PlaceSummary, ...]:
     """List all places in a folder, newest first.
 
     Only small files are read, and no content of these files raises an error. Damaged and unfinished
-    places are listed with the reason. Folders that never were places are left out.
+    places are listed with the reason. Folders that were never places are left out.
     """
     try:
         with os.scandir(root) as entries:
@@ -112,7 +112,7 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
 
 
 def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
-    """List the places in the trash, latest first."""
+    """List the places in the trash, most recently deleted first."""
     entries = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
     return tuple(
         TrashedPlace(one.folder, one.name, when) for one, when in entries if one is not None

@@ -88,7 +88,7 @@ class HeadView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadViews:
-    """All views of a head, packed and unpacked on demand.
+    """All views of a head, stored packed and unpacked on demand.
 
     Attributes:
         shape: Shape of the head seen from the front.
@@ -159,11 +159,11 @@ def pack_view(
     """Quantise a view for storage.
 
     Coefficients are smooth over the picture except for noise. Squares of the picture are therefore
-    rounded as cosines, which takes half the space of pixels for the same error.
+    rounded as cosine coefficients, which take half as much space as pixels for the same error.
 
     Args:
         grey: (P, R) float32. Luminance of each pixel for each function of texels.
-        tints: (2, P, K) float32. Red and blue minus that luminance, by the first of these
+        tints: (2, P, K) float32. Red and blue minus that luminance, for the first K of these
             functions.
         pixels: (P,) int32. Flat pixel numbers.
         coverage: Fraction of each pixel covered by the head.

@@ -271,7 +271,7 @@ def _summed_rows(rest: Float32) -> Float32:
 
 
 def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:
-    """Blur a panorama by the lobe of a rough surface's reflection.
+    """Blur a panorama with the lobe of a rough surface's reflection.
 
     The lobe is that of a surface seen from straight above, as in Karis, Real Shading in Unreal
     Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets or, with long tails, GGX.

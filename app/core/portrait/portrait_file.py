@@ -142,7 +142,7 @@ def _load_head(path: Path) -> PortraitHead:
 
 
 def _visible_nodes(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
-    """Return the first of all nodes, removing their data from `values`."""
+    """Return the visible nodes, which come first, and remove their data from `values`."""
     view, gain, way = (values.pop(name) for name in SEEN_ARRAYS)
     count, even = len(view), np.ones((len(view), 3), np.float32)
     normals, eye = nodes.normals[:count], nodes.eye[:count]

@@ -162,7 +162,7 @@ class SeenNodes:
             nodes.
         normals: (M, 3) float32. Normals of the surface.
         view: (M, 3) float32. Unit vector to the camera.
-        gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects into the
+        gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects toward the
             camera, and its direction.
         eye: (M,) bool. Nodes on the eyes.
         passes: (M, 3) float32. The skin's light toward this camera, divided by that toward the
@@ -213,10 +213,11 @@ class PortraitHead:
     """A head as seen by the portrait's camera.
 
     Attributes:
-        inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
+        inside, edge: (rows, half) bool. Pixels with one sample and with four samples.
         three, weights: (S, 3). Visible nodes around each sample, and their weights.
         albedo: (S, 3) float32. Colour of each sample relative to that of the skin.
-        detail: (S,) float32. Reflection of a sample relative to its nodes': pores and lips.
+        detail: (S,) float32. Reflection of a sample relative to that of its nodes, for pores and
+            lips.
         glass: (G,) intp. Samples on the eyes.
         glass_gain, glass_way: (G,), (G, 3) float32. Reflection of these samples, as in `SeenNodes`.
         hair: The hair, or None for a bald head without details.
@@ -359,7 +360,7 @@ class PortraitHead:
 
     @cached_property
     def _bald(self) -> Float32:
-        """Part of each pixel that shows the head, or would without hair, (rows, half) float32."""
+        """Part of each pixel that would show the head without hair, (rows, half) float32."""
         coverage: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
         left = np.zeros(self.inside.shape, np.float32)
         single = int(self.inside.sum())
@@ -397,9 +398,10 @@ class PortraitSkin:
     """Transport of light inside skin, from its entry to its exit.
 
     Attributes:
-        source: (K, M) intp. Sources of each visible node: nodes, then small patches, then large
-            patches, first all of the left half, then all of the right half.
-        share: (K, M, 3) float32. Fraction of the light entering there that leaves here.
+        source: (K, M) intp. Sources of each visible node, numbered through the left half and then
+            through the right half, each with its nodes, small patches and large patches.
+        share: (K, M, 3) float32. Fraction of the light entering at the source that leaves at the
+            node.
     """
 
     source: Indices = field(repr=False)

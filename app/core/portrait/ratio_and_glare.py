@@ -182,7 +182,7 @@ def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, f
 
 
 def _level(values: Float64) -> float:
-    """Return the mean of an area, with limited highlights."""
+    """Return the mean of an area with its highlights limited."""
     positive = np.maximum(values, 0.0)
     limit = _HIGHLIGHT * float(np.percentile(positive, _MOST_PERCENTILE))
     return float(np.minimum(positive, limit).mean())
@@ -214,7 +214,7 @@ class Flow:
 
     @property
     def hardness(self) -> Hardness:
-        """Directionality of the light, where even light comes from no particular direction."""
+        """Directionality of the light. Even light comes from no particular direction."""
         return next(one for one in Hardness if self.strength >= one.value)
 
 

@@ -2,7 +2,8 @@
 
 The light on the skin does not depend on the camera: the nodes are those of the head, plus some that
 only views from the side show. Their positions in a picture, their reflections and the skin's light
-toward the camera are computed here; a file stores the nodes around each sample, and its colour.
+toward the camera are computed here; a file stores the nodes around each sample and the sample's
+colour.
 """
 
 from __future__ import annotations
@@ -168,7 +169,7 @@ def _weights(down: NDArray[Any], right: NDArray[Any]) -> Float32:
 
 
 def _leaving(cosine: Float32, skin: str) -> Float32:
-    """Return the fraction of its light that skin emits at some angles, (n, 3).
+    """Return the fraction of its light that skin emits at the given angles, (n, 3).
 
     The fraction varies less in dark skin, which scatters little.
     """
@@ -181,8 +182,8 @@ def mirrored(
 ) -> tuple[Float32, Float32]:
     """Return the part of even light that rough surfaces reflect to the camera, and its direction.
 
-    The reflection is integrated over Beckmann's facets by their slopes (Gauss-Hermite), as far as
-    nodes see the sky there.
+    The reflection is integrated over Beckmann's facets by their slopes (Gauss-Hermite), where the
+    nodes see the sky.
 
     Args:
         index: (n,) intp. Indices into all nodes and all mirrored ones.

@@ -35,7 +35,7 @@ def best_spot(objective: Float64, eligible: Bools | None = None) -> LampSpot:
 
     Args:
         objective: (64, 576) or (1, 576) float64, per turn and placement.
-        eligible: Mask of the same shape, where False excludes a spot.
+        eligible: Mask of the same shape. False excludes a spot.
     """
     values = (
         objective.ravel() if eligible is None else np.where(eligible, objective, -np.inf).ravel()

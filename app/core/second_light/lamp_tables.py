@@ -1,4 +1,4 @@
-"""A lamp and a place in the form used by the search of a second light.
+"""A lamp and a place in the form used by the search for a second light.
 
 Styles and lamp are transformed once, so that any place can then be searched in milliseconds.
 """
@@ -79,7 +79,7 @@ class LampTables:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchPlace:
-    """A place's light, prepared for the search of a second light."""
+    """A place's light, prepared for the search for a second light."""
 
     # (32, 64, 3) float, linear Rec. 709 radiance at turn 0, divided by `scale`
     light: Floats = field(repr=False)

@@ -114,8 +114,8 @@ def place_all(
             lamp: cd/m2.
         is_open: (576,) bool. Placements within reach. The default is all.
         powers: Possible powers of the lamp, as fractions of its full power (see `dimming`). The
-            picture objective uses the power with the best match, or the first of equals. The
-            paper's objective always gains from more light, so it uses the first power.
+            picture objective uses the power with the best match, or the first of several equal
+            ones. The paper's objective always gains from more light, so it uses the first power.
         front_deg: Azimuth of the photographer at turn 0, in degrees, from which turns are counted.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Search all combinations of a turn and a placement of the lamp, for several styles at once."""
+"""Search all combinations of turn and lamp placement, for several styles at once."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _TALL_DEG: Final = 20.0  # degrees; a style's lamp also works this much higher o
 
 @dataclass(frozen=True)
 class LightMap:
-    """Directions from which light comes at a place.
+    """Directions from which light reaches a place.
 
     Attributes:
         luminance: (H, W) float64. Environment at turn 0, at any exposure, not all black.
@@ -64,7 +64,7 @@ class LightMap:
         return float(self.around(lamp)[round(column) % width])
 
     def around(self, lamp: StyleLamp) -> Float64:
-        """Return the largest mean radiance at about a lamp's elevation, per texel column, (W,)."""
+        """Return the largest mean radiance near a lamp's elevation, per texel column, (W,)."""
         heights = [lamp.elevation_deg + step for step in (-_TALL_DEG, 0.0, _TALL_DEG)]
         rings = [self.ring(height) for height in heights if abs(height) <= 90.0]
         return np.asarray(np.max(rings, axis=0))
@@ -92,7 +92,7 @@ def _lobe(
 
 @lru_cache(maxsize=4)
 def _bands(height: int) -> Float64:
-    """Return the fraction of the sphere of each row, (H,)."""
+    """Return the fraction of the sphere that each row covers, (H,)."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     return np.asarray(edges[:-1] - edges[1:])
 

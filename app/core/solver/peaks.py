@@ -173,7 +173,7 @@ def value_at(curve: Float64, turn_deg: float) -> float:
         curve: (64,) float64. Values at turns of 5.625 k degrees.
 
     Returns:
-        The value, which at a turn of the grid is exactly the curve's own.
+        The value. At a turn of the grid, it is exactly the curve's own.
     """
     return float(shift(curve, turn_deg)[0])
 
@@ -293,7 +293,7 @@ def _local_maxima(heights: Float64) -> list[int]:
 
 
 def _prominence(heights: Float64, index: int) -> float:
-    """Return the descent from a peak before the curve climbs higher, in either direction."""
+    """Return how far a curve descends from a peak before it climbs higher, in either direction."""
     around = _rolled(heights, index)
     higher = (around > around[0]).nonzero()[0]
     if higher.size == 0:
@@ -325,7 +325,7 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
 
 
 def _open_run(side: Float64) -> int:
-    """Return the number of points before the gate closes, with point 0 open despite rounding."""
+    """Return the number of points before the gate closes, with point 0 always open."""
     closed = (side[1:] < 0).nonzero()[0]
     return int(closed[0]) + 1 if closed.size else len(side)
 
@@ -392,7 +392,7 @@ def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> floa
 def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
     """Return the steps, at most one, from `index` to the permitted grid turn nearest an offset.
 
-    Of two equally near turns, the one nearer to `index` counts, so that mirrored curves give
+    Of two equally near turns, the one nearer to `index` is chosen, so that mirrored curves give
     mirrored turns.
     """
     middle = round(offset)

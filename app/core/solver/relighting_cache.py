@@ -28,7 +28,8 @@ class LightTable:
 
     Attributes:
         moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, minus its mean
-            over the face at each turn, then the squares of these. Independent of exposure.
+            over the face at each turn, followed by the squares of these values. Independent of
+            exposure.
         brightness: (64,) float64. Mean over the face at each turn.
         pictures: (64, N, N, 3) float32. Linear Rec. 709 pictures at the 64 turns, in the unit of
             the environment and black around the head, or None if the table has no pictures.

@@ -179,7 +179,7 @@ class SearchTables:
 
     Attributes:
         shape: (H, W) of the light in the search: rows of an environment, and those added by
-            `app.core.solver.search`, all of which turn alike.
+            `app.core.solver.search`, all of which turn in the same way.
         targets: (M, H, 2 S) float64. Per azimuth frequency and elevation row: cosine parts of the S
             targets, then sine parts.
         basis: (M, H, 2 + 2 K + E + O) float64. The same for the face-mean target and K other maps
@@ -210,7 +210,7 @@ class SearchTables:
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """Values at all turns, where index k belongs to turn 5.625 k degrees.
+    """Values at all turns. Index k is the turn of 5.625 k degrees.
 
     For several lights, there is one more axis in front.
 
@@ -395,7 +395,7 @@ def _join(*parts: Float64) -> Float64:
 
 
 def _products(a: Float64, b: Float64) -> Float64:
-    """Return sums of products of two (33, N, n) along their last axis, (33, N)."""
+    """Return sums of products of two arrays, (33, N, n), along their last axis, (33, N)."""
     size = a.shape[-1]
     result: Float64 = np.einsum("kr,kr->k", a.reshape(-1, size), b.reshape(-1, size))
     return result.reshape(a.shape[:-1])

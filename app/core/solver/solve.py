@@ -122,7 +122,7 @@ class PlaceSearch:
         return grades(self.alone.yes, self.alone.nearly)
 
     def verdict(self, row: int, at: int) -> Verdict:
-        """Grade the picture at a grid turn for the style at `row`, beside all others."""
+        """Grade the picture at a grid turn for the style at `row`, among all others."""
         match, strength = self.measured.match[:, at], self.measured.strength[:, at]
         areas = self.curves.others[: len(AREAS), at]
         verdict = judge(
@@ -164,8 +164,8 @@ def measure_alone(pack: StylePack, curve_set: Curves) -> StyleMeasures:
     """Return the match and strength of each style, free of exposure and without its rivals.
 
     Match is Pearson's correlation of target and picture over the face region. Strength is their
-    covariance over the mean of the face, relative to the target picture. Curves of several lights
-    add an axis to the result.
+    covariance divided by the mean of the face, relative to the target picture. Curves of several
+    lights add an axis to the result.
     """
     areas, product = np.split(curve_set.others, [len(AREAS)], axis=-2)
     ratio = product / np.maximum(curve_set.mean, 1e-30)[..., None, :]

@@ -74,7 +74,7 @@ class Signature:
 
     Attributes:
         match: Least match, 0 to 100, for yes and for nearly.
-        even: Whether light that is even all around shows the style whatever the match.
+        even: Whether light that is even all around shows the style regardless of the match.
         areas: Whether match is computed over the areas in the relations (see `match_of_areas`).
     """
 
@@ -181,7 +181,7 @@ class Signatures:
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
-        """Replace the match and strength of styles judged with areas, in place.
+        """Replace the match and strength of styles judged by areas, in place.
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
@@ -276,7 +276,7 @@ def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
 def worst_relation(
     signature: Signature, areas: Float64, *, nearly: bool
 ) -> tuple[Relation, float] | None:
-    """Return the relation that a picture misses by most.
+    """Return the relation that a picture misses by the most.
 
     Args:
         areas: (A,) float64. Means of `AREAS`, at any exposure.
@@ -298,7 +298,7 @@ def worst_relation(
 
 
 def grades(yes: Float64, nearly: Float64) -> Indices:
-    """Return the grade of each picture by its slacks, of any shape: `NO`, `NEARLY` or `YES`."""
+    """Return the grade of each picture from its slacks, of any shape: `NO`, `NEARLY` or `YES`."""
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 

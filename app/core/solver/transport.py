@@ -196,7 +196,7 @@ def save_transport(path: Path, transport: Transport) -> str:
     """Save a transport atomically, and return the file's SHA-256.
 
     The bases are stored as half floats; column norms are moved to the pixel side first, to stay far
-    from the half's smallest numbers.
+    from the smallest half floats.
     """
     header = {**asdict(transport.header), "format_version": FORMAT_VERSION}
     return write_sealed(
@@ -256,7 +256,7 @@ def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str,
     """Pack both bases without loss, into less than half the size of a plain zip file.
 
     Each basis picture is even or odd about the head's middle except for the last bit, so only one
-    half is stored, with the differences of the other half. Colours are similar, so their
+    half is stored, with the differences of the other half from it. Colours are similar, so their
     differences are stored. Bytes of equal significance are side by side, as signs and exponents
     repeat more than fractions.
     """

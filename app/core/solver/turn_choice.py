@@ -8,7 +8,7 @@ grade at the offered turn is yes or nearly.
 The offered turn is not the maximum itself but nearer to the middle of its tolerance arc, so that
 small errors of the sitter do not lose the style (see `app.core.solver.peaks.find_peak`).
 
-The paper's objective offers exactly the turn of the largest C (eq. 5).
+The paper's objective offers exactly the turn with the largest C (eq. 5).
 
 Painted styles have no signature. For them, the rule takes the best match among the turns whose
 strength reaches its limit, or the largest C if there are none; they are within reach if match and

@@ -196,8 +196,8 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
         shape: (H, W) of the environment.
 
     Returns:
-        (H, W) float64. Radiance of a round lamp with the given diameter, with its exact area on the
-        texel grid; radiance times solid angle sums to the lamp's power.
+        (H, W) float64. Radiance of a round lamp with the given diameter and its exact area on the
+        texel grid. Radiance times solid angle sums to the lamp's power.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width * _FINE) + 0.5) / (width * _FINE) - 0.5)

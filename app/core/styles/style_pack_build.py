@@ -154,8 +154,8 @@ def build_pack(
 ) -> StylePack:
     """Pre-integrate styles against a transport (eqs. 6 and 3).
 
-    The quality C is computed over the whole head, as in the paper, and match, strength and
-    signatures over the face. On a symmetric head, a style and its mirror image are made exact
+    The quality C is computed over the whole head, as in the paper. Match, strength and signatures
+    are computed over the face. On a symmetric head, a style and its mirror image are made exact
     mirrors of each other, and a style that is its own mirror image is made exactly even.
 
     Args:

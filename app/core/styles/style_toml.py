@@ -181,7 +181,7 @@ def number_of(table: Mapping[str, object], key: str, where: str) -> float:
     """Return a number from a table.
 
     Raises:
-        StyleError: If the number is missing, or out of range for its key.
+        StyleError: If the number is missing, or is out of range for its key.
     """
     value = table.get(key)
     # bool is a subclass of int.

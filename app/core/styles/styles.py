@@ -1,9 +1,9 @@
 """Styles: classic studio set-ups as lamps around the sitter, one TOML file per style or pair.
 
 A file's name without its suffix is the style's name, as used on the command line. Built-in styles
-ship with the program; of a pair only the left one is stored, and the right one is derived from it.
-The user's folder may add more. `app.core.styles.style_file` reads the files strictly: an unknown
-key or a lamp inside the sitter is an error.
+ship with the program; of each pair, only the left one is stored, and the right one is derived from
+it. The user's folder may add more. `app.core.styles.style_file` reads the files strictly: an
+unknown key or a lamp inside the sitter is an error.
 """
 
 from __future__ import annotations

@@ -63,7 +63,7 @@ def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
 
 
 def small_picture(path: Path) -> Bytes | None:
-    """Read a thumbnail of a picture file.
+    """Read a picture file as a thumbnail.
 
     Returns:
         (128, w, 3) uint8 sRGB, or None if the file cannot be read.

@@ -156,7 +156,7 @@ def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
     """Read the photos of a place, skipping damaged entries.
 
     Returns:
-        The photos in the order in which they were added, without removed ones, and the remarks.
+        The photos in the order in which they were added, without removed photos, and the remarks.
     """
     shots, remarks, _, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), remarks

@@ -1,4 +1,4 @@
-"""Format of saved remarks: each is saved as the name of its class with its fields.
+"""Format of saved remarks: each remark is saved as the name of its class with its fields.
 
 Earlier files contain sentences. Remarks from a newer version of Turnlight are skipped.
 """
@@ -66,7 +66,7 @@ KINDS: Final = _kinds()
 
 
 def facts_of(remarks: Sequence[Remark], most: int = _MOST) -> list[Facts | str]:
-    """Convert remarks to JSON data, and a plain remark to its sentence, truncated to fit."""
+    """Convert remarks to JSON data. A plain remark becomes its sentence, truncated to fit."""
     return [
         each.sentence[:_LONGEST]
         if isinstance(each, PlainRemark)

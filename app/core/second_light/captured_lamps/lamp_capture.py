@@ -112,7 +112,7 @@ def capture_lamp(
     Args:
         paths: Exposures, a folder of them, or one linear panorama (.exr, .hdr). Its channel A, if
             it exists, is the mask.
-        options: Options for merging. By default the response is sRGB, since the frames of a dark
+        options: Options for merging. By default, the response is sRGB, since the frames of a dark
             room are mostly noise, from which no response can be recovered.
         distance_m: Distance from the probe to the lamp, in metres, or None if unknown.
 

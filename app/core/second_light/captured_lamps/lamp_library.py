@@ -49,7 +49,7 @@ _HELD_M: Final = (0.05, 20.0)
 
 @dataclass(frozen=True, slots=True)
 class LampEntry:
-    """A lamp of the library, without its light."""
+    """A lamp in the library, without its light."""
 
     name: str
     title: str

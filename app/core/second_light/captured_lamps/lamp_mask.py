@@ -183,7 +183,7 @@ def _outline(view: Float32, core: Bools) -> tuple[Bools, float, int]:
 
 
 def _own_level(values: Float32, weight: Float64) -> float:
-    """Return the lamp's level, below which lies 60% of its squared light."""
+    """Return the level below which 60% of the lamp's squared light lies."""
     order = np.argsort(values)
     energy = np.cumsum((values.astype(np.float64) ** 2 * weight)[order])
     if not (energy.size and energy[-1] > 0.0):
@@ -261,7 +261,7 @@ def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> F
 
 
 def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
-    """Return the alpha, (H, W), in the frame of the capture, from an edge of `_at_half`.
+    """Return the alpha, (H, W), in the frame of the capture, given an edge from `_at_half`.
 
     The levels on both sides of an edge vary slowly, so rotating them does no harm; between them,
     the brightness of each texel in the original capture gives the fraction of the lamp.

@@ -113,7 +113,7 @@ def _contrast_rows(bases: Float32, region: Float64, texels: Float32, mixed: Floa
 
 
 def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
-    """Return whether a view shows enough of all areas of each style, (S,)."""
+    """Return a mask, (S,), of the styles with enough of all their areas visible in a view."""
     visibility = seen_from(view, shape.positions).astype(np.float64)
     areas = pack.areas.reshape(len(AREAS), -1)[:, shape.pixels].astype(np.float64)
     share = (areas @ visibility) / np.maximum(areas.sum(axis=1), 1e-30)
