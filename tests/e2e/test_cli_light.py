@@ -293,7 +293,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
         (["{place}", "--lamp", "{folder}/text.hdr"], "text.hdr"),
         (["{place}"], "--lamp"),
         (["{place}", "--lamp", "phone", "--style", "disco"], "no style"),
-        (["{place}", "--lamp", "phone", "--lux", "-3"], "outside the range for photos"),
+        (["{place}", "--lamp", "phone", "--lux", "-3"], "not a plausible light level"),
         (["{place}", "--lamp", "phone", "--lux", "nan"], "finite"),
         (["{place}", "--lamp", "panel@2", "--reach", "arm", "--lux", "9"], "within reach"),
         (["{folder}/nothing.exr", "--lamp", "phone"], "nothing.exr"),

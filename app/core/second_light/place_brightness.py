@@ -146,7 +146,7 @@ def check_lux(lux: float) -> float:
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(
-            tr("{lux:g} lux is outside the range for photos.", lux=lux),
+            tr("{lux:g} lux is not a plausible light level.", lux=lux),
             tr("Typical values: candle-lit table 10, lit room 200, cloudy day 10,000, sun 60,000."),
         )
     return lux

@@ -76,7 +76,7 @@ def read_painted(path: Path) -> PaintedValues:
         or not isinstance(sha256, str)
         or not _SHA256.fullmatch(sha256)
     ):
-        raise StyleError(tr("{where} does not name its weights.", where=where))
+        raise StyleError(tr("{where} does not name its weights file.", where=where))
     untouched = painted.get("untouched", False)
     if not isinstance(untouched, bool):
         raise StyleError(tr("{where}: untouched must be true or false.", where=where))

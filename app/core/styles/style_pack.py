@@ -182,7 +182,7 @@ class StylePack:
         return self.studios[self.index(name)] if self.studios else AS_PUBLISHED
 
     def target(self, name: str) -> Float32:
-        """Return a style's target picture, (N, N, 3) float32 linear Rec. 709, of maximum 1."""
+        """Return a style's target, (N, N, 3) float32 linear Rec. 709, with a maximum of 1."""
         return np.asarray(self.targets[self.index(name)].astype(np.float32))
 
 

@@ -167,6 +167,6 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
                 tr("There is no style {name!r}.", name=name),
                 tr("Did you mean {near}?", near=near[0])
                 if near
-                else tr("'turnlight styles' lists them all."),
+                else tr("'turnlight styles' lists all styles."),
             )
     return tuple(style for style in styles if not name_set or style.name in name_set)

@@ -169,7 +169,7 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
         )
     if re.fullmatch(ENVIRONMENT_NAME, place.environment) is None:
         raise PlaceError(
-            tr("The light of “{name}” has an invalid file name.", name=place.name),
+            tr("The light of “{name}” is stored under an invalid file name.", name=place.name),
             _next_step(folder),
         )
     path = folder / place.environment
@@ -226,7 +226,7 @@ def _next_step(folder: Path) -> str:
 def _check(radiance: FloatImage) -> None:
     shape = radiance.shape
     if radiance.dtype != np.float32 or radiance.ndim != 3 or shape[2] != 3:
-        raise PlaceError(tr("The light was not saved: it is not a picture with 32-bit values."))
+        raise PlaceError(tr("The light was not saved: it is not a 32-bit RGB picture."))
     if shape[1] != 2 * shape[0] or not MIN_WIDTH <= shape[1] <= MAX_WIDTH:
         raise PlaceError(
             tr(

@@ -123,7 +123,7 @@ def make_lamp(
     if alpha.shape != shape[:2]:
         raise CoreError(
             tr(
-                "The mask of {name} has the shape {mask}, but its light has {light}.",
+                "The mask of {name} has the shape {mask}, but its light has the shape {light}.",
                 name=name,
                 mask=alpha.shape,
                 light=shape[:2],
