@@ -61,7 +61,7 @@ class Unread(Enum):
     PROFILE = "profile"
     HIDDEN = "hidden"
     FLAT = "flat"
-    MIXED = "mixed"  # something hides a part of the face, or several lamps light it
+    MIXED = "mixed"  # part of the face is hidden, or several lamps light it
 
 
 @dataclass(frozen=True, slots=True)

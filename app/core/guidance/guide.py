@@ -21,13 +21,13 @@ from typing import Final
 from app.core.base.angles import Direction, direction_of, ends_of, whole, wrap
 
 HOLD_DEG: Final = 2
-"""Largest distance from the goal that needs no correction."""
+"""Largest distance from the goal, in degrees, that needs no correction."""
 
 KEEP_DEG: Final = 10
-"""Advantage of the other way round at which the direction changes."""
+"""Advantage of the other way round, in degrees, at which the direction changes."""
 
 LOCK_DEG: Final = 1
-"""Distance outside the light at which the light counts as left."""
+"""Distance outside the light, in degrees, at which the light counts as left."""
 
 LOST_AFTER_S: Final = 1.0
 """Time, in seconds, for which the last number stays on screen after the heading is lost."""

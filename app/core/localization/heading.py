@@ -318,7 +318,7 @@ def _evidence(
     return Evidence(
         # A point of the panorama that matches several points counts once.
         points=len(np.unique(pairs.second[pose.inside])),
-        # As if two more of the certain matches were undecided.
+        # Count as if two more of the certain matches were undecided.
         share=(float(inside.sum()) + 1.0) / (len(inside) + 2.0),
         spread=_spread(rays[pose.inside], lens),
         support=whole,

@@ -46,7 +46,7 @@ _LENSES: Final = (  # focal length for a frame of 36 x 24 mm, and fraction of al
 _SAME_LENS: Final = 0.025  # spread of the logarithm of a lens: rounding, distortion, stabilisation
 _OTHER_LENS: Final = 0.05  # density of all other lenses
 _FRAME_MM: Final = math.hypot(36.0, 24.0)
-_LEFT_AWAY: Final = 0.25  # shrinkage of a wall 7 m away from 1.5 m closer
+_LEFT_AWAY: Final = 0.25  # shrinkage of a wall 7 m away, seen from 1.5 m closer
 _FEWEST: Final = 8
 _WITHIN: Final = (0.4, 3.5)  # range of lens and parallax together
 

@@ -275,8 +275,8 @@ def read_user_style(path: Path) -> UserStyle:
 
 
 def _lines(values: Mapping[str, object]) -> str:
-    # A quoted JSON text is also a quoted TOML text: the same escapes, and plain UTF-8. So are
-    # numbers and booleans.
+    # A JSON string is also a TOML string, with the same escapes and plain UTF-8. The same is true
+    # of numbers and booleans.
     return "".join(f"{key} = {json.dumps(v, ensure_ascii=False)}\n" for key, v in values.items())
 
 

@@ -46,7 +46,7 @@ EXPOSURE_LIMITS: Final = {
     "iso": (0.5, 1e7),
     "aperture": (0.3, 1000.0),
 }
-"""Smallest and largest valid value of an exposure in a journal."""
+"""Smallest and largest valid values of an exposure in a journal."""
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 

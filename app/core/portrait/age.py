@@ -30,7 +30,7 @@ AGAIN_MINUTES: Final = 20.0
 """Minutes of sunlight after which the light is old in any case, because shadows move."""
 
 DAY_MINUTES: Final = 24 * 60.0
-"""Time after which daylight has changed completely."""
+"""Time, in minutes, after which daylight has changed completely."""
 
 _SOON: Final = 0.6  # fraction of these limits
 _SKEW_S: Final = 120.0  # possible difference between the clocks of camera and computer

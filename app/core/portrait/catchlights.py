@@ -21,13 +21,13 @@ _IRIS, _ROWS = 14, 640
 """Radius of the iris, in pixels, and number of rows of the picture that it refers to."""
 _BRIGHTER: Final = 3.0
 _LEAST_SHARE: Final = 0.1
-"""Least brightness of a catchlight, as a fraction of the head's mean brightness."""
+"""Minimum brightness of a catchlight, as a fraction of the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
 _MIRRORED: Final = 0.5
 EYES: Final = ("right", "left")
 """The sitter's eyes: the right one is in the left half of the picture."""
 _NEAR_DEG: Final = 5.0
-"""Largest angle between a lamp and the direction that a spot mirrors, as the cornea blurs."""
+"""Largest angle, in degrees, between a lamp and the direction that a blurred spot mirrors."""
 _ABOVE_DEG: Final = 60.0
 
 

@@ -27,9 +27,9 @@ COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
 _BRIGHT: Final = 6.0
-"""Least brightness of a lamp, relative to the mean of the sky."""
+"""Minimum brightness of a lamp, relative to the mean of the sky."""
 _SHARE: Final = 0.01
-"""Least fraction of all light that a lamp provides."""
+"""Minimum fraction of all light that a lamp must provide."""
 _LARGEST: Final = np.pi * math.radians(6.0) ** 2
 """Largest size of a lamp, 6 degrees in radius: larger lamps make soft edges on a face anyway."""
 _WIDEST: Final = math.radians(11.0)

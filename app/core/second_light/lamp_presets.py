@@ -95,7 +95,7 @@ KINDS: Final = {
     for kind in (
         # A white screen at full brightness, 600 cd/m2.
         Kind("phone", (0.07, 0.15), False, 6.3, 0.3, _WHITE),
-        # The lamp at the back, 50 lm over half the room.
+        # The light on the back of a phone, 50 lm spread over half the room.
         Kind("torch", (0.006, 0.006), True, 16.0, 0.4, _WHITE),
         # A white screen at full brightness, 500 cd/m2.
         Kind("tablet", (0.25, 0.17), False, 21.0, 0.4, _WHITE),
@@ -105,7 +105,7 @@ KINDS: Final = {
         Kind("bulb", (0.20, 0.15), True, 70.0, 0.6, _WARM),
         # Guide number 40 at 1/16 power; counted as steady light through 1/160 s.
         Kind("flash", (0.06, 0.04), False, _FLASH_LUX, 1.0, _WHITE),
-        # 60 cm, a 100 W LED inside.
+        # A 60 cm softbox with a 100 W LED inside.
         Kind("softbox", (0.60, 0.60), False, 1500.0, 1.0, _WHITE),
     )
 }

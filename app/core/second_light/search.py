@@ -82,7 +82,7 @@ class LampPlacement:
     grade: Grade | None = None
     shortfall: Shortfall | None = None
     looks_more_like: str | None = None
-    # yaw of the face from the lens, which `turn_deg` then refers to
+    # yaw of the face relative to the lens; `turn_deg` is then the turn of the lens
     yaw_deg: float = 0.0
     lighting: Lighting = "front"
 

@@ -85,7 +85,7 @@ def mirror(style: Style) -> Style:
     around = style.key_azimuth_deg
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
     lamps = tuple(
-        # 180 degrees is its own mirror, and 0 must not become -0.
+        # 180 degrees is its own mirror image, and 0 must not become -0.
         dataclasses.replace(lamp, azimuth_deg=-lamp.azimuth_deg)
         if lamp.azimuth_deg not in (0.0, 180.0)
         else lamp
