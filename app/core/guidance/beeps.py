@@ -1,4 +1,4 @@
-"""Sounds of the guidance, synthesised from sine waves as mono samples of 16 bits.
+"""Sounds of the guidance, synthesised from sine waves as 16-bit mono samples, without files.
 
 During a turn, beeps get faster and slightly higher toward the goal. Inside the arc they come in
 pairs, and within two degrees of the goal they become a steady tone, so that the photographer can

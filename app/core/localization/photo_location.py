@@ -180,7 +180,7 @@ def locate_photo(
 
 
 def lens_azimuth(location: PhotoLocation, face: Face, columns: int) -> float | None:
-    """Return the panorama azimuth of the lens as seen from a face, or None if it is unknown.
+    """Return the panorama azimuth of the lens as seen from a face, or None if not located.
 
     Args:
         columns: Width of the picture that contains the face.

@@ -1,4 +1,4 @@
-"""Filters over live pictures for numbers, the lens, the sitter and a stationary camera.
+"""Filter live pictures: steady the numbers, lens and sitter, and detect a stationary camera.
 
 A number should not move when nothing moves, and should follow at once when something does. An
 average long enough to remove the jitter of a measurement lags behind a motion; a shorter one

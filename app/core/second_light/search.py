@@ -1,4 +1,4 @@
-"""Search for the best turn and lamp placement by eq. 7 of the paper, for both objectives.
+"""Search for the best turn and lamp placement: eq. 7 of the paper, exact for both objectives.
 
 All 64 turns times 576 placements are evaluated for every style. As without a lamp, the decision
 does not depend on the exposure: the place's light is divided by its mean luminance, and the lamp by

@@ -105,7 +105,7 @@ def light_shortfall(
     light: LightMap,
     turn_deg: float,
 ) -> LightShortfall | None:
-    """Return the fault in the light that puts a style out of reach, or None if there is none.
+    """Return the fault in the light that puts a style out of reach, or None if within reach.
 
     Args:
         style: The style, or None for painted weights, which have no lamps.

@@ -325,7 +325,7 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
 
 
 def _open_run(side: Float64) -> int:
-    """Return the number of points before the gate closes, with point 0 always open."""
+    """Return the number of points before the gate closes. Point 0 is open despite rounding."""
     closed = (side[1:] < 0).nonzero()[0]
     return int(closed[0]) + 1 if closed.size else len(side)
 
