@@ -152,7 +152,7 @@ def _mirrored(area: Bools, side: int) -> Bools:
 
 
 def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
-    """Return the light on a face in a picture, (H, W, 3) uint8 sRGB, at the head's pixels.
+    """Sample the light on a face in a picture, (H, W, 3) uint8 sRGB, at the head's pixels.
 
     Returns:
         The linear luminance, (N * N,) float32, blurred as in `HeadMap.blurred`, and a mask, (N *

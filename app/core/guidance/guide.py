@@ -252,7 +252,7 @@ class _Target:
         return min(nose + self.ends[0], self.ends[1] - nose)
 
     def further(self, past: float, off: float) -> float:
-        """Return the degrees that the nose still has to turn left with the lens `past` the goal."""
+        """Return how many degrees the nose still has to turn left with the lens `past` the goal."""
         well = min(_WELL_DEG, sum(self.ends) / 2)
         return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 

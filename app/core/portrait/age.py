@@ -136,7 +136,7 @@ def _by_sun(minutes: float, declination: float, elevation: float | None) -> Age:
 
 
 def _largest_azimuth(shift_deg: float, elevation: float | None) -> float:
-    """Return the largest change of azimuth along an arc of given length from an elevation."""
+    """Return the largest change of azimuth that an arc of given length causes at an elevation."""
     if elevation is None or not math.isfinite(elevation):
         return shift_deg
     # The meridian tangent to a circle of radius r around a point at elevation e is asin(sin r / cos

@@ -213,7 +213,7 @@ def solve_lens(
 
 
 def best_answers(place: LensSearch, wish: LensWish, scale: float) -> list[StyleResult]:
-    """Return the best answer of all yaws for each style, by grade and then by match."""
+    """Return the best answer over all yaws for each style, by grade and then by match."""
     yaws = sorted(place.curves, key=lambda yaw: (abs(yaw), yaw))
     trial_yaws = [wish.yaw] if isinstance(wish.yaw, float) else yaws
     choices = [place.choice(yaw, wish) for yaw in trial_yaws]
