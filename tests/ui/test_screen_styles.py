@@ -272,7 +272,7 @@ class TestGrid:
     def test_cards_say_what_they_show(self, shown: Shown) -> None:
         for card in shown.view.findChildren(StyleCard):
             assert card.accessibleName() == card.state.spoken
-            assert card.accessibleDescription() == ("chosen" if card.state.chosen else "")
+            assert card.accessibleDescription() == ("selected" if card.state.chosen else "")
         assert any(
             card.accessibleName().startswith(
                 "Rembrandt, light from the sitter’s left, camera right"

@@ -325,7 +325,7 @@ def test_a_card_is_chosen_by_a_click_and_opened_by_two(cards: list[Card], qtbot:
         QTest.keyClick(cards[0], Qt.Key.Key_Return)
     cards[0].set_selected(True)
     assert cards[0].selected
-    assert cards[0].accessibleDescription() == "chosen"
+    assert cards[0].accessibleDescription() == "selected"
 
 
 def test_a_menu_acts_and_says_why_it_cannot(window: QWidget) -> None:

@@ -57,8 +57,8 @@ def refuse(patch: pytest.MonkeyPatch, below: Path, code: int) -> None:
     [
         (errno.ENOSPC, "the disk is full"),
         (errno.EDQUOT, "the disk is full"),
-        (errno.EROFS, "its folder is not writable"),
-        (errno.EACCES, "its folder is not writable"),
+        (errno.EROFS, "its folder is write-protected"),
+        (errno.EACCES, "its folder is write-protected"),
     ],
 )
 def test_a_dropped_panorama_is_solved_and_shown_though_nothing_can_be_kept(
@@ -137,7 +137,7 @@ def test_a_place_that_is_only_looked_at_is_not_written(
         assert len(again.model.results) == len(NAMES)
         assert again.told.messages == []
         again.desk.change("rename", name="Another name")
-        assert "is not writable" in again.told.messages[-1]
+        assert "is write-protected" in again.told.messages[-1]
     again.desk.change("rename", name="studio")
     again.desk.change("rename", name="Another name")
     assert read_place(folder).name == "Another name"

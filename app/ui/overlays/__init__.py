@@ -28,7 +28,7 @@ OVERLAYS: Final = {
 def open_overlay(what: str, commands: Commands) -> Sheet:
     """Open a sheet over the current screen.
 
-    A section may follow its key: "manual#Match" opens the manual at the section "Match".
+    A section may follow the sheet's key: "manual#Match" opens the manual at the section "Match".
     """
     what, _, part = what.partition("#")
     title, width, side, module, body_class = OVERLAYS[what]

@@ -49,7 +49,7 @@ def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
 
 
 class HelpBody(QWidget):
-    """The shortcuts of the current screen and of all screens, and explanations of the terms."""
+    """The shortcuts for the current screen and for every screen, and explanations of terms."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -66,7 +66,7 @@ class HelpBody(QWidget):
             column(Text(word, 14, 600), Text(meaning, 14, role="dim", wrap=True), gap=2)
             for word, meaning in EXPLANATIONS.values()
         ]
-        titles = Text(tr("Keys"), 16, 600), Text(tr("Words"), 16, 600)
+        titles = Text(tr("Keys"), 16, 600), Text(tr("Terms"), 16, 600)
         manual = Button(tr("Read the manual"), "file", do=lambda: commands.ask("manual"))
         meanings.append(row(manual, ...))
         column(titles[0], keys, titles[1], *meanings, ..., into=inside, gap=16, margins=_INSIDE)

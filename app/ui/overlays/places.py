@@ -297,7 +297,7 @@ class PlacesBody(QWidget):
         self._compare.set_available(count > 1, tr("Select 2 to 6 places with their check boxes."))
 
     def search(self, words: str) -> None:
-        """Show only the places that contain these words."""
+        """Show only the places whose text contains these words."""
         self._search.set_text(words)
         self._show_found()
 
@@ -323,7 +323,7 @@ class PlacesBody(QWidget):
         self._over(SpotsSheet(self._commands, folders, self.leave))
 
     def _head(self, day: str, places: Sequence[PlacesListRow]) -> QWidget:
-        """Create the heading of a day, with a button to compare two or more of its places."""
+        """Create the heading of a day, with a button that compares its places if it has several."""
         folders = [place.folder for place in places if place.can_compare]
         count = tr_plural("{count} place", "{count} places", len(places))
         words = [Text(day, 16, 600), Text(count, 12, role="dim")]
@@ -333,7 +333,7 @@ class PlacesBody(QWidget):
             self._compare_picked()
 
         compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small", do=on_pick)
-        compare.setAccessibleName(tr("Compare spots of {day}", day=day))
+        compare.setAccessibleName(tr("Compare spots from {day}", day=day))
         head = boxed(row(*words, ..., *([compare] if len(folders) > 1 else []), gap=8,
                          margins=(0, 8, 0, 0)))  # fmt: skip
         head.setAccessibleName(f"{day}, {count}")
@@ -370,7 +370,7 @@ class PlacesBody(QWidget):
         self._over(_Edit(self.window(), place, partial(self.presenter.edit, place.folder)))
 
     def _over(self, sheet: Sheet) -> None:
-        """Open a sheet over the list that closes together with it."""
+        """Open a sheet over the list, and close it together with the list."""
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
         sheet.open()

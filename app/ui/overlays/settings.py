@@ -1,4 +1,4 @@
-"""The settings, one row each, saved on every change."""
+"""The sheet with the settings, which saves every change at once."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class SettingsBody(QWidget):
         self.setFocusProxy(self.field)
 
     def _filter(self, query: str) -> None:
-        """Show the settings that match a few letters of a title, a choice or a synonym."""
+        """Show the settings whose title, choices or synonyms match the query."""
         visible = [not query.strip() or score(query, about) > 0 for about, _ in self._lines]
         for (_, line), fits in zip(self._lines, visible, strict=True):
             line.setVisible(fits)

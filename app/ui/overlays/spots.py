@@ -63,10 +63,10 @@ class _Spot(OutlineBox):
 
 
 class SpotsSheet(Sheet):
-    """Compares spots.
+    """A sheet that compares spots.
 
     Attributes:
-        leave: Closes this sheet and the list below it.
+        leave: Closes the list below this sheet, then calls the function passed to it.
     """
 
     def __init__(

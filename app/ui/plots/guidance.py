@@ -1,4 +1,4 @@
-"""The degrees to go and the arrow, painted by hand because they are not plots of data."""
+"""The number of degrees to go and the turn arrow, painted by hand because they plot no data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SIGN_SIZE: Final = 0.54  # fraction of the number's size
 class BigDegrees(Plot):
     """A large number of degrees, with text to the right of its last digit.
 
-    If they are wider than the widget, all parts shrink together.
+    If the number and the text are wider than the widget, they shrink together.
     """
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -48,9 +48,10 @@ class BigDegrees(Plot):
         return QSize(px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
-        """Show a non-negative number, or no number if it is None because the heading is lost.
+        """Show a non-negative number of degrees, or nothing if `degrees` is None.
 
-        The text is "to go" or "too far", for example. More than two words take two lines.
+        The number is None while the heading is lost. The text is "to go" or "too far", for example,
+        and takes two lines if it has more than two words.
         """
         self._number = degrees
         parts = words.split()
@@ -61,7 +62,7 @@ class BigDegrees(Plot):
         self.update()
 
     def figure_font(self) -> QFont:
-        """Return the font of the number, at its design size or smaller to fit the widget."""
+        """Return the font of the number, at its design size or reduced to fit the widget."""
         size, need = self._size, self._extent(self._size)
         if need > self.width():
             # Start close to the final size, because every size creates a new font.
@@ -96,7 +97,7 @@ class BigDegrees(Plot):
         return theme().font(max(round(_WORDS * size / _FIGURE), 14), 600)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the number, its sign and the text."""
+        """Paint the number, the degree sign and the text."""
         if self._number is None:
             return
         t = theme()
@@ -123,7 +124,7 @@ class BigDegrees(Plot):
 
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
-"""The sign that the arrow shows; "none" hides the arrow while the heading is lost."""
+"""The sign shown by the turn arrow, which is "none" while the heading is lost."""
 
 NAMES = {
     "clockwise": tr("Turn clockwise"),

@@ -2,7 +2,7 @@
 
 One drawing shows the head from above, with the camera at the bottom, and the other shows it from
 the side that the lamp is on. Both have the same scale and use the outlines of the loaded head. From
-above, the face looks down, toward the camera, so the sitter's left is on the right, as the camera
+above, the face looks down, towards the camera, so the sitter's left is on the right, as the camera
 sees it. Seen from the sitter's left, the face looks to the left, and seen from the sitter's right,
 it looks to the right.
 """
@@ -29,7 +29,7 @@ from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text
 from app.words.phrases.quantities import metres
 
 _DOT: Final = 24
-_RING_SHARE: Final = 0.445  # fraction of the width, which leaves room for the dot beside the ring
+_RING_SHARE: Final = 0.445  # fraction of the width that leaves room for the dot beside the ring
 _DRAWN_M: Final = (0.24, 0.9)  # minimum and maximum distance at which the ring is to scale
 _LEVEL_DEG: Final = 3  # a smaller altitude is called level
 _TITLE: Final = 22
@@ -42,7 +42,7 @@ _SIGN: Final = 44  # size of the lamp and of the best position
 
 
 class _HeadView(LampPlot):
-    """The base class of both drawings, with scale, frame, ring, head and lamp."""
+    """The base class of both drawings, which have a scale, a frame, a ring, a head and a lamp."""
 
     preferred_size = least = (200, 180)
     title = ""
@@ -68,7 +68,7 @@ class _HeadView(LampPlot):
 
     @property
     def ring(self) -> float:
-        """Radius of the ring in logical pixels, the same in two drawings of equal size."""
+        """Radius of the ring in logical pixels, which is equal in two drawings of the same size."""
         across = self.width() * _RING_SHARE
         room = self.height() - px(_TITLE + 20) - self._foot_height
         return max(min(across, room / 2.0, self.width() / 2.0 - px(_DOT / 2 + 4)), 8.0)
@@ -98,7 +98,7 @@ class _HeadView(LampPlot):
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
     def outline(self, state: Heads) -> Float32:
-        """Return the head's outline in this drawing, as (n, 2) in metres from the head's middle."""
+        """Return the outline of the head in this drawing, (n, 2), in metres from its centre."""
         raise NotImplementedError
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -133,7 +133,7 @@ class _HeadView(LampPlot):
         self.panel.viewport().update()
 
     def _still(self, state: Heads) -> tuple[object, ...]:
-        """Return a cache key of everything that the backdrop depends on."""
+        """Return a cache key made of everything that the backdrop depends on."""
         return self.size(), self.scale, self.reach, self.title, id(state.shape)
 
     def _place(self, state: Heads) -> None:
@@ -197,7 +197,7 @@ class AboveView(_HeadView):
         return state.shape.above
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Return the position of a lamp, which is closer to the head the higher or lower it is."""
+        """Return the position of a lamp, drawn closer to the head the higher or lower it is."""
         level = self.reach * math.cos(math.radians(altitude_deg))
         x, y = self.middle
         azimuth = math.radians(azimuth_deg)
@@ -253,7 +253,7 @@ class AboveView(_HeadView):
             draw_text(painter, (right, low + px(line)), words, font, t.c.dim, 1.0)
 
     def _coming(self, painter: QPainter, azimuth_deg: float) -> None:
-        """Draw the direction of the place's own light as an arrow toward the head."""
+        """Draw the direction of the place's own light as an arrow towards the head."""
         t, (x, y) = theme(), self.middle
         way, aside = self._way_of_light(azimuth_deg)
         head = 0.13 * self.scale
@@ -306,7 +306,7 @@ class SideView(_HeadView):
 
     @property
     def title(self) -> str:  # type: ignore[override]
-        """The side that the lamp is on."""
+        """Title of the drawing, which names the side that the lamp is on."""
         if self.from_left:
             return tr("From the sitter’s left (camera right)")
         return tr("From the sitter’s right (camera left)")

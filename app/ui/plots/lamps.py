@@ -31,13 +31,13 @@ _POWER: Final = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}
 
 
 class Heads(Protocol):
-    """A lamp around a head, in metres and degrees.
+    """The position of a lamp around a head, in metres and degrees.
 
     Attributes:
         shape: Outlines of the head, or None to draw nothing.
         best: Best azimuth and altitude in degrees, or None if there is no best position.
-        place_light_deg: Azimuth of the place's own light on the face in degrees, or None if it
-            comes from all around.
+        place_light_deg: Azimuth of the place's own light on the face in degrees, or None if the
+            light comes from all around.
     """
 
     @property
@@ -62,7 +62,7 @@ class Heads(Protocol):
 
     @property
     def place_light_deg(self) -> float | None:
-        """Azimuth of the place's own light in degrees, or None if it comes from all around."""
+        """Azimuth of the place's own light in degrees, or None if there is no main direction."""
 
     @property
     def spoken(self) -> str:
@@ -73,7 +73,7 @@ class LampPlot(Plot):
     """A drawing whose lamp can be moved with the mouse and the keyboard.
 
     The arrow keys move the lamp by 1°, or by 10° with Shift. The left and right arrows move it
-    around the head toward the sitter's right and left, and the up and down arrows change its
+    around the head towards the sitter's right and left, and the up and down arrows change its
     altitude. Home moves it to the best position, and Page Up and Page Down change its power.
     """
 
@@ -92,8 +92,8 @@ class LampPlot(Plot):
         self.setMouseTracking(True)
         self.setToolTip(
             tr(
-                "Drag the lamp. Arrows: 1°, with Shift 10°. Page Up and Down: power. "
-                "Home: best place"
+                "Drag the lamp. Arrow keys: 1°, or 10° with Shift. Page Up and Page Down: power. "
+                "Home: best position"
             )
         )
 
@@ -174,13 +174,13 @@ class LampPlot(Plot):
         super().mouseReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Repaint the lamp, which indicates the focus."""
+        """Repaint the lamp, which shows that the drawing has the focus."""
         super().focusInEvent(event)
         self.update()
 
 
 def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None:
-    """Draw the lamp as an amber dot with a bulb and an edge that stands out everywhere."""
+    """Draw the lamp as an amber dot with a bulb and an edge that stands out on any background."""
     t = theme()
     radius = px(_DOT) / 2.0
     disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)

@@ -120,10 +120,10 @@ class MaskCanvas(Plot):
     least = (320, 160)
 
     pressed = Signal(float, float)
-    """Emitted at the start of a stroke with the azimuth and the elevation in degrees."""
+    """Emitted at the start of a stroke, with the azimuth and the elevation in degrees."""
 
     drawn = Signal(float, float)
-    """Emitted for each further point of a stroke with the azimuth and the elevation in degrees."""
+    """Emitted for each further point of a stroke, with the azimuth and the elevation in degrees."""
 
     lifted = Signal()
 
@@ -150,7 +150,7 @@ class MaskCanvas(Plot):
         self.setToolTip(tr("Paint with the mouse. Wheel: zoom. Right button: move the picture"))
 
     def show_state(self, state: MaskPicture) -> None:
-        """Show another mask or brush."""
+        """Show a different mask or brush."""
         first = self._state is None
         self._state = state
         if self._last[0] is not state.picture:

@@ -1,4 +1,4 @@
-"""The match around the circle of turns, drawn with pyqtgraph around the middle of the dial."""
+"""The circular plot of the match at every turn, drawn with pyqtgraph around the dial's centre."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 from app.words.phrases.turns import arc_words, turn_words
 
-_INSET: Final = 18.0  # distance from the widget's edge to the rim, with room for the numbers
+_INSET: Final = 18.0  # distance from the widget's edge to the rim, leaving room for the numbers
 _CORE: Final = 26.0  # radius of the value 0, with the head inside
 _HEAD: Final = 17.0  # half the length of the head
 _GRAB: Final = 12.0  # distance at which the pointer hits a peak
-_STILL: Final = 6.0  # a pointer closer to the middle has no direction
+_STILL: Final = 6.0  # a pointer closer to the centre than this has no direction
 _CURVE_FILL: Final = 0.12
 _ARC_FILL: Final = 0.28
 _O: Final = (0.0, 0.0)
@@ -65,13 +65,13 @@ class PolarPlot(TurnPlot):
     """The match (or quality) at every turn, with 0° at the top and clockwise to the right.
 
     The arrow keys move the needle by 1°, or by 10° with Shift. Home moves it to the best turn, and
-    Page Down and Page Up move it to the next peak clockwise and counter-clockwise.
+    Page Down and Page Up move it to the next peak clockwise or counter-clockwise.
     """
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     peak_chosen = Signal(int)
-    """Emitted with the index of a secondary peak that was chosen with a click or a page key."""
+    """Emitted with the index of a secondary peak chosen with a click or a page key."""
 
     def __init__(self, name: str = tr("Match by turn"), size: int = 224) -> None:
         super().__init__(name)
@@ -82,7 +82,9 @@ class PolarPlot(TurnPlot):
         self._marked: tuple[str, ...] = ()
         self._make_items()
         self.setMouseTracking(True)
-        self.setToolTip(tr("Drag to try another turn. Arrows: 1°, with Shift 10°. Home: best turn"))
+        self.setToolTip(
+            tr("Drag to try another turn. Arrow keys: 1°, or 10° with Shift. Home: best turn")
+        )
         self.describe()
 
     def _make_items(self) -> None:
@@ -109,7 +111,7 @@ class PolarPlot(TurnPlot):
             self._turned.addItem(item)
 
     def sizeHint(self) -> QSize:
-        """Return the preferred square."""
+        """Return the size of the preferred square."""
         return QSize(self._side, self._side)
 
     def take_side(self, side: int) -> None:
@@ -133,13 +135,13 @@ class PolarPlot(TurnPlot):
         Args:
             curve: Match from 0 to 100 at evenly spaced turns, clockwise from 0, or an empty
                 sequence for a bare dial.
-            limit: Match at the limit of reach.
+            limit: Lowest match that counts as within reach.
             arc: Tolerance arc (from, to) in degrees, clockwise and possibly wrapping, or None if
                 the style is out of reach.
             best: Best turn in degrees, or None if there is none.
             peaks: Turns of the other peaks in degrees, not including the best turn.
             needle: Turn of the needle in degrees, or None for the best turn.
-            marks: Names of dots on the curve, with their turns in degrees.
+            marks: Name and turn, in degrees, of each dot on the curve.
         """
         data = _Data(
             tuple(float(value) if math.isfinite(value) else 0.0 for value in curve),
@@ -156,12 +158,12 @@ class PolarPlot(TurnPlot):
         self.set_needle(0.0 if turn is None else turn)
 
     def tell(self, numbers: str, limit: str, marked: Sequence[str] = ()) -> None:
-        """Set the text for the needle, the limit and the marks."""
+        """Set the spoken text for the needle, the limit and the marks."""
         self._numbers, self._limit_words, self._marked = numbers, limit, tuple(marked)
         self.describe()
 
     def describe(self) -> None:
-        """Describe the needle, match, best turn, arc, limit and peaks for screen readers."""
+        """Describe the needle, match, best turn, arc, limit, marks and peaks for screen readers."""
         data = self._data
         if not data.curve:
             self.say(tr("No turn yet"))

@@ -1,4 +1,4 @@
-"""The rings, dots and names on the circle of matches: secondary peaks, marks, the needle's handle.
+"""The rings, dots and names on the match circle: secondary peaks, marks and the needle's handle.
 
 Positions and sizes are in logical pixels.
 """
@@ -20,9 +20,9 @@ from app.ui.widgets.paint import text_width
 def name_place(
     dial: Dial, radius: float, turn: float, name: str, peaks: Sequence[Point]
 ) -> Point | None:
-    """Return a free position for a mark's name, or None if there is none.
+    """Return a free position for a mark's name, or None if no position is free.
 
-    The position is outside or inside the mark's dot.
+    The position is on the outer or the inner side of the mark's dot.
     """
     wide = text_width(theme().font(12), name)
     half = wide / 2.0 * abs(math.sin(math.radians(turn)))
@@ -39,7 +39,7 @@ def name_place(
 
 
 def draw_words(words: str, painter: QPainter, middle: Point) -> None:
-    """Draw the name of a mark, or a number of degrees, around a point."""
+    """Draw the name of a mark, or a number of degrees, centred on a point."""
     draw_text(painter, middle, words, theme().font(12), theme().c.dim)
 
 

@@ -18,7 +18,8 @@ _Item = TypeVar("_Item", bound=QGraphicsItem)
 class Panel(pg.GraphicsView):  # type: ignore[misc]
     """The part of a plot drawn by pyqtgraph, in data units with x to the right and y downward.
 
-    The plot itself handles mouse and keyboard. `over` paints over all the items, in logical pixels.
+    The plot itself handles the mouse and the keyboard. `over` paints on top of all items, in
+    logical pixels.
     """
 
     def __init__(self, plot: QWidget, over: Callable[[QPainter], None]) -> None:
@@ -31,8 +32,8 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.setCacheMode(self.CacheModeFlag.CacheNone)
         self.setViewportUpdateMode(self.ViewportUpdateMode.FullViewportUpdate)
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        # With few items, an index tree is no faster, and it keeps deleted pyqtgraph items that
-        # changed their size without notice.
+        # With few items, an index tree is no faster, and it keeps deleted pyqtgraph items whose
+        # size changed without notice.
         self.scene().setItemIndexMethod(QGraphicsScene.ItemIndexMethod.NoIndex)
         self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
         self.box.disableAutoRange()
@@ -50,13 +51,13 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.setViewportUpdateMode(self.ViewportUpdateMode.MinimalViewportUpdate)
 
     def look(self, view: Viewport) -> None:
-        """Show a part of a panorama, whose data units are degrees."""
+        """Show part of a panorama, with degrees as the data units."""
         across, up = view.width / 2.0 / view.scale, view.height / 2.0 / view.scale
         x, y = view.azimuth_deg, -view.elevation_deg
         self.look_at(QRectF(x - across, y - up, 2.0 * across, 2.0 * up))
 
     def look_at(self, area: QRectF) -> None:
-        """Show an area in data units."""
+        """Show an area that is given in data units."""
         across, down = (area.left(), area.right()), (area.top(), area.bottom())
         self.box.setRange(xRange=across, yRange=down, padding=0.0)
 

@@ -49,7 +49,7 @@ _STANDING: Final = tr("Photographer stands here")
 class PanoramaView(Plot):
     """A panorama that can be zoomed and panned, with a marker for the photographer's position.
 
-    All azimuths in the interface are the panorama's own, but the scale below counts from the
+    All azimuths in this class are the panorama's own, but the scale below counts from the
     photographer. The arrow keys pan by 1°, or by 10° with Shift. Plus and minus zoom, 0 shows
     everything, Home centres the photographer, and M focuses the marker.
     """
@@ -58,7 +58,7 @@ class PanoramaView(Plot):
     """Emitted with the marker's azimuth in (-180, 180] degrees, repeatedly while it is dragged."""
 
     marker_released = Signal(float)
-    """Emitted with the marker's azimuth in degrees on release, where it stays until `set_front`."""
+    """Emitted on release with the azimuth in degrees where the marker stays until `set_front`."""
 
     zoom_changed = Signal(float)
     """Emitted with the new zoom, from 1 to 8."""
@@ -94,7 +94,7 @@ class PanoramaView(Plot):
     # Contents
 
     def set_picture(self, picture: Bytes | None) -> None:
-        """Show another picture while keeping the view.
+        """Show a different picture, keeping the view.
 
         Args:
             picture: Panorama, (h, w, 3) uint8 sRGB at 2:1, up to 4096 x 2048, or None for an empty
@@ -124,8 +124,8 @@ class PanoramaView(Plot):
         """Set the clipped areas, which are hatched.
 
         Args:
-            clipped: (H, W) array of any size with each texel's clipped state (bool) or clipped
-                fraction from 0 to 1 (float), or None to hatch nothing.
+            clipped: (H, W) array of any size that states whether each texel is clipped (bool), or
+                which fraction of it is clipped, from 0 to 1 (float). None hatches nothing.
         """
         if clipped is not self._clipped:
             self._clipped = clipped
@@ -179,7 +179,7 @@ class PanoramaView(Plot):
 
     @property
     def picture_rect(self) -> QRect:
-        """Area of the picture in the widget, in logical pixels at 2:1."""
+        """Area of the 2:1 picture in the widget, in logical pixels."""
         room = max(self.height() - px(_SCALE), 2)
         width = max(min(self.width(), 2 * room) // 2 * 2, 2)
         return QRect((self.width() - width) // 2, 0, width, width // 2)
@@ -384,7 +384,7 @@ class PanoramaView(Plot):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Pan, zoom, or move the marker."""
+        """Pan, zoom, or focus the marker."""
         key = Qt.Key(event.key())
         deeds = {
             Qt.Key.Key_Plus: lambda: self.zoom_by(1.0),

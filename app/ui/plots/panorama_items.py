@@ -1,4 +1,4 @@
-"""Items of a panorama: its pixels, hatching, grid, lamps and the marker's line."""
+"""The items of a panorama: pixels, hatching, grid, lamps and the marker's line."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class PanoramaDrawing:
         self._marker.setZValue(2.0)
 
     def set_pixels(self, picture: Bytes | None) -> None:
-        """Show another picture."""
+        """Show a different picture."""
         self._layer.set_pixels(picture)
         self._panel.setVisible(picture is not None)
 
@@ -49,7 +49,7 @@ class PanoramaDrawing:
         self._hatching.set_clipped(clipped)
 
     def show_marks(self, view: Viewport, marks: Marks) -> None:
-        """Show a part of the panorama with its marks."""
+        """Show part of the panorama with its marks."""
         self._panel.look(view)
         self._hatching.setVisible(marks.clipped)
         self._show_grid(view, marks)
@@ -72,7 +72,7 @@ class PanoramaDrawing:
             self._grid.setX(marks.front_deg + _AROUND_DEG * round(ahead / _AROUND_DEG))
 
     def _show_lamp(self, view: Viewport, lamp: SceneLamp) -> None:
-        """Place a lamp's letter at its direction, or at both edges near the seam."""
+        """Place a lamp's letter in its direction, or at both edges if it is near the seam."""
         if lamp not in self._lamps:
             size, draw = 2.0 * px(_LAMP) + 2.0, partial(_draw_lamp, lamp.letter)
             self._lamps[lamp] = (Mark(draw, size), Mark(draw, size))
@@ -90,7 +90,7 @@ class PanoramaDrawing:
 
 
 def _grid(colour: QColor, wider: float) -> list[PlotLine]:
-    """Return the grid lines around an azimuth and at every elevation, with a stronger horizon."""
+    """Return vertical lines around azimuth 0 and horizontal lines, with a thicker horizon."""
     lines = []
     for azimuth in range(-5 * _AROUND_DEG, 5 * _AROUND_DEG + 1, _AROUND_DEG):
         lines.append(PlotLine(pen(colour, 1.0 + wider)))

@@ -1,4 +1,4 @@
-"""The map of matches by the lamp's azimuth and altitude, drawn with pyqtgraph."""
+"""The map of the match for every azimuth and altitude of the lamp, drawn with pyqtgraph."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class Sky(Protocol):
     """A map of matches.
 
     Attributes:
-        tones: (h, w) uint8, or None to draw nothing. Azimuths run from −180° to 180° to the right,
-            and altitudes run from the top down.
-        closed: (h, w) bool, or None if no direction is forbidden. True in directions in which the
-            lamp may not be held.
-        line: (n, 4) float32. Segments of a line, each with the azimuth and the altitude of both
-            ends in degrees.
+        tones: (h, w) uint8, or None to draw nothing. Azimuths run from −180° at the left to 180°
+            at the right, and altitudes run from the top down.
+        closed: (h, w) bool, or None if no direction is forbidden. True in the directions in which
+            the lamp must not be held.
+        line: (n, 4) float32. Segments of the contour at the limit, each with the azimuth and the
+            altitude of both ends in degrees.
     """
 
     @property
@@ -53,11 +53,11 @@ class Sky(Protocol):
 
     @property
     def closed(self) -> NDArray[np.bool_] | None:
-        """Forbidden directions of the lamp."""
+        """Directions in which the lamp must not be held."""
 
     @property
     def line(self) -> NDArray[np.float32]:
-        """Segments of the line at the limit."""
+        """Segments of the contour at the limit."""
 
     @property
     def half_height_deg(self) -> float:
@@ -65,9 +65,9 @@ class Sky(Protocol):
 
 
 class SkyMap(LampPlot):
-    """A map of 360° of azimuth by the searched range of altitudes.
+    """A map of all azimuths and of the range of altitudes that is searched.
 
-    Azimuth increases to the right, which is toward the sitter's left as the camera sees it.
+    Azimuth increases to the right. The camera sees the sitter's left on that side.
     """
 
     preferred_size = (616, 136 + _LABELS + _ABOVE)
@@ -92,7 +92,7 @@ class SkyMap(LampPlot):
         self.panel.hide()
 
     def show_sky(self, sky: Sky) -> None:
-        """Show another map."""
+        """Show a different map."""
         if sky is self._sky:
             return
         self._sky, half = sky, sky.half_height_deg
@@ -147,7 +147,7 @@ class SkyMap(LampPlot):
         return across * 360.0 - 180.0, half - 2.0 * half * down
 
     def takes(self, point: Point) -> bool:
-        """Return whether a point is on the map, where a press moves the lamp to the pointer."""
+        """Return whether a point is on the map, so that a press there moves the lamp to it."""
         ready = self._state is not None and self._state.shape is not None
         return ready and self.area.contains(QPointF(*point))
 
@@ -181,7 +181,7 @@ class SkyMap(LampPlot):
         painter.drawPixmap(0, 0, names)
 
     def _draw_closed(self, painter: QPainter, _part: QRect) -> None:
-        """Hatch the forbidden directions of the lamp."""
+        """Hatch the directions in which the lamp must not be held."""
         if self._closed.isEmpty():
             return
         area, cells = self.area, self._cells
@@ -217,7 +217,7 @@ class SkyMap(LampPlot):
 
 
 def _outline(closed: NDArray[np.bool_]) -> QPainterPath:
-    """Return the outline of the closed cells in units of columns and rows."""
+    """Return the outline of the forbidden cells, in columns and rows."""
     path = QPainterPath()
     edges = np.diff(np.pad(closed.astype(np.int8), ((0, 0), (1, 1))))
     # one rectangle for each run of cells in a row

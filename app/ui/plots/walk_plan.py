@@ -1,4 +1,4 @@
-"""The walk from above, painted by hand because its labels avoid the arrows in pixels."""
+"""The walk seen from above, painted by hand because its labels must stay clear of the arrows."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DESIGNED: Final = (274, 316)
 _BEHIND_DEG: Final = 25.0  # half the angle of the background's wedge
 _LEAST_DEG: Final = 4.0  # a shorter way has no arrow
 _HEAD: Final = 22
-_TOP: Final = 24  # for the title
+_TOP: Final = 24  # height reserved for the title
 _TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
     "start": (6, 1.0, "panel", "text", ""),
     "now": (13, 1.0, "text", "panel", "camera"),
@@ -37,7 +37,7 @@ _TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
 
 
 class PlanView(Plot):
-    """The sitter, start, current turn, goal, way to the goal, light and background."""
+    """A plan with the sitter, start, current turn, goal, way to the goal, light and background."""
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -48,7 +48,7 @@ class PlanView(Plot):
         self._boxes: list[QRectF] = []
 
     def set_plan(self, plan: PlanDrawing, words: PlanWords) -> None:
-        """Show another plan."""
+        """Show a different plan."""
         if (plan, words) != (self._plan, self._words):
             self._plan, self._words = plan, words
             self.say(words.description)
@@ -61,7 +61,7 @@ class PlanView(Plot):
 
     @property
     def ring(self) -> float:
-        """Radius of the walk, with room for labels around it."""
+        """Radius of the walk in logical pixels, leaving room for labels around it."""
         wide, high = self.width() / 2.0, (self.height() - px(_TOP)) / 2.0
         # If space is short, the margin for labels shrinks before the drawing does.
         wide -= self._px(40) if wide >= px(116) else px(22)
@@ -222,8 +222,8 @@ class PlanView(Plot):
                 for side in (away,) if others else (away, -away):
                     turn = mark.turn_deg + side * (first + more)
                     x, y = self._at(turn, beside + out)
-                    # Outside the ring, a label on the left ends at it and one on the right begins
-                    # there.
+                    # Outside the ring, a label on the left ends at the ring, and one on the right
+                    # begins there.
                     share = (x - self.centre[0]) / (beside + out)
                     x += share * math.copysign(wide / 2.0 - self._px(6), out) if out else 0.0
                     yield QRectF(x - wide / 2.0, y - self._px(8), wide, self._px(16))

@@ -38,7 +38,7 @@ _GAP: Final = 12
 
 
 def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
-    """Draw the tile of a weight on whole pixels: orange with a plus, or blue with a minus."""
+    """Draw the tile of a weight: orange with a plus, or blue with a minus, on whole pixels."""
     t = theme()
     box(painter, area, px(3), t.c.plus if sign == "plus" else t.c.minus)
     arm = area.width() * 0.22
@@ -144,11 +144,11 @@ def tinted(
     """Colour a pre-integrated target, with more opacity where light has more effect.
 
     Args:
-        target: (H, W) float. F of eq. 3 for turn 0 at any scale, positive where light helps.
+        target: (H, W) float. F of eq. 3 for turn 0, on any scale, positive where light helps.
         plus, minus: sRGB colours of positive and negative weights.
 
     Returns:
-        (H, W, 4) uint8. Premultiplied blue, green and red, and opacity, which Qt blends fastest.
+        (H, W, 4) uint8. Premultiplied blue, green and red with opacity, as Qt blends fastest.
     """
     values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
     largest = float(np.abs(values).max(initial=0.0))
@@ -164,7 +164,7 @@ class WeightPanorama(TurnPlot):
 
     The middle of the panorama is the photographer's position at turn 0. A solid line marks the
     direction that the sitter faces, and a dotted line marks the background behind them. Dragging
-    turns the sitter, and the arrow keys turn the sitter by 1°, or by 10° with Shift.
+    turns the sitter, and so do the arrow keys: by 1°, or by 10° with Shift.
     """
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -194,7 +194,7 @@ class WeightPanorama(TurnPlot):
         self.describe()
 
     def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
-        """Show another place, (h, w, 3) uint8 sRGB, centred on an azimuth."""
+        """Show the panorama of a different place, (h, w, 3) uint8 sRGB, centred on an azimuth."""
         if picture is self._picture and front_deg == self._front:
             return
         self._picture, self._front = picture, front_deg
@@ -204,7 +204,7 @@ class WeightPanorama(TurnPlot):
         self.update()
 
     def set_target(self, target: NDArray[np.floating[Any]] | None) -> None:
-        """Show other weights: the pre-integrated F (eq. 3) for turn 0, (H, W) at any scale."""
+        """Show different weights: the pre-integrated F (eq. 3) for turn 0, (H, W), on any scale."""
         c = theme().c
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
         self._weights.set_pixels(None if target is None else tinted(target, plus, minus))
@@ -255,7 +255,7 @@ class WeightPanorama(TurnPlot):
             box(painter, self.rect(), px(_RADIUS), theme().c.well)
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the labels of the lines, the second below the first if they would overlap."""
+        """Paint the labels of the lines, with the second below the first if they would overlap."""
         box = QRectF()
         for words, turn in zip(self._words, (self.needle, self.needle + 180.0), strict=True):
             if words:
@@ -274,12 +274,12 @@ class WeightPanorama(TurnPlot):
         return area
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Turn the sitter toward the pointer."""
+        """Turn the sitter towards the pointer."""
         if event.button() == Qt.MouseButton.LeftButton and self._picture is not None:
             self.begin_drag(self.turn_under((event.position().x(), 0.0)))
         else:
             super().mousePressEvent(event)
 
     def turn_under(self, point: Point) -> float:
-        """Return the azimuth at a pointer position in degrees."""
+        """Return the azimuth in degrees at a pointer position."""
         return self.view.azimuth_at(point[0])

@@ -1,4 +1,4 @@
-"""Actions as data, and the search for entries by a few letters."""
+"""Actions as data, and the search for entries that match a few letters."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def score(query: str, words: str) -> float:
     """Return how well a few letters match some text, from 0 (no match) to 1.
 
     Every word of the query must occur in the text. A word scores highest at the start of the text's
-    word in the same position, less at the start of another word, and least inside one. Shorter text
-    scores slightly higher.
+    word in the same position, less at the start of any other word, and least inside a word. Shorter
+    texts score slightly higher.
 
     Examples:
         >>> score("rem", "Rembrandt") > score("rem", "Save as a rembrandt") > 0
@@ -95,7 +95,7 @@ def always() -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An action of the user.
+    """An action that the user can perform.
 
     Attributes:
         key: Unique name in code, such as ``open-files``.

@@ -1,4 +1,4 @@
-"""Automatic saving of places, a moment after they change."""
+"""Automatic saving of places shortly after they change."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from app.ui.presenters.services import Services
 _MOMENT_S: Final = 0.4
 
 Conflicts: TypeAlias = list[tuple[str, Path]]
-"""The name of each place, and the copy of the place that another process has written."""
+"""The name of each place that another process has also written, and the copy of its version."""
 
 
 class Autosave:
@@ -43,7 +43,7 @@ class Autosave:
         self._last: dict[Path, tuple[PlaceSource | None, Facts]] = {}
 
     def keep(self, folder: Path, place: Place) -> None:
-        """Write a place soon, unless a newer state of it replaces this one first."""
+        """Write a place after a short delay, unless a newer state of it replaces this one first."""
         with self._lock:
             running, self._running = self._running, True
             self._waiting[folder] = place
@@ -65,7 +65,7 @@ class Autosave:
         return self._write_waiting()
 
     def unkept(self, folder: Path) -> Place | None:
-        """Return the state of a place that is not on the disk yet, or None if all is saved."""
+        """Return the unsaved state of a place, or None if everything is on the disk."""
         with self._lock:
             return self._waiting.get(folder)
 
@@ -98,7 +98,7 @@ class Autosave:
                         if other is not None:
                             conflicts.append((place.name, other))
                 except PlaceError as error:
-                    # Keep it waiting, because a full disk may have space later.
+                    # Keep the place waiting, because a full disk may have space later.
                     trouble = trouble or error
                 else:
                     self._after_write(folder, place)

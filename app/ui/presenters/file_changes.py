@@ -1,6 +1,6 @@
 """Undoable changes to the user's files, which are made in order and never skipped.
 
-Every screen copies, renames, deletes, exports and imports the user's own styles with this module.
+All screens use this module to copy, rename, delete, export and import the user's own styles.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ class OwnStyles:
     """Changes the files of the user's styles, and updates the model to match.
 
     `PlaceController` owns an instance. Files are changed one after the other (see `SerialQueue`).
-    Screens add their own steps as callables, and the events inform all the other screens.
+    Screens add their own steps as callables, and the events inform all other screens.
 
     Attributes:
         leaving: Emits the name of a style before it is deleted, so that unsaved work can be

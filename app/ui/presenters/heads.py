@@ -27,8 +27,8 @@ class HeadChoice:
     def titles(self) -> tuple[tuple[str, str], ...]:
         """Return the name and title of every head, with the built-in ones first.
 
-        The user's own heads are in the folder `heads` beside their styles, or were selected as
-        files.
+        The user's own heads are in the folder `heads`, next to the user's styles, or are files that
+        the user has selected.
         """
         model, folder = self._services.model, self._services.folders.home / _FOLDER
         last, head = model.settings.own_head, model.head
@@ -45,7 +45,7 @@ class HeadChoice:
         self.load(str(file))
 
     def load(self, name: str) -> None:
-        """Select one of the heads in `titles`, or the generic head if it is gone, and load it.
+        """Select and load one of the heads in `titles`, or the generic head if that one is gone.
 
         Answers for the previous head become invalid.
         """
@@ -87,5 +87,5 @@ class HeadChoice:
         head = self._services.model.head
         if head is not None:
             self._services.model.update(head_name=head.name)
-        # with the loaded head
+        # The place is now solved with the head that is still loaded.
         self._solving.solve()

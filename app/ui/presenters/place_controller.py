@@ -1,4 +1,4 @@
-"""The controller that opens, changes, solves and saves the open place."""
+"""The controller that opens, changes, solves and saves places."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from app.words.remarks import remark_words
 if TYPE_CHECKING:
     from app.devices.capture.place_capture import CapturedPlace
 
-_DEMO: Final = tr("Demo café at the court")
+_DEMO: Final = tr("Demo café by the courtyard")
 _SAVED_FIELDS: Final = frozenset(
     {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
 )
@@ -48,7 +48,7 @@ class PlaceController:
 
     Attributes:
         photo_taker: Callable or None. Accepts files that may be photos of the sitter while the
-            current screen can use them, and returns whether it did.
+            current screen can use them, and returns whether it accepted them.
         layer_asker: Callable or None. Asks which of `layers` to read.
         layers: Layers of the panorama that is waiting for that choice.
     """
@@ -119,7 +119,7 @@ class PlaceController:
     def open_paths(self, paths: Sequence[Path]) -> None:
         """Open a place, a panorama, a bracket, or a folder that contains one of these.
 
-        While the sitter turns, photos of the sitter are checked instead.
+        While the current screen accepts photos of the sitter, they are checked instead.
         """
         if self.photo_taker is None or not self.photo_taker(paths):
             self.open_as_place(paths)
@@ -176,7 +176,7 @@ class PlaceController:
         )
 
     def take_in(self, paths: Sequence[Path]) -> None:
-        """Open a bracket that arrived in a watched folder. Several open one after the other."""
+        """Open a bracket that arrived in a watched folder. Further brackets open in turn."""
         work, name = self._reading(paths, way="camera")
         title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)

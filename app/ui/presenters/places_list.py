@@ -54,8 +54,8 @@ class PlacesListRow:
     """A place in the list.
 
     Attributes:
-        day: Heading of its day, in words.
-        thumbnail: NDArray[np.uint8], (h, w, 3) sRGB, or None if there is none.
+        day: Heading of the day on which the place was measured.
+        thumbnail: (h, w, 3) uint8 sRGB, or None if there is no thumbnail.
     """
 
     folder: Path
@@ -94,7 +94,7 @@ class PlacesListState:
 
     rows: tuple[PlacesListRow, ...] = field(default=())
     deleted: tuple[DeletedRow, ...] = field(default=())
-    trash: str = ""  # "3 places, 184 MB", or empty if nothing was deleted
+    trash: str = ""  # "3 places, 184 MB", or "" if nothing was deleted
     busy: bool = False
     picks: tuple[Path, ...] = field(default=())
     can_pick: bool = True
@@ -318,11 +318,11 @@ class PlacesListPresenter(Presenter[View]):
             return "" if one.trouble is None else trouble_words(one.trouble)
         values = {"reached": reach_count, "every": every, "best": best}
         if not reach_count:
-            return tr("None of {every} styles within reach", **values)
+            return tr("None of the {every} styles is within reach", **values)
         return tr("{reached} of {every} within reach, best {best}", **values)
 
     def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
-        """Return name, tags and notes, which may be newer than the file if the place is open."""
+        """Return the name, tags and notes. Those of the open place may be newer than its file."""
         place = self._services.model.place
         here = place is not None and one.folder == self._services.model.place_folder
         return place if here and place is not None else one

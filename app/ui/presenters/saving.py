@@ -1,4 +1,4 @@
-"""Saves the open place soon, at once, or in another folder if its own folder fails."""
+"""Saves the open place after a short delay, at once, or in another folder if its own fails."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def disk_words(error: BaseException) -> str:
 
 TROUBLE_WORDS: Final = {
     DiskTrouble.FULL: tr("the disk is full"),
-    DiskTrouble.LOCKED: tr("its folder is not writable"),
+    DiskTrouble.LOCKED: tr("its folder is write-protected"),
 }
 
 
@@ -44,7 +44,7 @@ def _folder_words(state: FolderState, folder: Path) -> str:
         FolderState.THERE: "",
         FolderState.GONE: tr("its folder was deleted or moved"),
         FolderState.UNPLUGGED: tr("{folder} cannot be found", folder=folder.parent),
-        FolderState.CLOSED: tr("its folder is not writable"),
+        FolderState.CLOSED: tr("its folder is write-protected"),
     }[state]
 
 
@@ -73,11 +73,11 @@ class Saving:
     # -- changes of a place --------------------------------------------------------------------
 
     def unkept(self, folder: Path) -> Place | None:
-        """Return the state of a place that is not on the disk yet, or None if all is saved."""
+        """Return the unsaved state of a place, or None if everything is on the disk."""
         return self._keeper.unkept(folder)
 
     def keep(self) -> None:
-        """Write the open place soon."""
+        """Write the open place after a short delay."""
         current = self._current()
         if current is not None:
             self._keeper.keep(*current)
@@ -151,7 +151,7 @@ class Saving:
 
     def ask_elsewhere(self) -> None:
         """Ask for another folder and save the open place there."""
-        root = self.folder_asker(tr("Save the place in"))
+        root = self.folder_asker(tr("Choose a folder to save the place in"))
         if root is not None:
             self.save_in(root)
 
@@ -188,7 +188,7 @@ class Saving:
         )
 
     def look(self) -> None:
-        """Check whether the open place's folder still exists, and report it if it does not."""
+        """Check whether the open place's folder still exists, and show an error if it does not."""
         folder, runner = self._services.model.place_folder, self._services.runner
         # A missing drive may never respond, so run only one check at a time.
         if folder is None or folder in self._storing or runner.running(_LOOK):
@@ -248,8 +248,8 @@ class Saving:
             self._conflicting.add(folder)
             self._services.notify.tell(
                 tr(
-                    "“{name}” was also changed in another window. Both versions are saved, the "
-                    "other one as {file} in the same folder.",
+                    "“{name}” was also changed in another window. Both versions are saved: the "
+                    "other one is {file} in the same folder.",
                     name=name,
                     file=other.name,
                 ),
@@ -273,7 +273,7 @@ class Saving:
             self._not_kept(error)
 
     def _not_kept(self, error: Exception) -> None:
-        """Report once that the place is not saved, with buttons to fix it."""
+        """Report once that the place is not saved, with buttons that solve the problem."""
         model = self._services.model
         name = model.place.name if model.place is not None else tr("place")
         folder = model.place_folder
@@ -282,7 +282,7 @@ class Saving:
         if folder is not None and where in (FolderState.GONE, FolderState.UNPLUGGED):
             why = _folder_words(where, folder)
         self._away = where is not FolderState.THERE
-        model.update(unkept=why or tr("it could not be saved"))
+        model.update(unkept=why or tr("the last attempt failed"))
         new = model.place_folder is None or not (model.place and model.place.environment)
         mend = str(error)
         if why:

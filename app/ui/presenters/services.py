@@ -54,11 +54,11 @@ class Sounds:
         """Stop the sound."""
 
     def say(self, words: str) -> None:
-        """Speak a text with the system's voice."""
+        """Speak text with the system's voice."""
 
 
 def sound_words(enabled: bool, sounds: Sounds) -> tuple[str, str]:
-    """Return the label and the icon for sound on or off."""
+    """Return the label and the icon that show whether the sound is on."""
     if not enabled:
         return tr("Sound off"), "sound-off"
     if not sounds.available:
@@ -121,7 +121,7 @@ class Devices(Protocol):
         """Look for 360 cameras for a few seconds."""
 
     def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
-        """Look for a camera at a typed address.
+        """Look for a camera at an address that the user has typed.
 
         Raises:
             CoreError: If the address is invalid.
@@ -138,7 +138,7 @@ class Devices(Protocol):
         """Return the index and name of every webcam. This is too slow for the main thread."""
 
     def webcam(self, index: int) -> Webcam:
-        """Return a webcam that is not open yet."""
+        """Return a webcam without opening it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,7 @@ class Solving:
         self._services.runner.cancel("solve")
 
     def solve(self) -> None:
-        """Start a job to solve the place, unless the selection is solved or being solved."""
+        """Start a job to solve the current selection, unless it is already solved or being solved."""
         model = self._services.model
         light, head, settings, studios = model.light, model.head, model.settings, model.studios
         if head is None or (light is None and head.studios == studios):
@@ -88,7 +88,7 @@ class Solving:
 def _followed(
     model: Model, selection: Selection, results: Sequence[StyleResult]
 ) -> dict[str, float | None]:
-    """Move a goal that was at the best turn to the best turn of the new answers.
+    """Return the changes that move a goal from the previous best turn to the new one.
 
     A goal set by hand keeps its direction, and the goal of a lamp keeps its lamp.
     """

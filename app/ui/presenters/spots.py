@@ -36,7 +36,7 @@ NONE_READ: Final = tr("None of these places can be read.")
 _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # rows and columns of a picture; all the styles take half a second
 _GRADES: Final = {
-    "yes": tr("In reach, match {match}, {leeway}"),
+    "yes": tr("Within reach, match {match}, {leeway}"),
     "nearly": tr("Nearly, match {match}, {leeway}"),
     "no": tr("Out of reach, match {match}"),
 }
@@ -47,7 +47,7 @@ class Spot:
     """A place, solved for the current head.
 
     Attributes:
-        trouble: The reason why the place could not be read.
+        trouble: The reason why the place could not be read, or an empty string if it was read.
         pictures: Portrait at the best turn of each style, (h, w, 3) uint8 sRGB.
     """
 
@@ -66,7 +66,7 @@ class SpotCard:
 
     Attributes:
         grade_words: Grade, match and leeway.
-        why: The reason why the style is out of reach.
+        why: The reason why the style is out of reach or why the place could not be read.
     """
 
     folder: Path

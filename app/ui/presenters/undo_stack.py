@@ -1,4 +1,4 @@
-"""The undo stack: one list of steps for the whole window, with a limit in bytes."""
+"""The undo stack: one list of steps for the whole window, limited to a number of bytes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Undoable:
 
 
 class UndoStack:
-    """The steps made anywhere in the window, in order.
+    """The steps taken anywhere in the window, in order.
 
     Attributes:
         give_up: Aborts a step in progress, such as a stroke while the pen is down, and returns
@@ -90,7 +90,7 @@ class UndoStack:
             self._tell(step, self._undone, tr("Undone: {step}.", step=step.words))
 
     def take_back_what(self, result: object) -> bool:
-        """Undo the step that deleted an item, and return whether there was one."""
+        """Undo the step that deleted an item, and return whether there was such a step."""
         step = next((one for one in self._past if one.result() == result), None)
         if step is not None:
             self.take_back(step)

@@ -96,7 +96,7 @@ class FramePresenter(Presenter[View]):
             self._refresh()
 
     def _undone(self, sentence: str) -> None:
-        """Show a sentence about an undone step at the foot of the window until the next change."""
+        """Show a sentence about undo or redo at the foot of the window until the next change."""
         self._message = sentence
         self._refresh()
 

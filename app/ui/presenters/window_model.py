@@ -80,7 +80,7 @@ class Event:
 
 
 _SAME_DEG: Final = 1e-6
-NEEDS_LIGHT: Final = tr("Needs the light of a place.")
+NEEDS_LIGHT: Final = tr("Measure or open a place first.")
 NO_LIGHT: Final = tr("No light measured yet.")
 COMPUTING: Final = tr("Computing…")
 """Text shown in place of an answer, or over an answer for another selection."""
@@ -128,22 +128,23 @@ class Selection:
     lens: LensWish
 
     def matches_apart_from_front(self, other: Selection) -> bool:
-        """Return whether built-in styles have the same answers, in azimuths of the panorama."""
+        """Return whether built-in styles have the same answers, given as panorama azimuths."""
         one, two = (replace(each, front_deg=0.0, styles=()) for each in (self, other))
         return one == two
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampPlan:
-    """The lamp that belongs to a turn, shared by all the screens on the way there.
+    """The lamp that belongs to a turn, shared by all screens until the turn is reached.
 
     Attributes:
         selection: Selection for which the lamp was placed.
         hold, where: Instruction, such as "Hold the LED panel in front, raised 28°, at full power",
             and the lamp's distance from the head and the skin.
-        portrait: Renders (rows, columns, 3) uint8 sRGB with the lamp in position, given the
-            panorama azimuth that the sitter faces in degrees, and the rows and columns.
-        azimuth_deg: Azimuth of the lamp from the face in degrees, positive toward the sitter's
+        portrait: Renders a portrait, (rows, columns, 3) uint8 sRGB, with the lamp in position. The
+            arguments are the panorama azimuth that the sitter faces, in degrees, and the size as
+            (rows, columns).
+        azimuth_deg: Azimuth of the lamp from the face in degrees, positive towards the sitter's
             left.
     """
 
@@ -159,7 +160,7 @@ class LampPlan:
 
 
 class Model:
-    """The state that several screens share, made of frozen values and changed only by `update`.
+    """The state shared by several screens, made of frozen values and changed only through `update`.
 
     Attributes:
         before: The previous step, or an empty string at the start.
@@ -216,7 +217,7 @@ class Model:
             changes.setdefault("head_name", changes["head"].name)
         for name, value in changes.items():
             before = getattr(self, name)
-            # Arrays inside are never compared, so another object counts as another value.
+            # Arrays inside are never compared, so a different object counts as a different value.
             same = before is value or (isinstance(value, _PLAIN) and before == value)
             if not same:
                 setattr(self, name, value)
@@ -245,7 +246,7 @@ class Model:
 
     @property
     def studios(self) -> Mapping[str, Studio]:
-        """Lamps of the open place, or the default lamps for new places."""
+        """Lamps of the open place, or the lamps for new places if none is open."""
         return self.settings.studios if self.place is None else self.place.studios
 
     @property
@@ -290,7 +291,7 @@ class Model:
 
     @property
     def demo_open(self) -> bool:
-        """Whether the demo place is open without a capture, so that its own webcam is used."""
+        """Whether the demo place is open as supplied, so that the demo's own webcam is used."""
         place = self.place
         if place is None or place.capture is None:
             return False
@@ -298,7 +299,7 @@ class Model:
 
     @property
     def result(self) -> StyleResult | None:
-        """The answer for the chosen style, or None if there is none."""
+        """The answer for the chosen style, or None if it has no answer."""
         return next((one for one in self.results if one.name == self.chosen), None)
 
     @property
@@ -333,14 +334,14 @@ class Model:
 
     @property
     def target_turn_deg(self) -> float | None:
-        """Target turn: the goal set by the user, or the best turn of the chosen style."""
+        """Target turn: the goal set by the user, or else the best turn of the chosen style."""
         if self.goal_deg is not None:
             return self.goal_deg
         return None if self.result is None else self.result.turn_refined_deg
 
     @property
     def goal(self) -> Goal | None:
-        """The target turn with its arc and lamp, or None if there is none."""
+        """The target turn with its arc and lamp, or None if there is no target."""
         turn, plan, result = self.target_turn_deg, self.lamp_plan, self.goal_result
         if turn is None:
             return None
@@ -350,7 +351,7 @@ class Model:
 
     @property
     def aim(self) -> tuple[Path | None, str | None, float] | None:
-        """Place, style and azimuth of the goal, to recognise whether this goal was reached."""
+        """Place, style and azimuth of the goal, used to recognise whether the goal was reached."""
         if self.goal_deg is None:
             return None
         return self.place_folder, self.chosen, round(self.azimuth_of(self.goal_deg), 3)

@@ -69,7 +69,7 @@ class Commands:
 
     @property
     def window(self) -> Window:
-        """The window."""
+        """The window attached last."""
         assert self._window is not None
         return self._window
 
@@ -92,7 +92,7 @@ class Commands:
         self.services.model.update(step=step, painting=None)
 
     def everywhere(self) -> Sequence[Action]:
-        """Return the actions of every screen."""
+        """Return the actions that are available on every screen."""
         undo, asks = self.services.undo, partial(partial, self.ask)
         screens = (
             Action(f"step-{spec.key}", spec.command, partial(self.go, spec.key), spec.icon,

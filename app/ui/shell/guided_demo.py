@@ -1,4 +1,4 @@
-"""The two-minute demo, which plays the steps of the tour by itself."""
+"""The two-minute demo, which plays the steps of the tour automatically."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STEPS: Final = (
         "probe",
         tr("Measure the light"),
         tr(
-            "Put the 360 camera where the sitter’s head will be, with its front lens toward you. "
+            "Put the 360 camera where the sitter’s head will be, with its front lens facing you. "
             "Press Capture and kneel below the camera. No camera? Drop any HDR panorama onto the "
             "window."
         ),

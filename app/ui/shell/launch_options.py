@@ -9,10 +9,10 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class LaunchOptions:
-    """The options with which the app is started.
+    """The options with which the app starts.
 
     Attributes:
-        scale: Pixels per logical pixel, 1 or 2, or None for the screen's own scale.
+        scale: Device pixels per logical pixel, 1 or 2, or None for the screen's own scale.
         paths: Files or folders to open.
     """
 

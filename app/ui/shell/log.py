@@ -22,7 +22,7 @@ from app import __version__
 from app.core.base.atomic_files import make_folder
 
 LOGS: Final = "logs"
-"""Name of the folder in the data folder."""
+"""Name of the log folder inside the data folder."""
 
 LOG: Final = "turnlight.log"
 LAST_CRASH: Final = "last-crash.log"
@@ -43,7 +43,7 @@ class _PrivateFile(logging.handlers.RotatingFileHandler):
 
 
 def log_to(folder: Path) -> None:
-    """Write a log to a folder, if possible."""
+    """Write the log to a file in a folder, if possible."""
     with contextlib.suppress(OSError):
         make_folder(folder, private=True)
         # File names may contain bytes that are not valid text.
@@ -105,7 +105,7 @@ class CrashLog:
 
 
 def crash_text(folder: Path) -> str:
-    """Return the report of the last crash, for sending to the developers."""
+    """Return a report on the last crash, ready to be sent to the developers."""
     parts = [f"Turnlight {__version__}, Python {sys.version}, {platform.platform()}"]
     for name in (LAST_CRASH, LOG):
         with contextlib.suppress(OSError), (folder / name).open("rb") as stream:

@@ -53,7 +53,7 @@ class Message:
 
 
 class Notify:
-    """The window's `app.ui.presenters.services.Notifier`."""
+    """The notifier of the window (see `app.ui.presenters.services.Notifier`)."""
 
     def __init__(self, today: Callable[[], datetime]) -> None:
         self.changed = Event()
@@ -277,7 +277,7 @@ _VOICES: Final = {
 
 @cache
 def _voice() -> tuple[str, ...]:
-    """Return the command that speaks its argument or the variable `_SAYS`, or () without one."""
+    """Return the command that speaks its argument or the variable `_SAYS`, or () if none exists."""
     for program, *options in _VOICES.get(sys.platform, ()):
         if (path := shutil.which(program)) is not None:
             return (path, *options)

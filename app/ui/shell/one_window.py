@@ -1,4 +1,4 @@
-"""Keeps one window per data folder, so that a second start opens its files in the first window.
+"""Allows one window per data folder. A second start opens its files in the first window.
 
 The first window listens on a local socket with a random name. The name and a key are in a file that
 only the user can read, so other users can neither guess the socket nor send it requests.
@@ -41,7 +41,7 @@ _MESSAGE_BYTES: Final = 1 << 18
 _MOST_PATHS: Final = 200
 _LONGEST_PATH: Final = 4096
 _MOST_CALLERS: Final = 8
-_CALL_MS: Final = 5_000  # a caller who stays silent for this long is dropped
+_CALL_MS: Final = 5_000  # a caller that stays silent for this long is dropped
 _REPLY_MS: Final = 3_000
 _PATIENCE_MS: Final = 30_000  # the first window may have only just started
 _AGAIN_MS: Final = 100
@@ -163,7 +163,8 @@ def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) ->
         if deadline.hasExpired():
             raise CoreError(
                 tr(
-                    "Turnlight is already open with {home}, and its window does not respond.",
+                    "Turnlight is already open with the data folder {home}, but its window does "
+                    "not respond.",
                     home=home,
                 ),
                 tr("Wait a moment, or end the other process."),

@@ -1,7 +1,7 @@
 """Delivers the signals that end the process (SIGTERM, SIGHUP and Ctrl-C) to the main thread.
 
 Python runs a signal handler only between two bytecode instructions, and Qt's event loop executes
-no bytecode. So the interpreter writes the signal's number to a socket, which wakes the loop.
+no bytecode. The interpreter therefore writes the signal's number to a socket, which wakes the loop.
 """
 
 from __future__ import annotations

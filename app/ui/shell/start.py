@@ -127,7 +127,7 @@ def run(
     *,
     crashed: bool = False,
 ) -> int:
-    """Create the app and use it.
+    """Create the app, and call `use` with it.
 
     Args:
         crashed: Whether the previous run ended in a crash, which is then reported.
@@ -271,7 +271,7 @@ class App:
         self.notify.tell(tr("Log copied."), kind="done")
 
     def _may_close(self) -> bool:
-        """Save everything, and return False on the first failure to keep the window open."""
+        """Save everything, and return False on the first failure, so that the window stays open."""
         if self.place_controller.keep_all() or self._warned:
             return True
         self._warned = True

@@ -1,6 +1,6 @@
-"""The frame around every screen: top bar, rail and the line at the foot.
+"""The frame around every screen: the top bar, the rail and the line at the foot.
 
-It also accepts dropped files and keeps the window within its desktop.
+This module also accepts dropped files and keeps the window on its screen.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _FOOT: Final = (
 
 
 class _RailButton(Pressable):
-    """A rail button with an icon over its label, and a bar at the left for the current screen."""
+    """A rail button with an icon above its label, and a bar on the left for the current screen."""
 
     def __init__(self, title: str, tip: str, icon: str, shortcut: str, compact: bool) -> None:
         super().__init__(title)
@@ -56,7 +56,7 @@ class _RailButton(Pressable):
         self.set_tip(tip, shortcut)
 
     def set_state(self, done: bool, note: str, words: str) -> None:
-        """Mark the step as done, and show the choice made there."""
+        """Set whether the step is marked as done, and show the choice made there."""
         self._done, self._note = done, "" if self._compact else note
         self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
         self.setAccessibleDescription(words)
@@ -97,7 +97,7 @@ class _RailButton(Pressable):
 
 
 class Rail(Surface):
-    """The steps, with places and settings at the foot, as one Tab stop with arrow keys inside.
+    """The steps, with places and settings at the foot, as one Tab stop navigated by arrow keys.
 
     Attributes:
         choose: Called with the key of a screen, `PLACES` or `SETTINGS`.
@@ -209,7 +209,7 @@ class JobLineBar(Surface):
 
 
 _FRAME: Final = QMargins(4, 32, 4, 4)
-"""Title bar and borders of common desktops, until the actual ones are known."""
+"""Size of the title bar and borders on common desktops, used until the actual size is known."""
 
 
 def fitted(rect: QRect, room: QRect) -> QRect:
@@ -221,12 +221,12 @@ def fitted(rect: QRect, room: QRect) -> QRect:
 
 
 def room_for(window: QWidget) -> QRect:
-    """Return the area in logical pixels for a window's content on its screen, without the frame."""
+    """Return the area for a window's content on its screen, in logical pixels without the frame."""
     return window.screen().availableGeometry().marginsRemoved(_frame_of(window))
 
 
 def fit_on_screen(window: QWidget, smallest: QSize) -> None:
-    """Fit a window on its screen, below `smallest` only if the screen is too small."""
+    """Fit a window on its screen, making it smaller than `smallest` only if it has to be."""
     if window.isMaximized() or window.isFullScreen():
         return
     room = room_for(window)
@@ -246,7 +246,7 @@ _MOST_FILES: Final = 500
 
 
 def dropped_paths(data: QMimeData) -> list[Path]:
-    """Return the paths of dropped files on this computer."""
+    """Return the paths of the dropped files that are on this computer."""
     urls = data.urls()[:_MOST_FILES]
     return [path_of(url) for url in urls if url.isLocalFile()]
 
@@ -261,7 +261,7 @@ class DropVeil(PaintedWidget):
         self.setAccessibleName(WHAT_TO_DROP)
 
     def set_words(self, words: str) -> None:
-        """Set the text about the files that can be dropped."""
+        """Set the text that names the files that can be dropped."""
         self._words = words or WHAT_TO_DROP
         self.setAccessibleName(self._words)
         self.update()

@@ -1,8 +1,8 @@
 """The icon set, rendered from vector files at the screen's own scale in the text's colour.
 
 The drawings are in ``resources/icons``: SVG on a 24-unit grid, with lines 1.75 wide and round ends.
-They use ``currentColor``. The logo's half disc uses the dark theme's amber, which is replaced with
-that of the current theme.
+The drawings use ``currentColor``. The logo's half disc uses the dark theme's amber, which is
+replaced with that of the current theme.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _source(name: str) -> str:
 
 
 def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
-    """Render an icon to a square of device pixels."""
+    """Render an icon as a square pixmap whose side is given in device pixels."""
     text = _source(name).replace("currentColor", colour.name())
     text = text.replace(PALETTES["dark"]["amberfill"], theme().c.amberfill.name())
     pixmap = QPixmap(pixels, pixels)
@@ -89,7 +89,7 @@ def draw_icon(
 
 
 def icon(name: str, colour: QColor | None = None) -> QIcon:
-    """Return an icon for Qt's own widgets, such as menu entries, with its disabled look."""
+    """Return an icon for Qt's own widgets, such as menu entries, including its disabled look."""
     t = theme()
     result = QIcon()
     for size in _SIZES:

@@ -71,7 +71,7 @@ class _Style(QProxyStyle):
 
 
 def show_tip(at: QPoint, words: str, owner: QWidget) -> None:
-    """Show a tooltip at a screen position with a text other than the widget's own."""
+    """Show a tooltip at a screen position, with text other than the widget's own."""
     QToolTip.showText(at, words, owner)
 
 
@@ -127,7 +127,7 @@ def bar_sheet(t: Theme) -> str:
 
 
 def round_corners(popup: QWidget) -> int:
-    """Round the corners of a popup where they would not turn black, and return their radius.
+    """Round the corners of a popup unless they might turn black, and return their radius.
 
     On X11, transparency needs a compositor, and Qt does not report whether one is running.
     """
@@ -184,7 +184,7 @@ _MOVES: Final = frozenset(
 
 
 class _Ring(QWidget):
-    """The focus ring, 2 px wide at a distance of 2 px, which ignores the mouse."""
+    """The focus ring, 2 px wide and 2 px away from the control. It ignores the mouse."""
 
     def __init__(self, host: QWidget) -> None:
         super().__init__(host)
@@ -227,8 +227,8 @@ class FocusRing(QObject):
     """Moves the focus ring to the focused widget.
 
     The ring lies outside the control, so no control can paint it itself. One transparent widget
-    moves to the focus inside the nearest window, sheet or scroll area, which clips it. It appears
-    when the focus was moved with the keyboard, or as soon as the user types.
+    moves to the focus inside the nearest window, sheet or scroll area, which clips it. The ring
+    appears when the focus is moved with the keyboard, or as soon as the user types.
 
     A widget whose shape is not its whole rectangle provides ``focus_shape() -> (QRect, int)``,
     which returns a rectangle in its own coordinates and a corner radius, both in logical pixels. A

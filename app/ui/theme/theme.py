@@ -3,9 +3,9 @@
 A widget calls `theme` when it is created and when it paints. A change of theme or scale rebuilds
 the views, so no widget has to restyle itself.
 
-Every surface has equal red, green and blue, so that tones can be judged beside it, and pictures are
-on the same `Colours.well` in all themes. Amber is reserved for light, turn and selection, and green
-and red always come with an icon.
+Every surface has equal red, green and blue, so that tones can be judged beside it. Pictures have
+the same background, `Colours.well`, in all themes. Amber is reserved for light, turn and selection,
+and green and red always come with an icon.
 """
 
 from __future__ import annotations
@@ -35,8 +35,9 @@ _TIGHT: Final = 0.025  # fraction of the font size
 class Colours:
     """The colours of a theme, which must not be modified.
 
-    `bg` is the window's colour, `panel` that of rail, bars, columns and cards, and `raised` that of
-    selected, pressed and editable parts. Each has a value for dark, light and contrast.
+    `bg` is the colour of the window, `panel` that of the rail, bars, columns and cards, and
+    `raised` that of selected, pressed and editable parts. Each colour has a value for the dark, the
+    light and the contrast theme.
     """
 
     bg: Annotated[QColor, "#161616", "#e4e4e4", "#ffffff"]
@@ -109,7 +110,7 @@ class Theme:
         return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
 
     def font(self, size: int, weight: int = 400) -> QFont:
-        """Return Inter with tabular figures at a size, spaced more tightly from 36 pixels up.
+        """Return Inter with tabular figures at a size, with tighter spacing from 36 pixels up.
 
         Raises:
             CoreError: If the font's files are missing or damaged.

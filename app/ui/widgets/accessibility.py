@@ -20,7 +20,7 @@ _ROLE: Final = "spokenAs"
 
 
 def give_role(widget: QWidget, role: QAccessible.Role) -> None:
-    """Set an accessible role that Qt does not assign, such as a slider, a picture or a pane."""
+    """Set an accessible role that Qt does not assign, such as slider, graphic or pane."""
     if not _installed:
         QAccessible.installFactory(_interface)
         _installed.append(True)
@@ -67,7 +67,7 @@ _WAYS = {
 
 
 class Roving(QObject):
-    """Makes a group of widgets a single Tab stop, with the arrow keys, Home and End inside.
+    """Makes a group of widgets a single Tab stop, navigated by the arrow keys, Home and End.
 
     An arrow key moves the focus to the nearest widget in its direction on screen, so a grid may
     have any number of columns.

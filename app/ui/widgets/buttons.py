@@ -32,7 +32,7 @@ Size: TypeAlias = Literal["normal", "main", "small"]
 """Heights of buttons: 40, 48 or 32 pixels."""
 
 Do: TypeAlias = Callable[..., object] | Signal | SignalInstance | None
-"""A callable without arguments, as `connect` accepts it."""
+"""A callable without arguments, or anything else that `connect` accepts."""
 
 _HEIGHT: Final[dict[Size, int]] = {"normal": 40, "main": 48, "small": 32}
 _FONT: Final[dict[Size, int]] = {"normal": 14, "main": 16, "small": 13}
@@ -83,7 +83,7 @@ class Pressable(Paints, QAbstractButton):
         """Set whether the button is the selected one."""
         if selected != self.selected:
             self.selected = selected
-            self.setAccessibleDescription(tr("chosen") if selected else "")
+            self.setAccessibleDescription(tr("selected") if selected else "")
             self.update()
 
     def hovered(self) -> bool:
@@ -167,7 +167,10 @@ class Button(Pressable):
             self.update()
 
     def set_busy(self, label: str | None) -> None:
-        """Show a label such as "Saving…" with a spinner and ignore presses, unless it is None."""
+        """Show a label such as "Saving…" with a spinner, and ignore presses.
+
+        A label of None makes the button usable again.
+        """
         if label is not None and self._busy is None:
             self._last_size = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label
@@ -310,7 +313,7 @@ class Chip(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set(self, icon: str, text: str, warning: str = "") -> None:
-        """Change the icon and the text, and show whether the text is a warning."""
+        """Change the icon and the text, and the warning that follows the text, if any."""
         if (icon, text, warning) == (self._icon, self.text(), self._warning):
             return
         self._icon, self._warning = icon, warning

@@ -64,7 +64,7 @@ class LabelledSlider(Paints, QSlider):
     ) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         if not (minimum < maximum and 0 < step <= maximum - minimum):
-            raise ValueError(f"no values between {minimum} and {maximum} by {step}")
+            raise ValueError(f"no values between {minimum} and {maximum} in steps of {step}")
         self._low, self._step, self._words = minimum, step, words
         self._default = value if default is None else default
         self._inline = inline
@@ -115,12 +115,12 @@ class LabelledSlider(Paints, QSlider):
         return QSize(max(label + self._value_width + px(_GAP), px(120)), px(44))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size, at which a label above the track may be shortened."""
+        """Return the smallest useful size. A label above the track may be cut off at this size."""
         hint = self.sizeHint()
         return QSize(hint.width() - px(88) if self._inline else px(120), hint.height())
 
     def _rail(self) -> QRectF:
-        """Return the track between the outermost edges of the knob."""
+        """Return the rectangle of the track, along which the knob moves."""
         t = theme()
         left, right = 0.0, float(self.width())
         if self._inline:
@@ -261,7 +261,7 @@ class _Part(Pressable):
         return full - QSize(px(_PADDING), 2 * (t.line_width - 1))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show text that is cut off in the tooltip."""
+        """Show the full text in the tooltip if it is cut off."""
         super().resizeEvent(event)
         cut = self.width() < self.minimumSizeHint().width()
         describe(self, self.accessibleName(), tip=None if cut else "")
@@ -296,7 +296,7 @@ class _Part(Pressable):
 
 
 class SegmentedChoice(PaintedWidget):
-    """A choice of one option among a few, with a single Tab stop and arrow keys inside.
+    """A choice of one option among a few, as a single Tab stop navigated by arrow keys.
 
     The first option is selected initially.
 

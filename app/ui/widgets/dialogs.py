@@ -47,7 +47,7 @@ def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
 
 
 def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path | None:
-    """Ask for a new file, or a file to overwrite, starting in the user's pictures folder."""
+    """Ask for a new file or a file to overwrite, starting in the user's pictures folder."""
     pictures = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.PicturesLocation)
     start = str(Path(pictures) / suggested) if Path(pictures).is_dir() else suggested
     name, _ = QFileDialog.getSaveFileName(asker.window(), title, start, filters)
@@ -293,7 +293,7 @@ class LineSheet(KeysSheet):
         self.field.changed.connect(lambda _text: self.field.set_error(""))
 
     def say(self, sentence: str) -> None:
-        """Show an error in the text, or close the sheet if the sentence is empty."""
+        """Show an error below the field, or close the sheet if the sentence is empty."""
         self.show_busy(False)
         self.field.set_error(sentence)
         if not sentence:
@@ -310,7 +310,7 @@ class LineSheet(KeysSheet):
 
 
 class Term(Pressable):
-    """The name of a number, explained when pressed (see `EXPLANATIONS`)."""
+    """The name of a number, which is explained when pressed (see `EXPLANATIONS`)."""
 
     def __init__(
         self, key: str, words: str = "", look: tuple[int, int, Role] = (12, 400, "dim")
@@ -321,7 +321,7 @@ class Term(Pressable):
         self.say(words)
 
     def say(self, words: str, key: str = "") -> None:
-        """Change the name and the key of its explanation, and hide both if the name is empty."""
+        """Change the name and the key of its explanation, and hide a term without a name."""
         self.key = key or self.key
         self.setText(words)
         question = tr("{name}: what does it mean?", name=words)

@@ -22,7 +22,7 @@ _SPAN_DEG: Final = 100
 
 
 def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg: float) -> None:
-    """Paint a busy indicator, whose moving part starts at an angle clockwise from the top."""
+    """Paint a busy indicator whose moving part starts `phase_deg` clockwise from the top."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -102,7 +102,7 @@ class Bar(Paints, QProgressBar):
         self._beat = Beat(self)
 
     def set(self, fraction: float | None) -> None:
-        """Show progress from 0 to 1, or a moving part if it is None."""
+        """Show progress from 0 to 1, or a moving part if `fraction` is None."""
         self._unknown = fraction is None
         self._beat.run(self._unknown)
         # Otherwise, Qt would repaint the bar and all other pending parts of the window at once.
@@ -235,7 +235,7 @@ class Picture(PaintedWidget):
         self._tags: dict[Corner, str] = {}
 
     def set_picture(self, picture: NDArray[np.uint8] | None) -> None:
-        """Show an sRGB array, (h, w, 3) uint8, or an empty well if it is None.
+        """Show an sRGB array, (h, w, 3) uint8, or an empty well if `picture` is None.
 
         The array must not be modified afterwards.
 

@@ -1,4 +1,4 @@
-"""Labelled fields for text or a choice from a list, with error messages, and toggles."""
+"""Toggles, and labelled fields with error messages for text or for a choice from a list."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ class Toggle(Pressable):
         return QSize(width + px(_SWITCH[0]), px(32))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size, at which a long name appears in full in the tooltip."""
+        """Return the smallest useful size.
+
+        At this size a long name is cut off, and the tooltip shows it in full.
+        """
         hint = self.sizeHint()
         return QSize(min(hint.width(), px(160)), hint.height())
 
@@ -129,7 +132,7 @@ class _LabelledField(QWidget):
         add(self._column, field, self._error)
 
     def set_error(self, sentence: str) -> None:
-        """Show an error in the field's text, or remove the error if the sentence is empty."""
+        """Show an error below the field, or remove the error if the sentence is empty."""
         self._error.say(sentence)
         self._field.wrong = bool(sentence)
         self._field.setAccessibleDescription(sentence)
@@ -224,7 +227,7 @@ class IconLine(QWidget):
         self.hide()
 
     def say(self, sentence: str, icon: str = "error") -> None:
-        """Show a sentence in the colour of errors, or with a check mark."""
+        """Show a sentence with an icon, in the colour of errors if the icon is "error"."""
         wrong = icon == "error"
         self._text.set_text(sentence)
         self._text.set_role("err" if wrong else "text")

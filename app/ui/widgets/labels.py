@@ -1,4 +1,4 @@
-"""Text with the design's line heights, icons, signs and key hints."""
+"""Icons, signs, key hints, and text with the line heights of the design."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def grid(
     gap: tuple[float, float] = (0, 0),
     stretched: int | None = None,
 ) -> QGridLayout:
-    """Arrange widgets in rows of `across` in reading order.
+    """Arrange widgets in reading order, `across` of them in each row.
 
     Args:
         gap: Spacing between columns and rows in pixels at scale 1.
@@ -114,7 +114,7 @@ def add(layout: QBoxLayout, *items: Item) -> None:
 
 
 def fold(line: QBoxLayout, beside: bool, gap: int = 0) -> None:
-    """Switch a line to a row or a column. A `gap` of 0 leaves the spacing unchanged."""
+    """Turn a line into a row or a column. A `gap` of 0 leaves the spacing unchanged."""
     way = QBoxLayout.Direction
     line.setDirection(way.LeftToRight if beside else way.TopToBottom)
     if gap:

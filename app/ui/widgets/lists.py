@@ -191,7 +191,7 @@ class Entry:
 
 
 class Lines(QStyledItemDelegate):
-    """The base class of delegates, which paint the background of rows. Subclasses add content."""
+    """The base class of delegates. It paints the background of rows; subclasses add the content."""
 
     radius = 6
 
@@ -230,7 +230,7 @@ class Lines(QStyledItemDelegate):
 
 
 class _Rows(Lines):
-    """Paints entries, with a check mark at the selected one."""
+    """Paints entries, with a check mark beside the selected one."""
 
     radius = 5
     chosen = ""
@@ -270,7 +270,7 @@ class BareList(QListWidget):
 
 
 class ListPopup(Paints, QFrame):
-    """A list that closes on a choice and on Esc."""
+    """A list that closes when the user makes a choice or presses Esc."""
 
     chosen = Signal(str)
 

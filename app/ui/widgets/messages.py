@@ -110,7 +110,7 @@ class Empty(QWidget):
 
 
 class StaleVeil(PaintedWidget):
-    """Dims a part of a screen while its answer is being computed.
+    """Dims part of a screen while its answer is being computed.
 
     Attributes:
         fill: Colour token of the background behind that part.
@@ -299,7 +299,7 @@ class Toasts(QObject):
         stay: bool = False,
         closed: Callable[[], None] | None = None,
     ) -> None:
-        """Show and announce a message with at most two actions, each of which closes it."""
+        """Show and announce a message with at most two actions, which also close the message."""
         # A repeated message replaces the earlier one.
         self.drop(message)
         toast = _Toast(self._parent, message, kind, actions, None if stay else self._stay_ms)
@@ -322,7 +322,7 @@ class Toasts(QObject):
             self._drop(same)
 
     def clear(self) -> None:
-        """Close all messages, keeping them in the list."""
+        """Remove all messages from the screen, but not from the list of messages."""
         for toast in tuple(self._toasts):
             self._drop(toast)
 
@@ -372,7 +372,7 @@ class Toasts(QObject):
         ]
 
     def _clear(self, place: QRect, blocks: list[QRect], gap: int) -> QRect:
-        """Move a toast up until it covers no control, or to the left if that is much shorter."""
+        """Move a toast up until it covers no control, or to the left if that is much less far."""
         spots: list[tuple[int, QRect]] = []
         for steps in range(_COLUMNS):
             here = place.translated(-steps * (place.width() + gap), 0)

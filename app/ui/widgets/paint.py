@@ -102,7 +102,7 @@ def mix(first: QColor, second: QColor, share: float) -> QColor:
 
 
 def faint(colour: QColor | Qt.GlobalColor, opacity: float) -> QColor:
-    """Return a colour with an opacity from 0 to 1."""
+    """Return a colour with the given opacity, from 0 to 1."""
     shade = QColor(colour)
     shade.setAlphaF(opacity)
     return shade
@@ -178,5 +178,5 @@ def put_text(
 
 
 def selected_edge(t: Theme | None = None) -> int:
-    """Return the border width of a selected or pressed control, a pixel more than usual."""
+    """Return the border width of a selected or pressed control, a pixel more than normal."""
     return (t or theme()).line_width + 1

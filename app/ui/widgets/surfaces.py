@@ -24,7 +24,7 @@ from app.ui.widgets.paint import PaintedWidget, box, hover_fill, selected_edge
 
 
 class Menu(QMenu):
-    """A menu with rounded corners, whose entries have an icon, and a tooltip if disabled."""
+    """A menu with rounded corners, whose entries can have icons, and tooltips while disabled."""
 
     def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
@@ -78,7 +78,7 @@ Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(PaintedWidget):
-    """A column or bar with one colour, lines at its adjoining sides and an accessible name."""
+    """A column or bar in one colour, with lines along some sides and an accessible name."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
         super().__init__()
@@ -111,7 +111,7 @@ class Scroll(QScrollArea):
     """A named area that scrolls vertically with a slim bar, on a transparent background."""
 
     bar_changed = Signal(int)
-    """Emitted with the scroll bar's width in logical pixels when it appears, or 0 when it hides."""
+    """Emitted with the width in logical pixels of a scroll bar that appears, or 0 when it hides."""
 
     def __init__(self, content: QWidget | None = None, height: int = 0, name: str = "") -> None:
         super().__init__()
@@ -159,7 +159,7 @@ class Scroll(QScrollArea):
 
         Args:
             margin: Margin in logical pixels without the scroll bar.
-            least: Minimum margin in logical pixels beside it.
+            least: Minimum margin in logical pixels beside the scroll bar.
         """
 
         def make_way(width: int) -> None:
@@ -171,7 +171,7 @@ class Scroll(QScrollArea):
         self.bar_changed.connect(make_way)
 
     def settle(self, layout: QLayout, new: Iterable[QWidget]) -> None:
-        """Show new widgets of an inner layout, which Qt would first paint squeezed."""
+        """Show new widgets of an inner layout at once at their final size, unlike Qt by default."""
         layout.setEnabled(False)
         for part in new:
             part.show()
@@ -282,8 +282,8 @@ class PictureLine(OutlineBox):
     """A framed row with a picture (see `Picture.set_picture`), lines of text and buttons.
 
     Attributes:
-        pressed: Emitted on a click anywhere on the row, which is a larger target than a button, if
-            `set_can_press` was called.
+        pressed: Emitted on a click anywhere on the row if `set_can_press` was called. The row is a
+            larger target than a button.
     """
 
     pressed = Signal()

@@ -1,4 +1,4 @@
-"""The base of all plots: keyboard, cached pictures, labels and descriptions."""
+"""The base classes of plots, with keyboard control, cached pictures, labels and descriptions."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
 
 
 def device_ratio(painter: QPainter) -> float:
-    """Return a painter's device pixels per logical pixel."""
+    """Return the number of device pixels per logical pixel of a painter."""
     return max(painter.deviceTransform().m11(), 0.25)
 
 
 def snap(value: float, ratio: float, width: float = 1.0) -> float:
-    """Move the middle of a line so that the line's edges align with device pixels."""
+    """Return the middle of a line, moved so that the line's edges align with device pixels."""
     odd = round(width * ratio) % 2
     return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
 
@@ -141,7 +141,7 @@ def disc(
 class Plot(Paints, QWidget):
     """A widget that takes the focus and describes itself to screen readers.
 
-    Everything positioned in data units is an item of its panel; `draw` paints the background.
+    Everything positioned in data units is an item of its panel, and `draw` paints the background.
     """
 
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -194,7 +194,7 @@ class Plot(Paints, QWidget):
     ) -> QPixmap:
         """Return a picture that is redrawn only when its key changes.
 
-        It has a transparent background and is drawn in logical pixels.
+        The picture has a transparent background and is drawn in logical pixels.
         """
         t = theme()
         whole = (key, t.name, t.scale, size.width(), size.height(), ratio)
@@ -244,7 +244,7 @@ class TurnPlot(Plot):
     """Emitted with the needle's turn in (-180, 180] degrees, repeatedly during a drag."""
 
     released = Signal(float)
-    """Emitted with the needle's turn in degrees when it is released."""
+    """Emitted with the needle's turn in degrees when the needle is released."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -288,7 +288,7 @@ class TurnPlot(Plot):
         super().keyReleaseEvent(event)
 
     def turn_under(self, point: Point) -> float | None:
-        """Return the turn at a pointer position in degrees, or None if there is none."""
+        """Return the turn in degrees at a pointer position, or None if the position has no turn."""
         raise NotImplementedError
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:

@@ -19,7 +19,7 @@ from app.ui.plots.parts.base import device_ratio, snap
 from app.ui.plots.parts.geometry import Point
 
 Draw: TypeAlias = Callable[[QPainter, Point], object]
-"""Paints a mark around its middle, in logical pixels."""
+"""A function that paints a mark around its centre, given in logical pixels."""
 
 
 def _to_pixels(painter: QPainter) -> QTransform:
@@ -31,14 +31,14 @@ def _to_pixels(painter: QPainter) -> QTransform:
 
 
 class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
-    """A vertical or horizontal line across the plot with one or more pens, widest first."""
+    """A vertical or horizontal line across the plot, drawn with one or more pens, widest first."""
 
     def __init__(self, *pens: QPen, upright: bool = True) -> None:
         super().__init__(angle=90 if upright else 0, pen=pens[0])
         self._pens = pens
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint the line on whole device pixels."""
+        """Paint the line aligned with device pixels."""
         area = self.boundingRect()
         transform = _to_pixels(painter)
         start, stop = (transform.map(QPointF(x, 0.0)) for x in (area.left(), area.right()))
@@ -55,14 +55,14 @@ class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
 
 
 class Curve(pg.PlotCurveItem):  # type: ignore[misc]
-    """A curve with any number of pens, widest first, which is closed if it has a fill."""
+    """A curve drawn with any number of pens, widest first. A curve with a fill is closed."""
 
     def __init__(self, *pens: QPen, fill: QColor | None = None) -> None:
         super().__init__(pen=_padding(pens))
         self._pens, self._fill = pens, fill
 
     def set_points(self, points: Sequence[Point] | Any) -> None:
-        """Set the points as an (n, 2) array."""
+        """Set the points, given as an (n, 2) array."""
         places = np.asarray(points, float).reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1])
 
@@ -77,7 +77,7 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
 
 
 class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
-    """Straight segments of a line with one or more pens, widest first."""
+    """Straight line segments, drawn with one or more pens, widest first."""
 
     def __init__(self, *pens: QPen) -> None:
         super().__init__()
@@ -88,13 +88,13 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
 
     def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
-        """Set the segments, clipped to an area, as (n, 4) with the x and y of both ends."""
+        """Set the segments, (n, 4) with the x and y of both ends, and the area that clips them."""
         self._ends, self._area = np.asarray(ends, float), area
         places = self._ends.reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1], connect="pairs")
 
     def boundingRect(self) -> QRectF:
-        """Return the area."""
+        """Return the area that clips the segments."""
         return self._area
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
@@ -121,7 +121,7 @@ def _padding(pens: Sequence[QPen]) -> QPen:
 
 
 class Mark(pg.TargetItem):  # type: ignore[misc]
-    """A sign at a position in the data, within `size` logical pixels."""
+    """A sign at a position in data units, at most `size` logical pixels wide and high."""
 
     def __init__(self, draw: Draw, size: float) -> None:
         self.scale = size
@@ -129,7 +129,7 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
         self._draw = draw
 
     def set_draw(self, draw: Draw) -> None:
-        """Show another sign."""
+        """Show a different sign."""
         self._draw = draw
         self.update()
 
@@ -222,7 +222,7 @@ class Group(pg.ItemGroup):  # type: ignore[misc]
 
 
 class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
-    """A varying number of marks."""
+    """A group of marks whose number can change."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -245,7 +245,11 @@ class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
 
 
 def around(*pens: QPen) -> Group:
-    """Return a line at an azimuth (the group's x) that appears at both edges of a panorama."""
+    """Return a vertical line at the azimuth that is the group's x.
+
+    The line is repeated a full turn to each side, so that it can appear at both edges of a
+    panorama.
+    """
     lines = [PlotLine(*pens) for _ in range(3)]
     for line, turn in zip(lines, (-360.0, 0.0, 360.0), strict=True):
         line.setPos(turn)

@@ -1,4 +1,4 @@
-"""Shapes of the plots: circles of turns, smooth outlines, arrows, and labels that keep clear.
+"""The geometry of plots: circles of turns, smooth outlines, arrows, and labels kept apart.
 
 Points are (x, y) in logical pixels, with x to the right and y downward. Turns and azimuths are in
 degrees, positive clockwise seen from above; on a circle, 0 is at the top and 90 at the right. This
@@ -40,7 +40,7 @@ def _half_head() -> list[Point]:
 
 
 def turn_at(centre: Point, point: Point) -> float:
-    """Return the turn toward a point in (-180, 180] degrees, which is the inverse of `at_turn`.
+    """Return the turn towards a point, in (-180, 180] degrees. This is the inverse of `at_turn`.
 
     Examples:
         >>> turn_at((0.0, 0.0), (-3.0, 0.0))
@@ -51,7 +51,7 @@ def turn_at(centre: Point, point: Point) -> float:
 
 
 def circle(radius: float) -> NDArray[np.float64]:
-    """Return a circle around the origin as (181, 2) points, clockwise from the right."""
+    """Return a circle around the origin as a (181, 2) array of points, clockwise from the right."""
     return radius * _CIRCLE
 
 
@@ -67,7 +67,7 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
 
 def value_at(curve: Sequence[float], turn_deg: float) -> float:
-    """Interpolate a curve, sampled at evenly spaced turns from 0, at a turn."""
+    """Return the interpolated value at a turn of a curve sampled at evenly spaced turns from 0."""
     count = len(curve)
     place = (turn_deg / 360.0 * count) % count
     low = int(place)
@@ -77,7 +77,7 @@ def value_at(curve: Sequence[float], turn_deg: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Dial:
-    """A round plot of values from 0 at its core, around the head, to 100 at its rim."""
+    """A round plot of values, from 0 at the core around the head to 100 at the rim."""
 
     centre: Point
     core: float
@@ -103,8 +103,8 @@ class Dial:
 def smooth(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.float64]:
     """Fit a smooth closed Bezier curve through points.
 
-    The tangent at a point is that of the parabola through the point and its neighbours. The handles
-    are a third of the chord, so that a corner between a long and a short segment makes no loop.
+    The tangent at a point is that of the parabola through the point and its neighbours. Each
+    handle is a third of the chord long, so that no loop forms between a long and a short segment.
 
     Returns:
         (n, 3, 2). For each point, the two control points of the segment to the next point, followed
@@ -139,7 +139,7 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
     """Return the outline of the mean head from above, starting at its nose.
 
     The outline is exactly symmetric about `turn_deg`, and `size` is half its length. Use `smooth`
-    to make it round.
+    to round it.
     """
     half = _half_head()
     other = [(-side, front) for side, front in reversed(half[1:-1])]
@@ -152,7 +152,7 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
 
 
 def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
-    """Return the index of the nearest target within reach of a point, or None."""
+    """Return the index of the nearest target within reach of a point, or None if none is."""
     near = [(math.dist(place, point), index) for index, place in enumerate(places)]
     best = min(near, default=(math.inf, -1))
     return best[1] if best[0] <= reach else None
@@ -161,7 +161,7 @@ def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
 def spread(
     targets: Sequence[float], widths: Sequence[float], gap: float, low: float, high: float
 ) -> list[float]:
-    """Move overlapping labels apart by the same distance, within the limits of their line.
+    """Move overlapping labels apart by equal distances, within the limits of their line.
 
     `targets` are the labels' preferred centres in any order.
     """

@@ -25,8 +25,8 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from app.core.base.arrays import Bytes
 
 _SMALLEST: Final = 512  # minimum columns of a smaller copy
-_GAP: Final = 1 / 340  # half of the widest gap as a fraction of the width: 3 texels of 1,024
-_CLIPPED: Final = 0.02  # fraction of a texel from which it counts as clipped
+_GAP: Final = 1 / 340  # half the widest gap as a fraction of the width: 3 texels in 1,024
+_CLIPPED: Final = 0.02  # a texel with a larger clipped fraction counts as clipped
 _PERIOD: Final = 8.0  # spacing of the hatching in logical pixels along a row
 _INK: Final = QColor(16, 16, 16)
 _PAPER: Final = QColor(245, 245, 245)
@@ -44,9 +44,9 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         """Show a different image.
 
         Args:
-            pixels: (h, w) grey, (h, w, 3) sRGB, or (h, w, 4) blue, green, red and opacity with
-                premultiplied colours, all uint8, or None to show nothing. Azimuths run from −180°
-                to 180°, shifted by `setX`.
+            pixels: uint8 array of (h, w) grey, (h, w, 3) sRGB, or (h, w, 4) premultiplied blue,
+                green and red with opacity, or None to show nothing. Azimuths run from −180° to
+                180°, shifted by `setX`.
         """
         self._images = {}
         self._copies = [] if pixels is None else [pixels]
@@ -97,7 +97,7 @@ def _image_around(pixels: Bytes) -> QImage:
 
 
 class Hatching(QGraphicsItem):
-    """Black and white lines with a black edge over clipped areas, the same width at any zoom."""
+    """Black and white hatching with a black edge over clipped areas, equally wide at any zoom."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -108,8 +108,8 @@ class Hatching(QGraphicsItem):
         """Set the hatched areas.
 
         Args:
-            clipped: (h, w) array of any size with each texel's clipped state (bool) or clipped
-                fraction from 0 to 1 (float), or None to hatch nothing.
+            clipped: (h, w) array of any size that states whether each texel is clipped (bool), or
+                which fraction of it is clipped, from 0 to 1 (float). None hatches nothing.
         """
         self._outlines = [] if clipped is None else _outlines(clipped)
         self.update()
@@ -121,7 +121,7 @@ class Hatching(QGraphicsItem):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
-        """Paint edges and lines, including lines in areas thinner than a pixel."""
+        """Paint the edges and the hatching, even in areas thinner than a pixel."""
         path = QPainterPath()
         for area, outline in self._outlines:
             if area.intersects(option.exposedRect):
@@ -142,7 +142,7 @@ class Hatching(QGraphicsItem):
         painter.fillPath(path, lines)
 
     def _ratio(self, painter: QPainter) -> float:
-        """Return the device pixels per logical pixel, without the scene's own scale."""
+        """Return the number of device pixels per logical pixel, without the scene's own scale."""
         return painter.deviceTransform().m11() / max(self.sceneTransform().m11(), 1e-9)
 
 
@@ -151,7 +151,7 @@ def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
 
     Returns:
         list of (QRectF, QPainterPath). For each piece, the area that its edge may cover, and its
-        path with the holes.
+        path including any holes.
     """
     mask = np.asarray(np.asarray(clipped, np.float32) > _CLIPPED, np.uint8)
     if not mask.any():

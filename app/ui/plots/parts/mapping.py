@@ -23,14 +23,14 @@ SPAN_DEG: Final = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """A tick of a scale: its distance from the left end, and its degrees."""
+    """A tick on a scale, with its distance from the left end and its label in degrees."""
 
     x: float
     label: str
 
 
 def scale_label(value_deg: float) -> str:
-    """Return a number on a scale as text, where the left end may be −180°.
+    """Format a value on a scale, keeping −180° for the left end.
 
     Examples:
         >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
@@ -40,7 +40,7 @@ def scale_label(value_deg: float) -> str:
 
 
 def label_step(pixels_per_degree: float, room: float) -> int:
-    """Return the spacing in degrees of labels that need this much room: 1, 5, 15, 45 or 90."""
+    """Return the spacing in degrees, 1, 5, 15, 45 or 90, of labels that need this much room."""
     steps = (1, 5, 15, 45)
     return next((step for step in steps if step * pixels_per_degree >= room), 90)
 
@@ -50,7 +50,8 @@ class Viewport:
     """The visible part of a panorama, for the ViewBox.
 
     pyqtgraph's ViewBox supports neither wrapping nor poles. The azimuth, in (-180, 180], and the
-    elevation are those of the centre. `shape` is the height of the window divided by its width.
+    elevation are those of the centre, in degrees. `shape` is the height of the window divided by
+    its width.
     """
 
     width: float
@@ -70,11 +71,11 @@ class Viewport:
         return self.width * self.zoom / 360.0
 
     def x_of(self, azimuth_deg: float) -> float:
-        """Return the x of an azimuth nearest to the centre, which may be outside the window."""
+        """Return the x of an azimuth nearest to the centre. It may be outside the window."""
         return self.width / 2.0 + difference(azimuth_deg, self.azimuth_deg) * self.scale
 
     def xs_of(self, azimuth_deg: float, margin: float = 0.0) -> list[float]:
-        """Return every x of an azimuth inside the window, or at most `margin` outside.
+        """Return every x of an azimuth that is inside the window or at most `margin` outside it.
 
         At zoom 1 the azimuth opposite the centre is at both edges.
         """
@@ -83,7 +84,7 @@ class Viewport:
         return [x for x in places if -margin - 1e-9 <= x <= self.width + margin + 1e-9]
 
     def azimuth_at(self, x: float) -> float:
-        """Return the azimuth at an x in (-180, 180] degrees, which is the inverse of `x_of`."""
+        """Return the azimuth at an x, in (-180, 180] degrees. This is the inverse of `x_of`."""
         return wrap(self.azimuth_deg + (x - self.width / 2.0) / self.scale)
 
     def y_of(self, elevation_deg: float) -> float:
@@ -91,22 +92,22 @@ class Viewport:
         return self.height / 2.0 - (elevation_deg - self.elevation_deg) * self.scale
 
     def elevation_at(self, y: float) -> float:
-        """Return the elevation at a y in degrees, which is the inverse of `y_of`."""
+        """Return the elevation at a y, in degrees. This is the inverse of `y_of`."""
         return self.elevation_deg - (y - self.height / 2.0) / self.scale
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
-        """Return the view centred on a direction, limited at zenith and nadir."""
+        """Return the view centred on a direction, but not beyond the zenith or the nadir."""
         limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
         elevation = min(max(elevation_deg, -limit), limit)
         return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=elevation)
 
     def panned(self, dx: float, dy: float) -> Viewport:
-        """Return the view with the picture moved by logical pixels, so that x goes to x + dx."""
+        """Return the view after the picture has moved by (dx, dy) logical pixels."""
         azimuth = self.azimuth_deg - dx / self.scale
         return self.moved_to(azimuth, self.elevation_deg + dy / self.scale)
 
     def zoomed(self, zoom: float, x: float, y: float) -> Viewport:
-        """Return the view at another zoom around (x, y), as far as the poles allow."""
+        """Return the view zoomed around (x, y), which stays in place as far as the poles allow."""
         new_zoom = min(max(zoom, ZOOMS[0]), ZOOMS[1])
         azimuth, elevation = self.azimuth_at(x), self.elevation_at(y)
         new = replace(self, zoom=new_zoom)
@@ -114,7 +115,7 @@ class Viewport:
         return new.moved_to(azimuth - across, elevation - up)
 
     def ticks(self, front_deg: float, step: int, labelled: int) -> list[Tick]:
-        """Return the ticks of the scale under the window, whose numbers count from an azimuth."""
+        """Return the ticks of the scale under the window, numbered from an azimuth."""
         middle = difference(self.azimuth_deg, front_deg)
         half = self.width / 2.0 / self.scale + 1e-9
         first = math.ceil((middle - half) / step)
@@ -147,7 +148,7 @@ class StripScale:
         return self.width / self.span_deg
 
     def x_of(self, turn_deg: float) -> float:
-        """Return the x of a turn measured the shorter way from the goal, even off the strip."""
+        """Return the x of a turn, on or off the strip, measured the shorter way from the goal."""
         return self._x(difference(turn_deg, self.goal_deg))
 
     def _x(self, beside_deg: float) -> float:
@@ -184,9 +185,9 @@ class StripScale:
         return result
 
     def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
-        """Return the ticks, whose numbers count from the goal to both sides without signs.
+        """Return the ticks, numbered from the goal in both directions without signs.
 
-        Labels that would be too close to a marker are left out.
+        Labels closer than `room_deg` to one of the turns `avoid_deg` are left out.
         """
         last = math.ceil(self.span_deg / 2.0 / step) - 1
         beside = [difference(other, self.goal_deg) for other in avoid_deg]

@@ -35,7 +35,7 @@ _GAP: Final = 8
 
 
 class MarkerGrip(PaintedWidget):
-    """An amber pill with a person, text and a sign that the pill can be dragged.
+    """An amber pill with a person, text and a drag handle.
 
     The arrow keys move the marker by 1°, or by 10° with Shift. Enter keeps the new position, and
     Esc restores the old one.
@@ -64,18 +64,20 @@ class MarkerGrip(PaintedWidget):
         self.held = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
-        self.setToolTip(tr("Drag to where you stand (M). Arrows: 1°, with Shift 10°. Enter: keep"))
+        self.setToolTip(
+            tr("Drag to where you stand (M). Arrow keys: 1°, or 10° with Shift. Enter: keep")
+        )
         self.set_words(words)
 
     def set_words(self, words: str) -> None:
-        """Set the text at rest: "Photographer stands here" or "You face this way now"."""
+        """Set the text at rest, such as "Photographer stands here" or "You face this way now"."""
         self._words = words
         self.setAccessibleName(words)
         self.resize(self.sizeHint())
         self.update()
 
     def set_moving(self, words: str) -> None:
-        """Set the text during a move, or an empty string at rest."""
+        """Set the text during a move, or return to the text at rest if `words` is empty."""
         if words != self._moving:
             self._moving = words
             self.setAccessibleDescription(words)
@@ -87,7 +89,7 @@ class MarkerGrip(PaintedWidget):
         return self._moving or self._words
 
     def sizeHint(self) -> QSize:
-        """Return the size for the text, which stays constant during a move."""
+        """Return the size of the pill with its text at rest, which also applies during a move."""
         text = QFontMetricsF(theme().font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
         return QSize(px(parts) + round(text), px(_HEIGHT))
@@ -149,7 +151,7 @@ _LABEL_ROOM: Final = 72
 
 @dataclass(frozen=True, slots=True)
 class SceneLamp:
-    """A lamp in the panorama, with the azimuth and elevation of its middle in the file."""
+    """A lamp in the panorama, with the azimuth and elevation of its centre in the file."""
 
     letter: str
     azimuth_deg: float
@@ -158,7 +160,7 @@ class SceneLamp:
 
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """The overlays of a panorama, and the azimuth from which its scale counts."""
+    """The overlays of a panorama, and the azimuth at which its scale reads 0."""
 
     front_deg: float
     marker_deg: float | None
