@@ -213,7 +213,7 @@ def test_a_meter_shows_value_gain_and_limit(dpr: int, qtbot: QtBot, picture_of: 
     assert (at(20), at(50), at(80)) == (c.text.name(), gain.name(), c.track2.name())
     assert at(45, 0.5) == c.dim.name()
     assert at(20, 0.5) not in (c.text.name(), c.dim.name(), gain.name())
-    assert meter.accessibleName() == "Match 63 of 100, before 29"
+    assert meter.accessibleName() == "Match 63 of 100, previously 29"
 
 
 def test_a_meter_floors_what_it_says(qtbot: QtBot) -> None:

@@ -100,7 +100,7 @@ class _PlaceLine(PictureLine):
         self.row.addWidget(more)
 
     def _add_opener(self) -> None:
-        """Add a button to open or finish the place, unless it has no frames."""
+        """Add a button to open or finish the place, unless the place has no frames yet."""
         place = self.place
         if place.unfinished is not None and not place.unfinished.can_finish:
             return
@@ -142,7 +142,7 @@ class EmptyTrash(KeysSheet):
     """Asks for confirmation before places are deleted permanently.
 
     Attributes:
-        words: The number and the total size of the places.
+        words: The number and the total size of the places, as text.
     """
 
     def __init__(self, host: QWidget, words: str, empty: Callable[[], None]) -> None:
@@ -294,7 +294,7 @@ class PlacesBody(QWidget):
             line.pick.set_available(is_picked or state.can_pick, full)
         words = tr_plural("Compare {count} spot", "Compare {count} spots", count)
         self._compare.set_text(words if count else tr("Compare spots"))
-        self._compare.set_available(count > 1, tr("Select 2 to 6 places with their check boxes."))
+        self._compare.set_available(count > 1, tr("Tick 2 to 6 places to compare them."))
 
     def search(self, words: str) -> None:
         """Show only the places whose text contains these words."""

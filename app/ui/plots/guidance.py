@@ -135,7 +135,7 @@ NAMES = {
 
 
 class TurnArrow(Plot):
-    """A thick curved arrow in amber, or a green check."""
+    """A thick curved arrow in amber, or a green check mark."""
 
     preferred_size = (320, 104)
     policies = (QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)

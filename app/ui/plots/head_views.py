@@ -98,7 +98,7 @@ class _HeadView(LampPlot):
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
     def outline(self, state: Heads) -> Float32:
-        """Return the outline of the head in this drawing, (n, 2), in metres from its centre."""
+        """Return the head's outline in this drawing, (n, 2), in metres from the head's centre."""
         raise NotImplementedError
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -197,7 +197,10 @@ class AboveView(_HeadView):
         return state.shape.above
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Return the position of a lamp, drawn closer to the head the higher or lower it is."""
+        """Return the position of a lamp.
+
+        The higher or lower the lamp is, the closer it appears to the head.
+        """
         level = self.reach * math.cos(math.radians(altitude_deg))
         x, y = self.middle
         azimuth = math.radians(azimuth_deg)

@@ -62,7 +62,7 @@ class _Data:
 
 
 class PolarPlot(TurnPlot):
-    """The match (or quality) at every turn, with 0° at the top and clockwise to the right.
+    """The match (or quality) at every turn, with 0° at the top and clockwise turns to the right.
 
     The arrow keys move the needle by 1°, or by 10° with Shift. Home moves it to the best turn, and
     Page Down and Page Up move it to the next peak clockwise or counter-clockwise.

@@ -58,7 +58,10 @@ class PanoramaView(Plot):
     """Emitted with the marker's azimuth in (-180, 180] degrees, repeatedly while it is dragged."""
 
     marker_released = Signal(float)
-    """Emitted on release with the azimuth in degrees where the marker stays until `set_front`."""
+    """Emitted on release with the marker's azimuth in degrees.
+
+    The marker stays there until `set_front` is called.
+    """
 
     zoom_changed = Signal(float)
     """Emitted with the new zoom, from 1 to 8."""

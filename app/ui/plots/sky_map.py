@@ -40,7 +40,7 @@ class Sky(Protocol):
 
     Attributes:
         tones: (h, w) uint8, or None to draw nothing. Azimuths run from −180° at the left to 180°
-            at the right, and altitudes run from the top down.
+            at the right, and the highest altitude is at the top.
         closed: (h, w) bool, or None if no direction is forbidden. True in the directions in which
             the lamp must not be held.
         line: (n, 4) float32. Segments of the contour at the limit, each with the azimuth and the
@@ -67,7 +67,7 @@ class Sky(Protocol):
 class SkyMap(LampPlot):
     """A map of all azimuths and of the range of altitudes that is searched.
 
-    Azimuth increases to the right. The camera sees the sitter's left on that side.
+    Azimuth increases to the right, where the camera sees the sitter's left.
     """
 
     preferred_size = (616, 136 + _LABELS + _ABOVE)
@@ -147,7 +147,7 @@ class SkyMap(LampPlot):
         return across * 360.0 - 180.0, half - 2.0 * half * down
 
     def takes(self, point: Point) -> bool:
-        """Return whether a point is on the map, so that a press there moves the lamp to it."""
+        """Return whether a point is on the map. A press on the map moves the lamp there."""
         ready = self._state is not None and self._state.shape is not None
         return ready and self.area.contains(QPointF(*point))
 

@@ -38,7 +38,7 @@ _GAP: Final = 12
 
 
 def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
-    """Draw the tile of a weight: orange with a plus, or blue with a minus, on whole pixels."""
+    """Draw the tile of a weight, aligned with pixels: orange with a plus or blue with a minus."""
     t = theme()
     box(painter, area, px(3), t.c.plus if sign == "plus" else t.c.minus)
     arm = area.width() * 0.22
@@ -148,7 +148,7 @@ def tinted(
         plus, minus: sRGB colours of positive and negative weights.
 
     Returns:
-        (H, W, 4) uint8. Premultiplied blue, green and red with opacity, as Qt blends fastest.
+        (H, W, 4) uint8. Premultiplied blue, green, red and opacity. Qt blends this format fastest.
     """
     values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
     largest = float(np.abs(values).max(initial=0.0))
@@ -218,7 +218,10 @@ class WeightPanorama(TurnPlot):
         self._behind.setX(wrap(self.needle + 180.0))
 
     def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
-        """Turn the sitter without emitting a signal. Weights at azimuth a move to a + turn."""
+        """Turn the sitter without emitting a signal.
+
+        Weights at azimuth a move to azimuth a + turn.
+        """
         if best_deg is not None:
             self._best = wrap(best_deg)
         self.set_needle(turn_deg)

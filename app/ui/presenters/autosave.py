@@ -19,7 +19,7 @@ from app.ui.presenters.services import Services
 _MOMENT_S: Final = 0.4
 
 Conflicts: TypeAlias = list[tuple[str, Path]]
-"""The name of each place that another process has also written, and the copy of its version."""
+"""The name of each place that another process has also changed, and the copy of that version."""
 
 
 class Autosave:

@@ -119,7 +119,7 @@ class PlaceController:
     def open_paths(self, paths: Sequence[Path]) -> None:
         """Open a place, a panorama, a bracket, or a folder that contains one of these.
 
-        While the current screen accepts photos of the sitter, they are checked instead.
+        If the current screen accepts photos of the sitter, such photos are checked instead.
         """
         if self.photo_taker is None or not self.photo_taker(paths):
             self.open_as_place(paths)
@@ -176,7 +176,7 @@ class PlaceController:
         )
 
     def take_in(self, paths: Sequence[Path]) -> None:
-        """Open a bracket that arrived in a watched folder. Further brackets open in turn."""
+        """Open a bracket that has arrived in a watched folder, after any earlier ones."""
         work, name = self._reading(paths, way="camera")
         title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
@@ -203,7 +203,7 @@ class PlaceController:
         self._open(work, intake.name)
 
     def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
-        """Open a saved place, optionally with a style and at a certain screen."""
+        """Open a saved place, optionally with a style and on a given screen."""
         model = self._services.model
         fields: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
         if style and folder == model.place_folder:
@@ -338,7 +338,7 @@ class PlaceController:
         return work, name or (files[0].name if files else "")
 
     def _options(self, **more: str) -> OpenOptions:
-        """Return the options for opening files now."""
+        """Return the current options for opening files."""
         services = self._services
         settings, now = services.model.settings, services.today()
         return OpenOptions(services.folders.places, now, settings, **more)

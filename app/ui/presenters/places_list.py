@@ -101,7 +101,7 @@ class PlacesListState:
 
     @property
     def days(self) -> tuple[tuple[str, tuple[PlacesListRow, ...]], ...]:
-        """The places grouped by the heading of their day, newest first."""
+        """The places grouped by day, each day with its heading, newest first."""
         return tuple((day, tuple(rows)) for day, rows in groupby(self.rows, lambda row: row.day))
 
 

@@ -41,7 +41,7 @@ class Solving:
         self._services.runner.cancel("solve")
 
     def solve(self) -> None:
-        """Start a job to solve the current selection, unless it is already solved or being solved."""
+        """Start a job to solve the selection, unless it is already solved or being solved."""
         model = self._services.model
         light, head, settings, studios = model.light, model.head, model.settings, model.studios
         if head is None or (light is None and head.studios == studios):
@@ -88,9 +88,10 @@ class Solving:
 def _followed(
     model: Model, selection: Selection, results: Sequence[StyleResult]
 ) -> dict[str, float | None]:
-    """Return the changes that move a goal from the previous best turn to the new one.
+    """Return the change to the goal that new answers require, if any.
 
-    A goal set by hand keeps its direction, and the goal of a lamp keeps its lamp.
+    A goal at the best turn moves to the new best turn. A goal set by hand keeps its direction, and
+    the goal of a lamp keeps its lamp.
     """
     before, answered = model.result, model.answered
     now = next((one for one in results if one.name == model.chosen), None)

@@ -22,7 +22,7 @@ class Undoable:
             Rembrandt".
         place: Folder of the place that must be open for this step, or None if the step does not
             depend on a place.
-        result: Returns the item that the step put away, so that other lists can find the step.
+        result: Returns the item that the step moved to the trash, which identifies the step.
     """
 
     words: str

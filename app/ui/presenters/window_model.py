@@ -276,7 +276,7 @@ class Model:
 
     @property
     def goal_computing(self) -> bool:
-        """Whether the goal's answer is for another selection. With a lamp, it never is."""
+        """Whether the goal's answer is for another selection, or False for a goal with a lamp."""
         return self.computing and self.lamp_plan is None
 
     @property
@@ -315,7 +315,7 @@ class Model:
 
     @property
     def lamp_plan(self) -> LampPlan | None:
-        """The lamp to hold at the goal, or None if the goal has none or has changed."""
+        """The lamp to hold at the goal, or None if the goal has no lamp or has changed."""
         plan = self.plan
         if plan is None or self.goal_deg is None or plan.result.name != self.chosen:
             return None

@@ -69,7 +69,7 @@ class Commands:
 
     @property
     def window(self) -> Window:
-        """The window attached last."""
+        """The attached window."""
         assert self._window is not None
         return self._window
 

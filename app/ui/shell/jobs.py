@@ -143,7 +143,7 @@ def _work(job: _Job, bridge: _Bridge) -> None:
 
 
 class QtRunner(QObject):
-    """Runs jobs by key, where a newer job replaces an older one with the same key."""
+    """Runs jobs, each with a key. A newer job replaces an older one with the same key."""
 
     line_changed = Signal(object)
     """Emitted with the visible `JobLine`, or None when no visible job is running."""

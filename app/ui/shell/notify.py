@@ -222,7 +222,7 @@ class Speaker(Sounds):
         return bool(_voice())
 
     def say(self, words: str) -> None:
-        """Speak a text with the system's voice."""
+        """Speak text with the system's voice."""
         if self.speaks:
             threading.Thread(target=_say, args=(words,), name="voice", daemon=True).start()
 

@@ -1,4 +1,4 @@
-"""Allows one window per data folder. A second start opens its files in the first window.
+"""Allows only one window per data folder. A second start opens its files in the first window.
 
 The first window listens on a local socket with a random name. The name and a key are in a file that
 only the user can read, so other users can neither guess the socket nor send it requests.

@@ -240,7 +240,7 @@ class App:
             self.application.quit()
 
     def show_with(self, paths: Sequence[Path]) -> None:
-        """Bring the window to the front and open the files of a second start."""
+        """Bring the window to the front, and open the files passed on by a second start."""
         window = self.window
         _log.info("shown by another start, with %d files", len(paths))
         window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)

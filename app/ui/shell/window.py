@@ -301,7 +301,7 @@ class Window(QWidget):
         self._show_hints()
 
     def _job_ended(self, title: str, how: str) -> None:
-        """Show a failed job at the foot of the window until the next message."""
+        """Report a failed job at the foot of the window until the next message."""
         self._failed = tr("{job} failed.", job=title) if how == "failed" else ""
         self._show_job(self._job)
 

@@ -97,7 +97,9 @@ class _RailButton(Pressable):
 
 
 class Rail(Surface):
-    """The steps, with places and settings at the foot, as one Tab stop navigated by arrow keys.
+    """The steps, with places and settings at the foot.
+
+    The rail is a single Tab stop, and the arrow keys move inside it.
 
     Attributes:
         choose: Called with the key of a screen, `PLACES` or `SETTINGS`.
@@ -226,7 +228,7 @@ def room_for(window: QWidget) -> QRect:
 
 
 def fit_on_screen(window: QWidget, smallest: QSize) -> None:
-    """Fit a window on its screen, making it smaller than `smallest` only if it has to be."""
+    """Fit a window on its screen, making it smaller than `smallest` only if necessary."""
     if window.isMaximized() or window.isFullScreen():
         return
     room = room_for(window)

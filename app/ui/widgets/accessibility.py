@@ -67,10 +67,10 @@ _WAYS = {
 
 
 class Roving(QObject):
-    """Makes a group of widgets a single Tab stop, navigated by the arrow keys, Home and End.
+    """Makes a group of widgets a single Tab stop.
 
-    An arrow key moves the focus to the nearest widget in its direction on screen, so a grid may
-    have any number of columns.
+    The arrow keys, Home and End move the focus inside the group. An arrow key moves the focus to
+    the nearest widget in its direction on screen, so a grid may have any number of columns.
     """
 
     moved = Signal(QWidget)

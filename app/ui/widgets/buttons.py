@@ -56,7 +56,7 @@ class Pressable(Paints, QAbstractButton):
     """The base class of buttons, which call `do` when pressed. Subclasses paint them."""
 
     selected = False
-    """Whether this is the selected button of its group, independently of being pressed."""
+    """Whether this is the selected button of its group, whether or not it is pressed."""
 
     def __init__(self, name: str, tip: str | None = None, do: Do = None) -> None:
         super().__init__()

@@ -296,9 +296,10 @@ class _Part(Pressable):
 
 
 class SegmentedChoice(PaintedWidget):
-    """A choice of one option among a few, as a single Tab stop navigated by arrow keys.
+    """A choice of one option among a few.
 
-    The first option is selected initially.
+    The control is a single Tab stop, and the arrow keys move inside it. The first option is
+    selected initially.
 
     Args:
         items: Options as (key, text) or (key, text, second line).

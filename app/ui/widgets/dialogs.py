@@ -321,7 +321,7 @@ class Term(Pressable):
         self.say(words)
 
     def say(self, words: str, key: str = "") -> None:
-        """Change the name and the key of its explanation, and hide a term without a name."""
+        """Change the name and the key of its explanation. A term without a name is hidden."""
         self.key = key or self.key
         self.setText(words)
         question = tr("{name}: what does it mean?", name=words)

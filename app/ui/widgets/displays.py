@@ -191,7 +191,7 @@ class Meter(PaintedWidget):
         value, _limit, before = self._values
         words = tr("{name} {value} of 100", name=self._name, value=int(value))
         if before is not None:
-            words = tr("{match}, before {before}", match=words, before=int(before))
+            words = tr("{match}, previously {before}", match=words, before=int(before))
         self.setAccessibleName(words)
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:

@@ -288,7 +288,7 @@ class ListPopup(Paints, QFrame):
         self._list.installEventFilter(self)
 
     def drop(self, under: QWidget, entries: Sequence[Entry], key: str, width: int = 0) -> None:
-        """Open the list below a widget, or above it if there is no room, at a minimum width."""
+        """Open the list below a widget, or above it if there is no room, at least `width` wide."""
         t = theme()
         height = px(56 if any(entry.second for entry in entries) else 40)
         rows = _Rows(self._list, height)

@@ -372,7 +372,7 @@ class Toasts(QObject):
         ]
 
     def _clear(self, place: QRect, blocks: list[QRect], gap: int) -> QRect:
-        """Move a toast up until it covers no control, or to the left if that is much less far."""
+        """Move a toast up until it covers no control, or to the left if that is a shorter way."""
         spots: list[tuple[int, QRect]] = []
         for steps in range(_COLUMNS):
             here = place.translated(-steps * (place.width() + gap), 0)

@@ -178,5 +178,5 @@ def put_text(
 
 
 def selected_edge(t: Theme | None = None) -> int:
-    """Return the border width of a selected or pressed control, a pixel more than normal."""
+    """Return the border width of a selected or pressed control, one pixel more than usual."""
     return (t or theme()).line_width + 1

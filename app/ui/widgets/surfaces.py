@@ -24,7 +24,7 @@ from app.ui.widgets.paint import PaintedWidget, box, hover_fill, selected_edge
 
 
 class Menu(QMenu):
-    """A menu with rounded corners, whose entries can have icons, and tooltips while disabled."""
+    """A menu with rounded corners, icons, and tooltips on disabled entries."""
 
     def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
@@ -111,7 +111,10 @@ class Scroll(QScrollArea):
     """A named area that scrolls vertically with a slim bar, on a transparent background."""
 
     bar_changed = Signal(int)
-    """Emitted with the width in logical pixels of a scroll bar that appears, or 0 when it hides."""
+    """Emitted when the scroll bar appears or disappears.
+
+    The value is its width in logical pixels, or 0 if it is hidden.
+    """
 
     def __init__(self, content: QWidget | None = None, height: int = 0, name: str = "") -> None:
         super().__init__()
@@ -171,7 +174,10 @@ class Scroll(QScrollArea):
         self.bar_changed.connect(make_way)
 
     def settle(self, layout: QLayout, new: Iterable[QWidget]) -> None:
-        """Show new widgets of an inner layout at once at their final size, unlike Qt by default."""
+        """Show new widgets of an inner layout at their final size.
+
+        Qt alone would first paint them squeezed.
+        """
         layout.setEnabled(False)
         for part in new:
             part.show()
@@ -202,7 +208,7 @@ class Room(Scroll):
         self.horizontalScrollBar().setSingleStep(px(24))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a minimum that leaves the width to the neighbours."""
+        """Return a small size, so that the neighbours get the width that they need."""
         return QSize(px(120), px(120))
 
     def sizeHint(self) -> QSize:
@@ -258,7 +264,7 @@ class Card(Pressable):
             self.opened.emit()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint the frame in its state, then the content."""
+        """Paint the frame for its current state, then the content."""
         c = t.c
         fill, edge, width = c.panel, c.ctl if self._dashed else c.line, t.line_width
         if self._dashed:

@@ -48,7 +48,7 @@ def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
 
 
 def device_ratio(painter: QPainter) -> float:
-    """Return the number of device pixels per logical pixel of a painter."""
+    """Return how many device pixels a painter uses per logical pixel."""
     return max(painter.deviceTransform().m11(), 0.25)
 
 
@@ -233,7 +233,7 @@ class Plot(Paints, QWidget):
 
 
 class TurnPlot(Plot):
-    """A plot with a needle that the mouse and the keyboard move to a turn.
+    """A plot with a needle that can be moved to any turn with the mouse or the keyboard.
 
     The arrow keys move the needle by 1°, or by 10° with Shift, and Home moves it to the best turn.
     """

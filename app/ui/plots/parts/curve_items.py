@@ -88,13 +88,17 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
 
     def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
-        """Set the segments, (n, 4) with the x and y of both ends, and the area that clips them."""
+        """Set the segments, and the area that they are clipped to.
+
+        Args:
+            ends: (n, 4). The x and y of both ends of each segment.
+        """
         self._ends, self._area = np.asarray(ends, float), area
         places = self._ends.reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1], connect="pairs")
 
     def boundingRect(self) -> QRectF:
-        """Return the area that clips the segments."""
+        """Return the area that the segments are clipped to."""
         return self._area
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:

@@ -67,7 +67,10 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
 
 def value_at(curve: Sequence[float], turn_deg: float) -> float:
-    """Return the interpolated value at a turn of a curve sampled at evenly spaced turns from 0."""
+    """Return the value of a curve at a turn.
+
+    The curve is sampled at evenly spaced turns from 0, and interpolated between the samples.
+    """
     count = len(curve)
     place = (turn_deg / 360.0 * count) % count
     low = int(place)
@@ -152,7 +155,7 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
 
 
 def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
-    """Return the index of the nearest target within reach of a point, or None if none is."""
+    """Return the index of the nearest target within reach of a point, or None if there is none."""
     near = [(math.dist(place, point), index) for index, place in enumerate(places)]
     best = min(near, default=(math.inf, -1))
     return best[1] if best[0] <= reach else None

@@ -40,7 +40,10 @@ def scale_label(value_deg: float) -> str:
 
 
 def label_step(pixels_per_degree: float, room: float) -> int:
-    """Return the spacing in degrees, 1, 5, 15, 45 or 90, of labels that need this much room."""
+    """Return the spacing of the labels on a scale: 1, 5, 15, 45 or 90 degrees.
+
+    A label needs `room` logical pixels.
+    """
     steps = (1, 5, 15, 45)
     return next((step for step in steps if step * pixels_per_degree >= room), 90)
 
@@ -71,7 +74,10 @@ class Viewport:
         return self.width * self.zoom / 360.0
 
     def x_of(self, azimuth_deg: float) -> float:
-        """Return the x of an azimuth nearest to the centre. It may be outside the window."""
+        """Return the x of an azimuth, which may be outside the window.
+
+        An azimuth recurs after every full turn. This is its position nearest to the centre.
+        """
         return self.width / 2.0 + difference(azimuth_deg, self.azimuth_deg) * self.scale
 
     def xs_of(self, azimuth_deg: float, margin: float = 0.0) -> list[float]:
@@ -96,7 +102,7 @@ class Viewport:
         return self.elevation_deg - (y - self.height / 2.0) / self.scale
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
-        """Return the view centred on a direction, but not beyond the zenith or the nadir."""
+        """Return the view centred on a direction, or as near to it as the poles allow."""
         limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
         elevation = min(max(elevation_deg, -limit), limit)
         return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=elevation)
@@ -134,7 +140,7 @@ class StripScale:
     """A strip of background of a given width in degrees, centred on the goal.
 
     The background at turn t is the azimuth t + 180, so turns increase to the right, or to the left
-    if mirrored.
+    if the strip is mirrored.
     """
 
     width: float

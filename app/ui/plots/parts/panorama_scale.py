@@ -89,7 +89,7 @@ class MarkerGrip(PaintedWidget):
         return self._moving or self._words
 
     def sizeHint(self) -> QSize:
-        """Return the size of the pill with its text at rest, which also applies during a move."""
+        """Return the size of the pill with its text at rest. It keeps this size during a move."""
         text = QFontMetricsF(theme().font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
         return QSize(px(parts) + round(text), px(_HEIGHT))
