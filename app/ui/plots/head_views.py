@@ -31,7 +31,7 @@ from app.words.phrases.quantities import metres
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # fraction of the width that leaves room for the dot beside the ring
 _DRAWN_M: Final = (0.24, 0.9)  # minimum and maximum distance at which the ring is to scale
-_LEVEL_DEG: Final = 3  # a smaller altitude is called level
+_LEVEL_DEG: Final = 3  # an altitude below this is called level
 _TITLE: Final = 22
 _FLAT: Final = 1.4
 _CLOSE_DEG: Final = 24.0  # within this angle of the lamp's line, the light arrow moves aside

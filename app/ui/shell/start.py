@@ -286,7 +286,7 @@ class App:
 
     def _begin(self) -> None:
         paths = self.options.paths
-        # The demo starts like a first start, without a place.
+        # The demo begins without a place, like a first start.
         self.place_controller.begin(reopen=not (self.options.demo or paths))
         self.commands.begin()
         folders = self.services.folders

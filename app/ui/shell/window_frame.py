@@ -163,7 +163,7 @@ class JobLineBar(Surface):
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
         self._time_left = Text("", 12, role="dim")
-        # In the lower line of the compact layout, an outline would touch the border of the line.
+        # The line is lower in the compact layout, where an outline would touch its border.
         kind: Kind = "quiet" if compact else "outlined"
         self._cancel = Button(tr("Cancel"), "", kind, "small", do=lambda: cancel(self._key))
         self._hints = QWidget()
