@@ -117,7 +117,7 @@ def test_the_same_said_again_is_not_stacked(window: QWidget) -> None:
 def test_it_stays_while_it_has_the_keyboard(window: QWidget, qtbot: QtBot) -> None:
     toasts = Toasts(window, stay_ms=40)
     window.setFocus()
-    toasts.tell("My Rembrandt deleted", actions=[("Undo", lambda: None)])
+    toasts.tell("My Rembrandt deleted.", actions=[("Undo", lambda: None)])
     button_named(window, "Undo").setFocus()
     qtbot.wait(150)
     assert toasts.count == 1
@@ -130,7 +130,7 @@ def test_actions_act_once_and_close(window: QWidget) -> None:
     done: list[str] = []
     toasts = Toasts(window)
     toasts.tell(
-        "My Rembrandt deleted",
+        "My Rembrandt deleted.",
         actions=[("Undo", lambda: done.append("undo")), ("Show", lambda: done.append("show"))],
     )
     QTest.mouseClick(button_named(window, "Undo"), Qt.MouseButton.LeftButton)

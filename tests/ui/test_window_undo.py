@@ -55,7 +55,7 @@ def test_ctrl_z_after_deleting_a_style_brings_it_back_and_stays_in_the_gallery(
     assert isinstance(styles, StylesPresenter)
     robot.wait(lambda: styles.files._own_style() is not None, "the card")
     next(a.run for a in app.commands.all_actions() if a.key == "delete-style")()
-    say(app, robot, "Mine deleted")
+    say(app, robot, "Mine deleted.")
     assert sees(robot, "Undo delete Mine") or app.services.undo.undo_words == "delete Mine"
     robot.press(Qt.Key.Key_Z, CTRL)
     say(app, robot, "Mine has been restored.")

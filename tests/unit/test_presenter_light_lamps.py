@@ -92,7 +92,7 @@ def test_it_is_deleted_and_comes_back(rig: LightRig) -> None:
     assert titles(rig) == []
     assert rig.state.lamp.key == ""
     assert rig.state.empty.startswith("No lamp chosen.")
-    assert rig.table.told.messages[-1] == "mine deleted"
+    assert rig.table.told.messages[-1] == "mine deleted."
     rig.table.told.buttons["Undo"]()
     assert titles(rig) == ["mine"]
     assert rig.state.lamp.key == "own:mine"

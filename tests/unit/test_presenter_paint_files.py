@@ -175,7 +175,7 @@ def test_deleted_style_goes_and_comes_back(room: Studio) -> None:
     _saved(room)
     room.presenter.files.delete()
     room.presenter.leave()
-    assert room.told.messages[-1] == "Mine deleted"
+    assert room.told.messages[-1] == "Mine deleted."
     assert (room.model.painting, room.model.user_styles) == (None, ())
     assert room.model.chosen != "mine"
     assert list_user_styles(room.styles)[0] == ()

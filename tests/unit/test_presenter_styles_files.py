@@ -99,7 +99,7 @@ def test_a_deleted_style_can_be_brought_back(table: Table) -> None:
     before = table.card("my-rembrandt")
     table.presenter.files.delete()
     assert titles(table) == []
-    assert table.told.messages == ["My Rembrandt deleted"]
+    assert table.told.messages == ["My Rembrandt deleted."]
     state = table.presenter.resolve()
     assert "my-rembrandt" not in [card.key for card in state.cards]
     assert state.detail.key == table.model.chosen

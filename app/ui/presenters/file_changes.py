@@ -170,7 +170,7 @@ def delete_with_undo(
     tell = files.services.notify.tell
 
     def on_apply(trashed: T) -> None:
-        words = tr("{title} deleted", title=message(trashed))
+        words = tr("{title} deleted.", title=message(trashed))
         tell(words, kind="done", actions=[(tr("Undo"), change.take_back)])
 
     def undone(result: K) -> None:
