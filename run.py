@@ -2,9 +2,9 @@
 """Set up Turnlight in this folder and start it. It needs Python 3.11 or newer and nothing else.
 
 python3 run.py                  the app; without a display, the answers for a bundled courtyard
-python3 run.py --demo           the app with a simulated camera and webcam at a demo place
+python3 run.py --demo           the app with a simulated camera and webcam in a demo place
 python3 run.py test [ARGS]      all checks and the quick tests; ARGS go to pytest
-python3 run.py test --coverage  the same, and checks that at least 92% of the lines are covered
+python3 run.py test --coverage  the same, and check that at least 92% of the lines are covered
 python3 run.py test --slow      the long tests; with --sweeps, more cases of each
 python3 run.py ARGS             everything else goes to turnlight, e.g. solve my-place.exr
 
@@ -61,7 +61,7 @@ class SetupError(Exception):
 
 
 class Environment:
-    """The virtual environment in the clone, which a stamp written last marks as complete."""
+    """The virtual environment in the clone. A stamp that is written last marks it as complete."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -159,7 +159,7 @@ def print_status(text: str) -> None:
 
 
 def call(command: "list[str]", folder: "Path | None" = None, to_stderr: bool = False) -> int:
-    """Run a command to its end and return its exit code as a shell would report it."""
+    """Run a command to completion and return its exit code as a shell would report it."""
     with subprocess.Popen(command, cwd=folder, stdout=sys.stderr if to_stderr else None) as process:
         # SIGTERM for this script is meant for the command.
         previous = signal.signal(signal.SIGTERM, lambda *_: process.terminate())
@@ -174,7 +174,7 @@ def call(command: "list[str]", folder: "Path | None" = None, to_stderr: bool = F
 
 
 def main(arguments: "list[str]") -> int:
-    """Set up, run what the arguments name, and return the exit code."""
+    """Set up the environment, run what the arguments request, and return the exit code."""
     testing = arguments[:1] == ["test"]
     try:
         python = str(Environment(ROOT).ensure("test" if testing else ""))

@@ -64,9 +64,9 @@ def command_lines() -> dict[str, str]:
         "solve": tr("find the best turn for each style in a panorama"),
         "light": tr("find the turn and the position of a second light"),
         "lamp": tr("manage lamps captured in a dark room"),
-        "render": tr("render the head under a panorama"),
+        "render": tr("render the head as lit by a panorama"),
         "merge": tr("merge a bracket of exposures into an environment"),
-        "stitch": tr("stitch photos taken all the way around into an environment"),
+        "stitch": tr("stitch photos taken in all directions into an environment"),
         "ball": tr("measure the light of a place with a mirror ball"),
         "capture": tr("shoot a bracket with a 360 camera and merge it"),
         "simulate-camera": tr("run a simulated 360 camera on this computer"),
@@ -235,7 +235,7 @@ def _obey(arguments: list[str]) -> int:
 def _add_window_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(tr("the window"))
     group.add_argument(
-        "--demo", action="store_true", help=tr("use a simulated camera and webcam at a demo place")
+        "--demo", action="store_true", help=tr("use a simulated camera and webcam in a demo place")
     )
     group.add_argument(
         "--screenshots",

@@ -22,7 +22,7 @@ from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.text import tr
 from app.words.phrases.turns import direction_words
 
-_LONGEST: Final = 4096  # pixels of the longer side; features are detected in much smaller photos
+_LONGEST: Final = 4096  # pixels along the longer side; feature detection uses smaller copies
 _USUAL_FOV_DEG: Final = 60.0
 _FIELDS_DEG: Final = (5.0, 170.0)
 
@@ -49,14 +49,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--fov DEG",
-        tr("horizontal field of view of TARGET (default: as the file records, or else 60)"),
+        tr("horizontal field of view of TARGET (default: from the file, or else 60)"),
         type=float,
     )
     add(
         "--view-fov DEG",
         tr(
-            "horizontal field of view of VIEW (default: as the file records, or else that of "
-            "TARGET)"
+            "horizontal field of view of VIEW (default: from the file, or else the same as "
+            "for TARGET)"
         ),
         type=float,
     )

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = tr(
         "Compute how light from every direction falls on a head, and the studio pictures "
         "of all styles on it, from the front and with the head turned. An interrupted bake "
-        "continues where it stopped. Writes T.npz, T.styles.npz, T.shape.npz and T.views.npz."
+        "resumes where it left off. Writes T.npz, T.styles.npz, T.shape.npz and T.views.npz."
     )
     add = partial(argument, parser)
     add("-o --output T.npz", tr("file to write"), type=Path)
@@ -41,15 +41,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         tr("generic, female, male, or a closed PLY or OBJ mesh with +Y up and +Z out of the face"),
         default="generic",
     )
-    add("--eyes FILE", tr("file with the eyes of the head"), type=Path)
+    add("--eyes FILE", tr("file that contains the eyes of the head"), type=Path)
     add("--unit MM", tr("millimetres per unit of the head file"), type=float, default=100.0)
-    add("--skin NAME", tr("light, medium or dark"), default="medium")
-    add("--env WxH", tr("texels of the environment"), default="64x32")
+    add("--skin NAME", tr("skin tone: light, medium or dark"), default="medium")
+    add("--env WxH", tr("resolution of the environment in texels"), default="64x32")
     add("--image N", tr("width and height of the pictures in pixels"), type=int, default=100)
     add(
         "--quality", tr("default: good"), default="good", choices=("draft", "quick", "good", "best")
     )
-    add("--variant V", tr("auto, llvm, cuda or scalar"), default="auto")
+    add("--variant V", tr("Mitsuba variant: auto, llvm, cuda or scalar"), default="auto")
     add(
         "--front-only",
         tr("skip the views of the turned head"),
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     """Bake a head's light transport, export its scene, or both.
 
     Raises:
-        CoreError: If an argument or a file is unusable, or Mitsuba does not run on this computer.
+        CoreError: If an argument or a file is unusable, or Mitsuba cannot run on this computer.
     """
     if args.output is None and args.export_scene is None:
         raise BakeError(tr("Choose what to write: -o T.npz or --export-scene DIR."))
@@ -172,7 +172,7 @@ def _bake(
         yaws=yaws,
     )
     report(0.95, tr("Writing the head"))
-    # Build the pack from the transport as rounded in the file, whose checksum the pack records.
+    # Build the pack from the rounded transport in the file, since the pack records its checksum.
     save_transport(args.output, baked.transport)
     transport = load_transport(args.output)
     save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets, baked.shape))

@@ -44,13 +44,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--pitch DEG",
-        tr("tilt of the camera, positive upward (default: 0)"),
+        tr("tilt of the camera, positive upwards (default: 0)"),
         type=finite,
         default=0.0,
     )
     add(
         "--reflectance SHARE",
-        tr("fraction of light that the ball reflects (default: %(default)s, chrome)"),
+        tr("fraction of the light that the ball reflects (default: %(default)s, chrome)"),
         type=finite,
         default=REFLECTANCE,
     )

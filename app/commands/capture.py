@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "-o --output DIR",
         tr(
-            "folder for the session: new, empty or to be resumed (with --watch: "
+            "session folder: a new or empty folder, or one to resume (with --watch: "
             "environment file or folder)"
         ),
         type=Path,
@@ -197,8 +197,8 @@ def _reach(
             raise
         say(
             tr(
-                "{message} All files of the session are here and are being merged, but the "
-                "camera’s own settings have not been restored yet.",
+                "{message} All files of the session have been downloaded and are being merged, "
+                "but the camera’s own settings have not been restored yet.",
                 message=error.message,
             )
         )
@@ -227,7 +227,7 @@ def _session(folder: Path) -> Session:
         words = tr("Resuming the unfinished session in {folder}.", folder=folder)
         if here:
             words = tr(
-                "Resuming the unfinished session in {folder}; {here} of {count} files are here.",
+                "Resuming the unfinished session in {folder}; {here} of {count} files downloaded.",
                 folder=folder,
                 here=here,
                 count=len(frames),
@@ -241,7 +241,8 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
 
     Raises:
         CoreError: If the address is invalid.
-        DeviceError: If no camera answers, another kind of device answers, or several cameras do.
+        DeviceError: If no camera answers, if several cameras answer, or if the device that
+            answers is not a camera.
     """
     if address != "auto":
         return look_at(_endpoint(address), clock, token=token)
@@ -292,10 +293,10 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
     """Save a camera that worked, along with a new password if it required one.
 
     Args:
-        info: The camera's description of itself, or None. A camera with a password sends this only
-            after login.
+        info: The camera's description of itself, or None. A camera that requires a password sends
+            it only after login.
         credentials: Credentials typed for this camera, or None if they came from the keyring or
-            there are none. They are not saved if the camera never asked for them, as they may be
+            there are none. They are not saved if the camera never asked for them, since they may be
             wrong.
     """
     needs_password = camera.needs_password
@@ -307,7 +308,7 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
 
 
 def _endpoint(address: str) -> Endpoint:
-    """Parse an address. A typing error is reported as bad usage, not as a device failure."""
+    """Parse an address. A mistyped address is a usage error, not a device failure."""
     try:
         return check_address(address)
     except DeviceError as error:
@@ -386,10 +387,10 @@ def _next_bracket(path: Path, token: Token) -> IncomingBracket:
 
 
 def _target(output: Path | None, bracket: IncomingBracket) -> Path:
-    """Return the path for the environment. Only a file that the user named is replaced."""
+    """Return the path for the environment. A file is replaced only if the user named it."""
     if output is not None and _is_file(output):
         return output
-    # Never default to the watched folder, where the result would be taken for the next photo.
+    # Never default to the watched folder, where the result would be mistaken for the next photo.
     stem = f"{bracket.paths[0].stem}-environment" if output is None else Path(ENVIRONMENT).stem
     folder = Path.cwd() if output is None else output
     number, path = 1, folder / f"{stem}.exr"

@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add = partial(argument, parser)
     add("video VIDEO", tr("the film: MP4, MOV, AVI, MKV or WebM"), type=Path)
-    add("-o --output ENV", tr("also write the light seen on the face, .exr"), type=Path)
+    add("-o --output ENV", tr("also write the light seen on the face to an .exr file"), type=Path)
     add(
         "--place PLACE",
         tr("a place or its panorama to compare the film with"),
@@ -56,8 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--mirrored",
         tr(
-            "the film is a mirror image, as some phones save selfies (default: decided by "
-            "the place)"
+            "the film is mirrored, which is how some phones save selfies (default: decided by "
+            "comparing it with the place)"
         ),
         action="store_true",
     )

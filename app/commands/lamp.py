@@ -33,7 +33,7 @@ from app.words.remarks import sentences
 
 _Box: TypeAlias = tuple[float, float, float, float]
 
-_ANY_WHITE = 1.0  # stands for a known brightness when only the lamp is being checked
+_ANY_WHITE = 1.0  # placeholder for a known brightness when only the lamp is being checked
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +81,7 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     argument(
         add,
         "images IMAGE",
-        tr("the exposures, their folder or one .exr or .hdr file (channel A is the mask)"),
+        tr("the exposures, their folder, or a single .exr or .hdr file (channel A is the mask)"),
         nargs="+",
         type=Path,
     )

@@ -87,8 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``light``."""
     parser.description = tr(
         "Find how far to turn and where to hold a lamp so that a place gives a style. "
-        "Azimuth is from the front of the face, positive toward the sitter’s left. "
-        "Altitude is positive upward. Distances are from the middle of the head."
+        "Azimuth is measured from the front of the face, positive towards the sitter’s left. "
+        "Altitude is positive upwards. Distances are measured from the middle of the head."
     )
     add_questions(parser, run)
     add_lens(parser)
@@ -105,15 +105,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--greedy",
         tr(
-            "choose the turn first, then place the lamp, as the paper also tried; the "
-            "default tries all combinations"
+            "choose the turn first, then the lamp position, a variant also tested in the "
+            "paper; by default, all combinations are tried"
         ),
         action="store_true",
     )
     add(
         "--power",
         tr(
-            "for lamps from numbers: the best power, or always full power, as the "
+            "for lamps from numbers: choose the best power, or always use full power, as the "
             "paper’s objective does (default: %(default)s)"
         ),
         choices=_POWERS,
@@ -129,7 +129,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--lamp-lux E",
         tr(
-            "light meter reading where the camera was, facing the lamp, for a captured "
+            "light meter reading taken where the camera was, facing the lamp, for a captured "
             "lamp whose brightness is not recorded"
         ),
         type=finite,
@@ -137,8 +137,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--reach",
         tr(
-            "lamp positions to try: anywhere, above floor level or within the sitter’s "
-            "own arm’s length (default: %(default)s)"
+            "lamp positions to try: anywhere, above floor level or within the sitter’s own "
+            "reach (default: %(default)s)"
         ),
         choices=_REACHES,
     )
@@ -209,7 +209,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
-    """Find a lamp by name, with `lux` as a captured lamp's illuminance at its camera, if given."""
+    """Find a lamp by name. If `lux` is given, use it as a captured lamp's illuminance."""
     lamp = _lamp_named(text)
     if lux is None:
         return lamp
@@ -235,7 +235,7 @@ def _lamp_named(text: str) -> _Lamp:
     if list_lamps(folder)[0]:
         return read_lamp(folder, text)
     raise CoreError(
-        tr("There is no lamp “{text}”, neither built-in nor in your library.", text=text),
+        tr("“{text}” is neither a built-in lamp nor a lamp in your library.", text=text),
         tr(
             "Available: {kinds}. Add your own with “turnlight lamp add”.",
             kinds=", ".join(KINDS),
@@ -244,7 +244,7 @@ def _lamp_named(text: str) -> _Lamp:
 
 
 def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scale:
-    """Return the luminance of radiance 1 in cd/m2, as set by the user, stored or assumed."""
+    """Return the luminance of radiance 1 in cd/m2, whether set by the user, stored or assumed."""
     relative = illuminance(radiance, args.front)
     if args.lux is not None:
         return _scale_from(check_lux(args.lux), relative)
@@ -390,7 +390,7 @@ def _table(
     first = tr("{place} at {light}, {lamp}, head {head}", **values)
     if lamp_light.distance_m is not None:
         first = tr(
-            "{place} at {light}, {lamp}, head {head} {distance} from its middle",
+            "{place} at {light}, {lamp}, {distance} from the middle of head {head}",
             distance=metres(lamp_light.distance_m),
             **values,
         )

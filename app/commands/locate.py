@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--mirrored",
-        tr("the photo is a mirror image (default: both are tried)"),
+        tr("the photo is a mirror image (default: both orientations are tried)"),
         action="store_true",
     )
     add_json(parser, run)

@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_wishes(parser: argparse.ArgumentParser) -> None:
-    """Add the options for the outputs and for facts about the frames."""
+    """Add the options for the outputs and for information about the frames."""
     add = partial(argument, parser)
     add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
     _add_camera(parser)
@@ -121,7 +121,7 @@ def add_corrections(parser: argparse.ArgumentParser) -> None:
         default=[],
     )
     add("--preview PNG", tr("also write a preview picture"), type=Path)
-    add("--exposure STOPS", tr("exposure of the preview"), type=_number, default=0.0)
+    add("--exposure STOPS", tr("exposure of the preview, in stops"), type=_number, default=0.0)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -137,7 +137,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: Any) -> int:
-    """Write the measured light and print a summary, with `more` entries in the JSON."""
+    """Write the measured light and print a summary. `more` adds entries to the JSON."""
     say(*sentences((*probe.warnings, *probe.notes)))
     skip_search = bool(args.mask) or not probe.bracket.panorama
     suggestions = () if skip_search else suggest(probe.finished.measured)
@@ -172,7 +172,7 @@ def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: 
 
 
 def options_of(args: argparse.Namespace, *more: Path) -> MeasureOptions:
-    """Read the options of `add_wishes`, where `more` are photos read besides `args.images`."""
+    """Read the options added by `add_wishes`. `more` lists photos besides `args.images`."""
     return replace(
         corrections(args, *more),
         times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),

@@ -1,4 +1,4 @@
-"""``turnlight photo``: find the faces in a photo and analyze the light on them."""
+"""``turnlight photo``: find the faces in a photo and analyse the light on them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from app.words.why_out_of_reach import grade_words
 FRONT_CAMERA: Final = tr(
     "This photo was taken with a front camera. If text in it is backwards, add --mirrored."
 )
-"""Note on a photo whose sides may be swapped."""
+"""Note shown for a photo whose left and right may be swapped."""
 
 _LIKEST: Final = 3
 
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``photo``."""
     parser.description = tr(
         "Read the light on each face in a photo: the position of the key light, the "
-        "ratio between the cheeks and the style. If a place is given, also how far to turn. "
+        "ratio between the cheeks and the style. With a place, also shows how far to turn. "
         "The photo stays on this computer and is not saved."
     )
     add = partial(argument, parser)
@@ -61,8 +61,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--mirrored",
         tr(
-            "the photo is a mirror image, as some phones save selfies (default: decided "
-            "by the place)"
+            "the photo is mirrored, which is how some phones save selfies (default: decided by "
+            "comparing it with the place)"
         ),
         action="store_true",
     )
@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) -> None:
-    """Report whether left and right are swapped if that differs from the user's option."""
+    """Report whether the photo was flipped if that differs from the user's option."""
     if location.status != "found":
         if photo.front_camera and not by_option:
             say(FRONT_CAMERA)
@@ -132,7 +132,7 @@ def _promise(where: Path | None, name: str | None) -> Promise | None:
 
 
 def _locate(photo: Photo, promise: Promise | None) -> PhotoLocation:
-    """Determine where a photo was taken from, if its background shows that."""
+    """Locate a photo by its background, if the background is distinctive enough."""
     if promise is not None and promise.place is not None:
         # A featureless room yields no match.
         with contextlib.suppress(CoreError):
@@ -172,7 +172,7 @@ def _facts(face: Face, check: Check, promise: Promise | None, scale: float) -> d
 
 
 def _line(number: int, check: Check, promise: Promise | None, *, flash: bool | None = None) -> str:
-    """Describe the light on a face, and in a second line how far it is from the promised light."""
+    """Describe the light on a face and, on a second line, compare it with the promised light."""
     light = check.light
     words = [_key(light)]
     if flash:

@@ -34,7 +34,7 @@ _WRITERS: Final = (".png", ".exr")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``render``."""
-    parser.description = tr("Render the head under an HDR panorama at any turn.")
+    parser.description = tr("Render the head as lit by an HDR panorama at any turn.")
     add = partial(argument, parser)
     add("env ENV", tr("HDR panorama (.exr or .hdr)"), type=Path)
     add_layer(parser)
@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--yaw DEG",
-        tr("how far the face turns toward the sitter’s own left; the nearest baked view is used"),
+        tr("how far the face turns towards the sitter’s own left; the nearest baked view is used"),
         type=yaw_degrees,
         default=0.0,
     )

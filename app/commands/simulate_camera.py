@@ -2,7 +2,7 @@
 
 Panoramas are relative: no file reliably records its unit in cd/m2. The scene is therefore scaled to
 a mean of 400 cd/m2 over the sphere, between a brightly lit room and an overcast sky, or to
-the value of ``--mean``. Every camera can expose for that with room on both sides.
+the value of ``--mean``. Every camera can expose for this mean with room to spare on both sides.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS)
     add("--log", tr("print every request to stderr"), action="store_true")
     add(
         "--until-eof",
-        tr("stop when standard input is closed, as when the parent program has ended"),
+        tr("stop when standard input is closed, for example when the parent program ends"),
         action="store_true",
     )
 
@@ -106,8 +106,8 @@ def serve(
     With ``--until-eof`` the server also stops when standard input is closed.
 
     Args:
-        facts: Entries printed with ``--json`` besides the address.
-        notes: Sentences for stderr.
+        facts: Entries printed with ``--json`` in addition to the address.
+        notes: Sentences to print to stderr.
         server_class: Class of the server.
 
     Raises:
@@ -139,7 +139,7 @@ def _input_closed() -> threading.Event:
 
 
 def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> float:
-    """Return the luminance of one unit of an environment in cd/m2, given its mean."""
+    """Return the luminance of one unit of an environment in cd/m2, given its mean luminance."""
     mean = float(luminance(energy(environment.radiance))) / (4.0 * math.pi)
     return mean_cd_m2 / mean
 

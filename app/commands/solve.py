@@ -161,7 +161,7 @@ def _solve(
 ) -> tuple[StyleResult, ...]:
     """Solve with the requested lens position.
 
-    If the lens is straight in front, the results also list what other positions would gain.
+    If the lens is straight in front, the results also show what other positions would gain.
     """
     wish = asked_lens(args)
     # Heads baked by earlier versions have no views, but solving straight in front needs none.
@@ -200,7 +200,7 @@ def _as_json(
 
 
 def _own_styles(style_names: Sequence[str] | None, pack: StylePack) -> list[UserStyle]:
-    """Return the user's own styles that are requested by name."""
+    """Return those of the user's own styles that were requested by name."""
     own_names = {*(style_names or ())} - {style.name for style in pack.styles}
     user_styles = list_user_styles(user_data() / "styles")[0] if own_names else ()
     return [one for one in user_styles if one.name in own_names]
@@ -281,7 +281,7 @@ def _table(
         )
         lines += ["", words]
     lines += _gain_lines(results)
-    lines += ["", tr("Match is out of 100; contrast is a share of the studio’s.")]
+    lines += ["", tr("Match is out of 100; contrast is a percentage of the studio’s.")]
     count = sum(result.attainable for result in results)
     lines += [
         "",
@@ -342,7 +342,7 @@ def _full(result: StyleResult) -> str:
 
 
 def _caution(result: StyleResult) -> str | None:
-    """Return a warning if an attainable turn depends on the sitter's own head, or else None."""
+    """Return a warning if an attainable turn depends on the sitter's own head, otherwise None."""
     return caution_words(result.name) if result.attainable else None
 
 

@@ -1,4 +1,4 @@
-"""``turnlight stitch``: stitch photos taken all around into an environment."""
+"""``turnlight stitch``: stitch photos taken in all directions into an environment."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
     kinds = tr("kind of pictures: photos, or unstitched fisheye circles (default: auto)")
     add("--kind", kinds, choices=("auto", "photos", "fisheye"))
-    add("--fov DEG", tr("degrees that a single wide panorama covers"), type=degrees)
+    add("--fov DEG", tr("angle covered by a single wide panorama"), type=degrees)
     add_corrections(parser)
     add_json(parser, run)
 

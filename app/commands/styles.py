@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     argument(
         like,
         "--from PICTURE",
-        tr("JPEG, PNG, TIFF or WebP; the largest face counts"),
+        tr("JPEG, PNG, TIFF or WebP; the largest face is used"),
         type=Path,
         required=True,
         dest="picture",
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     argument(
         like,
         "--mirrored",
-        tr("the photo is a mirror image, as some phones save selfies"),
+        tr("the photo is mirrored, which is how some phones save selfies"),
         action="store_true",
     )
     argument(like, "--title TITLE", tr("title of the style (default: Like PICTURE)"), default="")
@@ -97,7 +97,7 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
 
     Returns:
         ``{"styles": [{name, title, side, side_words, note, lamps, paper}]}``. Angles are in
-        degrees, and azimuths are positive toward the sitter's left.
+        degrees, and azimuths are positive towards the sitter's left.
     """
     return {
         "styles": [
@@ -122,7 +122,7 @@ def as_table(styles: Sequence[Style]) -> str:
             start = ("", "") if index else (style.name, side_words(style))
             lines.append(f"{start[0]:<18}{start[1]:<32}{_lamp_cells(lamp)}")
     lines.append("")
-    lines.append(tr("Degrees from the face: azimuth + toward the sitter’s left, elevation + up."))
+    lines.append(tr("Degrees from the face: azimuth + towards the sitter’s left, elevation + up."))
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""Connections with a deadline, however slowly a camera sends.
+"""Connections with a deadline that holds however slowly a camera sends.
 
 The timeouts of `requests` restart with every byte, even inside a header, so a camera that sends
 only a trickle could hold up its client for hours. Here every read from the socket has a deadline on
@@ -26,8 +26,8 @@ _STEP_S: Final = 0.1  # seconds of real time until a closed stream ends
 class Watch:
     """The deadline of a connection.
 
-    The deadline expires on `clock` or in real time, whichever is earlier, since a virtual clock
-    stands still while a real connection is slow.
+    The deadline expires on `clock` or in real time, whichever comes first, since a virtual clock
+    does not advance while a real connection is slow.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -131,7 +131,7 @@ def pending(connection: socket.socket) -> bool:
 
 
 class WatchedAdapter(HTTPAdapter):
-    """Sends requests over connections with a `Watch`, kept alive and without retries."""
+    """Sends requests, without retries, over kept-alive connections that have a `Watch`."""
 
     def __init__(self) -> None:
         self.watch: Watch | None = None
@@ -162,7 +162,7 @@ class WatchedAdapter(HTTPAdapter):
         self.poolmanager.pool_classes_by_scheme = {"http": Pool}
 
     def close(self) -> None:
-        """Close all connections at once, whereas urllib3 would wait for every reply to end."""
+        """Close all connections immediately. urllib3 would wait for every reply to end."""
         pools = self.poolmanager.pools
         for key in pools.keys():  # noqa: SIM118 - keys() is a safe copy; pools cannot be iterated
             pool = pools.get(key)

@@ -67,7 +67,7 @@ class VirtualClock:
 
 
 def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
-    """Wait in short steps, so that cancelling takes effect soon.
+    """Wait in short steps, so that cancelling takes effect promptly.
 
     Raises:
         Cancelled: If the token is cancelled.

@@ -95,7 +95,7 @@ class CameraProcess:
         self._read.set()
 
     def url(self, clock: Clock, token: Token) -> str:
-        """Wait for the camera's address.
+        """Wait for the camera's address and return it.
 
         Raises:
             Unreachable: If the camera does not start.

@@ -1,8 +1,8 @@
-"""Errors of cameras and networks: a sentence, a hint and a code.
+"""Errors of cameras and networks. Each has a sentence, a hint and a code.
 
-They are not subclasses of `CoreError`, and commands that raise them end with exit code 3. None
-derives from `RuntimeError` or `OSError`, so that no job runner or library mistakes them for its own
-failures.
+They are not subclasses of `CoreError`, and commands that raise them end with exit code 3. None of
+them derives from `RuntimeError` or `OSError`, so that no job runner or library mistakes them for
+its own failures.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class DeviceError(Exception):
 
 
 class Unreachable(DeviceError):
-    """Nothing answers in time, or the connection broke. A later attempt may succeed."""
+    """Nothing answered in time, or the connection broke. A later attempt may succeed."""
 
     default_code = "unreachable"
 
@@ -109,7 +109,7 @@ LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)
 
 
 def not_written(kind: type[_Failed], folder: Path, error: OSError) -> _Failed:
-    """Return the error for a folder that cannot be written, with the same sentence everywhere."""
+    """Return the error for a folder that cannot be written, always with the same wording."""
     reason = (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
     hint = tr("Check the folder and its disk, then try again.")
     if error.errno in _NO_ROOM:

@@ -19,7 +19,7 @@ MAX_FRAME_BYTES: Final = 8 << 20
 """Size limit of a frame in bytes. Larger frames are dropped."""
 
 MAX_SHAPE: Final = (2048, 4096)
-"""Largest number of rows and columns of a frame that is decoded."""
+"""Maximum number of rows and columns of a frame. Larger frames are not decoded."""
 
 _SOI: Final = b"\xff\xd8\xff"
 _EOI: Final = b"\xff\xd9"
@@ -88,7 +88,7 @@ class MjpegParser:
         return not self._mark or self._skip_bytes > _PATIENCE
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Add received bytes, and return the JPEG frames now complete, oldest first."""
+        """Add received bytes, and return the JPEG frames that are now complete, oldest first."""
         frames: list[bytes] = []
         view = memoryview(data)
         for start in range(0, len(view), _STEP):
@@ -139,7 +139,7 @@ class MjpegParser:
         return True
 
     def _begin(self) -> None:
-        """Start to read a frame at its first byte."""
+        """Start reading a frame at its first byte."""
         has_length = 0 < self._length <= MAX_FRAME_BYTES
         self._state = MjpegParser._body if has_length else MjpegParser._scan
 
@@ -211,7 +211,7 @@ class MjpegParser:
         self._state = MjpegParser._seek
 
     def _next_boundary(self) -> tuple[int, int] | None:
-        """Return the start of the next boundary and the end of its line, or None if missing."""
+        """Return the start of the next boundary and the end of its line, or None without one."""
         if not self._mark:
             return None
         # The plain search is several times faster and almost always finds nothing.

@@ -43,7 +43,7 @@ _NOT_KEPT: Final = tr(
 )
 _NO_DEFAULT: Final = {"RICOH THETA Z1": range(10, 51), "RICOH THETA X": range(10, 31)}
 _SET_FIRST: Final = tr(
-    "This camera has no password until one is set: set one in Ricoh's app "
+    "This camera has no password yet: set one in Ricoh's app "
     "over the camera's own Wi-Fi, then switch its Wi-Fi off and on."
 )
 _T = TypeVar("_T")
@@ -89,7 +89,7 @@ class Digest(HTTPDigestAuth):
         """Store a challenge.
 
         Returns:
-            Whether only the last nonce was stale, which means that the password is not wrong.
+            Whether a stale nonce was the only problem, so that the password may still be right.
 
         Raises:
             PasswordNeeded: If the challenge is invalid.
@@ -128,7 +128,7 @@ def wants_digest(header: str) -> bool:
 
 
 class Passwords:
-    """The stored passwords, by the camera's user name or serial number.
+    """The stored passwords, keyed by the camera's user name or serial number.
 
     Args:
         patience_s: Timeout in real seconds for the keyring, which may ask the user to unlock it.

@@ -47,7 +47,7 @@ _THETA: Final = (
 )
 _STITCHED: Final = (*_THETA, "_imageStitching", "_topBottomCorrection")
 
-# More properties of some models. The SC2 drops the connection if photos follow each other too
+# Additional properties of some models. The SC2 drops the connection if photos follow each other too
 # quickly.
 _BESIDES: Final[dict[str, dict[str, Any]]] = {
     "S": {"min_firmware": (1, 62), "bracket_firmware": (1, 82)},
@@ -67,7 +67,7 @@ class ModelProfile:
         bracket: A "native" camera reports the end of its own bracket, and a "watched" one does not.
             A "single" camera has no bracket, and an "insta-hdr" one has no usable one; both take
             single photos.
-        overhead_s: Duration of a frame besides its exposure, in seconds.
+        overhead_s: Time that a frame takes in addition to its exposure, in seconds.
         asks_support: Whether to query photo sizes, apertures and shooting methods, for a Theta that
             is not in the table.
         picture: Columns and rows of the JPEG, or None to leave them to the camera.
@@ -151,7 +151,7 @@ _V_OLD: Final = replace(
     min_firmware=(2, 0),
     bracket_firmware=(2, 0),
 )
-# Also used like a V in a local network; the camera reports its other properties itself.
+# Like a V, it can also be used in a local network; the camera reports its other properties itself.
 _UNKNOWN_THETA: Final = replace(
     _V,
     name="theta",
@@ -206,8 +206,8 @@ def profile_named(name: str) -> ModelProfile:
 def profile_for(info: Info) -> ModelProfile:
     """Return the profile that matches a camera's description.
 
-    An unknown model has the profile of a generic OSC camera. A model whose firmware is too old for
-    its own bracket has the style "single".
+    An unknown model gets the profile of a generic OSC camera. A model whose firmware is too old for
+    its own bracket gets the style "single".
     """
     if "THETA" not in info.model.upper():
         return profile_named("insta360" if "insta360" in info.model.lower() else "generic")

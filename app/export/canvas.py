@@ -1,6 +1,6 @@
 """Pages drawn with QPainter, as an image in memory or as a PDF with searchable text.
 
-All lengths are logical pixels, 96 per inch. This is the only module of the package that imports
+All lengths are in logical pixels, 96 per inch. This is the only module of the package that imports
 Qt. It needs no window, works on any thread once the fonts are loaded, and creates a QGuiApplication
 without a display if there is none.
 """
@@ -136,7 +136,7 @@ def wrap_text(text: str, size: float, limit: float, weight: Weight = 400) -> lis
 
 
 def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
-    """Truncate text wider than `limit` logical pixels with an ellipsis."""
+    """Truncate text that is wider than `limit` logical pixels, and add an ellipsis."""
     if text_width(text, size, weight) <= limit:
         return text
     head = text
@@ -146,7 +146,7 @@ def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
 
 
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
-    """Return ``count + 1`` points on a circle, clockwise from the top, with the first repeated."""
+    """Return ``count + 1`` points on a circle, clockwise from the top; the first is repeated."""
     return [at_turn(centre, radius, 360.0 * index / count) for index in range(count + 1)]
 
 
@@ -159,7 +159,7 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
 
 class Page:
-    """A drawing surface: an image of `SCALE` pixels per logical pixel, or a PDF page.
+    """A drawing surface: an image with `SCALE` pixels per logical pixel, or a PDF page.
 
     Args:
         pdf: PDF writer to draw to instead of an image (see `pdf_bytes`).

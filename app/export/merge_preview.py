@@ -47,7 +47,7 @@ def preview(
     *,
     display: Bytes | None = None,
 ) -> Bytes:
-    """Draw the panorama with lamps, clipped areas and masks marked, and draw a legend.
+    """Draw the panorama with lamps, clipped areas and masks marked, and add a legend.
 
     Args:
         display: NDArray[np.uint8], (h, w, 3). The panorama as returned by

@@ -50,8 +50,8 @@ class CardData:
     """The contents of a card.
 
     Attributes:
-        draw: Function that renders the head at a size given in rows and columns, as sRGB: first
-            under the studio lamps, then at this place at the best turn.
+        draw: Function that renders the head at a size given in rows and columns, as sRGB: first as
+            lit by the studio lamps, then at this place at the best turn.
     """
 
     style: StyleResult
@@ -147,7 +147,7 @@ def _draw_foot(canvas: Page, at: Point, width: float, data: CardData) -> None:
 
 
 def side_of(style: StyleResult, places: Mapping[str, str]) -> str:
-    """Name the side for sitter and camera, or the origin of the light."""
+    """Name the side as the sitter and the camera see it, or the origin of the light."""
     return place_words(style.side, places.get(style.name, ""))
 
 
@@ -160,7 +160,7 @@ def _draw_polar(
     arc_deg: tuple[float, float] | None,
     limit: float,
 ) -> None:
-    """Draw match over turn as a polar plot: 0 degrees up, clockwise, 100 at the rim.
+    """Draw the match against the turn as a polar plot: 0 degrees up, clockwise, 100 at the rim.
 
     Args:
         curve: Match at evenly spaced turns from 0, clockwise. Values below 0 are drawn as 0.

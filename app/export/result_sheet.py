@@ -77,9 +77,9 @@ def draw_sheet(
 
     Args:
         draw: Function that renders a style by name, as for `CardData.draw`.
-        front_deg: Panorama azimuth from which turns are counted, in degrees.
-        places: Origin of the light in words by style name, for styles without a side, or None for
-            that of the built-in styles.
+        front_deg: Panorama azimuth from which turns are measured, in degrees.
+        places: Where the light comes from, in words, by style name, for styles without a side, or
+            None to use the words of the built-in styles.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.
@@ -117,7 +117,7 @@ def draw_sheet(
 def _draw_cards(
     canvas: Page, cards: Sequence[card.CardData], heights: Sequence[float], top: float
 ) -> None:
-    """Draw rows of cards with the given heights from `top` downward."""
+    """Draw rows of cards with the given heights from `top` downwards."""
     for row, height in enumerate(heights):
         for column, data in enumerate(cards[row * _COLUMNS : (row + 1) * _COLUMNS]):
             card.draw_card(canvas, (_MARGIN + column * (card.WIDTH + _GAP), top), height, data)
@@ -141,8 +141,8 @@ class Flag:
     """A marked turn under the panorama: a pole, with text to the right of its foot.
 
     Attributes:
-        turn, title, side: Text of the turn in degrees, of the style, and of its side, which may be
-            empty.
+        turn, title, side: Texts for the turn in degrees, for the style and for its side. The last
+            may be empty.
     """
 
     x: float
@@ -156,7 +156,7 @@ def make_flags(styles: Sequence[StyleResult]) -> tuple[Flag, ...]:
     """Place a flag for every style within reach, so that no text overlaps other text or a pole.
 
     Text runs to the right of its pole. From right to left, each flag takes the first lane that is
-    below all poles its text would cross and clear of the flag before it.
+    below all poles that its text would cross and clear of the flag before it.
     """
     reach = [style for style in styles if style.attainable]
     flags: list[Flag] = []

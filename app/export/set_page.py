@@ -68,7 +68,7 @@ _LENS: Final = Lens(BACKGROUND_TALL_DEG, (100, 100))
 
 
 def x_of(turn_deg: float) -> float:
-    """Return the x coordinate of a turn from the left edge of the strip, in logical pixels."""
+    """Return the distance of a turn from the left edge of the strip, in logical pixels."""
     return (wrap(turn_deg) + 180.0) / _ACROSS
 
 
@@ -146,7 +146,7 @@ def _draw_tags(canvas: Page, place: Point, sheet: SetSheet) -> None:
 
 
 def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
-    """Crop the strip from the panorama, with the front at its middle."""
+    """Crop the strip from the panorama, with the front in the middle."""
     height, width = sheet.panorama.shape[:2]
     rows = np.linspace(90.0 - TOP_DEG, 90.0 - BOTTOM_DEG, size[0] + 1)
     row = ((rows[:-1] + rows[1:]) / 360.0 * height - 0.5).astype(np.float32)

@@ -63,7 +63,7 @@ def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
 
 
 def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
-    """Return the turn and radius of each lamp, so that no disc covers that of a stronger lamp."""
+    """Return a turn and a radius for each lamp such that no disc covers that of a stronger lamp."""
     stands: list[tuple[float, float]] = []
     for lamp in sheet.visible_lamps:
         turn, radius, middle = _turn_of(lamp, sheet), RING, (0.0, 0.0)
@@ -276,7 +276,7 @@ def _draw_camera(canvas: Page, centre: Point, turn_deg: float, *, ghost: bool) -
     Args:
         turn_deg: Position on the circle in degrees: 0 is above the centre, clockwise to the right.
     """
-    # In this outline up is away from the centre, and the lens points down toward it.
+    # In this outline, up is away from the centre, and the lens points down towards it.
     body = _place_points([(-11, -7), (11, -7), (11, 4), (-11, 4)], centre, turn_deg)
     lens = _place_points([(-5, 4), (5, 4), (6, 9), (-6, 9)], centre, turn_deg)
     edge = Print.MIDDLE if ghost else Print.INK
@@ -300,8 +300,8 @@ def draw_curved_arrow(
     """Draw a thick arc with an arrowhead at its end.
 
     Args:
-        arc: Start and end turns in degrees, 0 up, clockwise to the right. If the end is below the
-            start, the arc is drawn counter-clockwise.
+        arc: Start and end turns in degrees, 0 up, clockwise to the right. If the end is less than
+            the start, the arc is drawn counter-clockwise.
     """
     start, stop = arc
     way = 1.0 if stop >= start else -1.0
@@ -334,7 +334,7 @@ def _draw_badge(canvas: Page, centre: Point, number: str) -> None:
 
 
 def draw_warning(canvas: Page, centre: Point, colour: Colour) -> None:
-    """Draw a triangle with an exclamation mark, 16 px."""
+    """Draw a 16 px triangle with an exclamation mark."""
     x, y = centre
     triangle = [(x, y - 6.5), (x + 7.5, y + 6.5), (x - 7.5, y + 6.5)]
     canvas.stroke(triangle, colour, 1.75, closed=True)

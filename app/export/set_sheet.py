@@ -57,13 +57,13 @@ class SetSheet:
     """One page for a style at a place.
 
     Attributes:
-        turn_deg: Turn from the photographer's starting position in degrees, positive clockwise seen
-            from above.
+        turn_deg: Turn from the photographer's starting position in degrees, positive clockwise as
+            seen from above.
         arc_deg: Tolerance arc (from, to), clockwise, in degrees.
         panorama: NDArray[np.uint8], (H, 2 H, 3). sRGB panorama as measured; 2,048 columns or more
             look sharp.
         front_deg: Panorama azimuth of the photographer's starting position, in degrees.
-        yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
+        yaw_deg: Turn of the face away from the lens in degrees, positive towards the sitter's own
             left.
         reason: Why the style is out of reach here, or None if it is within reach.
         ratio, glare, flow: Readings of the picture and the light at this turn, or None to omit the
@@ -98,7 +98,7 @@ class SetSheet:
 
     @property
     def nose_deg(self) -> float:
-        """The turn that the nose points to, from the whole degrees shown."""
+        """The turn that the nose points to, computed from the whole degrees shown."""
         return float(whole(self.turn_deg) - round(self.yaw_deg))
 
     @property
@@ -109,7 +109,7 @@ class SetSheet:
 
 
 def lamps_of(findings: Findings, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
-    """Return the lamps of a place as the sheet marks them.
+    """Return the lamps of a place as marked on the sheet.
 
     Args:
         sun: Azimuth and elevation of the sun in degrees, or None if unknown. A lamp in that
@@ -160,8 +160,8 @@ def assemble(
     Args:
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 environment as measured.
         face_picture: The environment around the nose at the turn, as input for a transport.
-        draw: Function as in `SetSheet`, whose first argument is the linear picture of the head
-            here, (N, N, 3).
+        draw: Function as in `SetSheet`, with an additional first argument: the linear picture of
+            the head here, (N, N, 3).
         front_deg: Panorama azimuth of the photographer, in degrees.
         turn_deg: A turn other than the best one, in degrees, or None for the best turn. Match and
             strength are interpolated between the turns of the grid, and the arc is that of the peak

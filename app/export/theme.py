@@ -65,7 +65,7 @@ def draw_logo(
 
 
 def draw_scale(canvas: Page, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:
-    """Draw turns from -180 to 180 over a panorama, with the end labels inside its edges.
+    """Draw a scale of turns, -180 to 180, over a panorama, with the end labels inside its edges.
 
     Args:
         zero: Label at turn 0.
@@ -84,7 +84,7 @@ def draw_scale(canvas: Page, box: Box, zero: str, colours: tuple[Colour, Colour]
 
 
 def draw_degrees(canvas: Page, at: Point, degrees: int, colour: Colour) -> None:
-    """Draw a number of a scale. The labels of both ends keep their sign and stay inside."""
+    """Draw a number on a scale. The labels at both ends keep their sign and stay inside it."""
     ends: dict[int, Anchor] = {-180: "left", 180: "right"}
     text = "−180°" if degrees == -180 else signed(degrees)
     canvas.text(at, text, 12, 400, colour, ends.get(degrees, "middle"))
@@ -93,7 +93,7 @@ def draw_degrees(canvas: Page, at: Point, degrees: int, colour: Colour) -> None:
 def draw_meter(
     canvas: Page, box: Box, match: float, limit: float, colours: tuple[Colour, Colour, Colour]
 ) -> None:
-    """Draw a bar of length 100 with a tick at the limit, which extends 3 px above and below.
+    """Draw a bar for a match out of 100, with a tick at the limit extending 3 px above and below.
 
     Args:
         match: Match from 0 to 100. Other values are clipped to this range.

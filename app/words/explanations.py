@@ -9,7 +9,7 @@ from app.core.base.catalogue import tr
 # fmt: off
 EXPLANATIONS: Final = {
     "turn": (tr("Turn"), tr(
-        "How far you and the sitter rotate. Clockwise is seen from above: you walk to "
+        "How far you and the sitter rotate. Clockwise means as seen from above: you walk to "
         "your left around the sitter.")),
     "clock": (tr("Clock position"), tr(
         "The turn on a clock face lying on the floor: 12 is straight ahead of the sitter "
@@ -22,7 +22,7 @@ EXPLANATIONS: Final = {
     "contrast": (tr("Contrast"), tr(
         "How deep the shadows are compared with the studio picture: 100% is just as deep.")),
     "grade": (tr("Grade"), tr(
-        "In reach: the face shows the style. Nearly: it shows a softer or shallower "
+        "Within reach: the face shows the style. Nearly: it shows a softer or shallower "
         "version. Out of reach: the place lacks something; the card says what.")),
     "ratio": (tr("Lighting ratio"), tr(
         "How much brighter the lit side of the face is than the other: key and fill "

@@ -1,4 +1,4 @@
-"""The text of a `Guide`: instructions while someone turns, to read and to hear."""
+"""The text of a `Guide`: written and spoken instructions for someone who is turning."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.words.phrases.directions import lens_words, nose_words, sitter_words
 
 
 class PillWords(NamedTuple):
-    """Texts of the pill for a turn on target, nearly on target and not there yet.
+    """Texts of the status pill for a turn on target, nearly on target and not there yet.
 
     They contain no number, since large type already shows the distance.
     """
@@ -104,7 +104,7 @@ def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> G
 
 
 def trouble_line(phase: Phase) -> str:
-    """Return one sentence that says why the heading is lost, or "" if it is not lost."""
+    """Return one sentence that explains why the heading is lost, or "" if it is not lost."""
     return _TROUBLE_LINES.get(phase, "")
 
 

@@ -149,7 +149,7 @@ def comparison_sentence(comparison: Comparison) -> str:
         )
     if comparison.unknown is Unknown.PLACE:
         return tr(
-            "“{title}” cannot be added: the brightness of this place is unknown, as its "
+            "“{title}” cannot be added: the brightness of this place is unknown, because its "
             "files do not record the exposure.",
             title=title,
         )
@@ -172,7 +172,7 @@ def _hint(comparison: Comparison) -> str:
         return tr("Enter the light on the face there, in lux, or capture the place again.")
     return tr(
         "Enter the lamp’s illuminance: hold a light meter where the camera was, facing the "
-        "lamp. Or capture it again with files that record ISO, aperture and shutter."
+        "lamp. Or capture it again with files that record the ISO, aperture and shutter speed."
     )
 
 

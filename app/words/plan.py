@@ -16,7 +16,7 @@ class PlanWords:
     """Text of a plan.
 
     Attributes:
-        labels: Labels of the marks, in their order. A mark without a label has an empty string.
+        labels: Labels, in the order of the marks. A mark without a label has an empty string.
         description: Description for a screen reader.
     """
 

@@ -39,7 +39,7 @@ _SORTING_NAMED: Final = tr("Sorting the shadows of {name}")
 
 
 def progress_words(progress: Progress | str) -> str:
-    """Return the name of a task, or a phrase reported by a device unchanged.
+    """Return the name of a task. A phrase reported by a device is returned unchanged.
 
     Examples:
         >>> progress_words(Progress(Task.COPYING, number=2, count=3)), progress_words("Filming")

@@ -1,4 +1,4 @@
-"""Text of the settings: titles, explanations and values in the dialog, and losses on reading."""
+"""Text of the settings: titles, explanations and values in the dialog, and reports of losses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SECTIONS: Final = {
     "files": tr("Files"),
     "remembered": tr("Remembered"),
 }
-"""Headings of the dialog in its order. The last section is hidden."""
+"""Headings of the dialog, in order. The last section is hidden."""
 
 
 class SettingWords(NamedTuple):
@@ -28,7 +28,7 @@ class SettingWords(NamedTuple):
     Attributes:
         choices: Labels of the values, by value.
         empty_means: Meaning of an empty text.
-        also: Further search terms.
+        also: Additional search terms.
     """
 
     title: str
@@ -120,12 +120,15 @@ WORDS: Final = {
     ),
     "mirrored": SettingWords(
         tr("Mirrored"),
-        tr("Films and photos are mirror images, as some phones save selfies."),
+        tr("Films and photos are mirrored, which is how some phones save selfies."),
         also=tr("selfie front camera flip left right swap"),
     ),
     "watch_folder": SettingWords(
         tr("Watched folder"),
-        tr("New brackets in this folder, from any camera, are offered for merging."),
+        tr(
+            "When a new bracket from any camera appears in this folder, Turnlight offers to "
+            "merge it."
+        ),
         empty_means=tr("none"),
     ),
     "mode": SettingWords(
@@ -212,7 +215,7 @@ def empty_means(entry: Setting) -> str:
 
 
 def search_words(entry: Setting) -> str:
-    """Return all search terms of a setting."""
+    """Return all search terms for a setting."""
     words = (title(entry), SECTIONS[entry.section], explanation(entry), WORDS[entry.key].also)
     return " ".join((*words, *(name for _, name in choices(entry))))
 
@@ -242,12 +245,12 @@ def takes(entry: Setting) -> str:
         ends = {"low": value_words(entry, entry.minimum), "high": value_words(entry, entry.maximum)}
         if entry.whole:
             return tr("“{title}” must be a whole number from {low} to {high}.", title=name, **ends)
-        return tr("“{title}” must be from {low} to {high}.", title=name, **ends)
+        return tr("“{title}” must be a number from {low} to {high}.", title=name, **ends)
     if entry.kind == "choice" and entry.choices:
         names = ", ".join(words for _, words in choices(entry))
         return tr("“{title}” must be one of: {names}.", title=name, names=names)
     if entry.kind == "folder":
-        return tr("“{title}” must be the full path of a folder or be empty.", title=name)
+        return tr("“{title}” must be empty or contain the full path of a folder.", title=name)
     return tr("“{title}” must be at most {most} characters long.", title=name, most=entry.longest)
 
 

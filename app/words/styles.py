@@ -10,7 +10,7 @@ from app.words.phrases.directions import face_direction_words, place_words
 
 
 def side_words(style: Style | UserStyle) -> str:
-    """Return the side of a style's lamps, for sitter and camera, or the lamps' position."""
+    """Return the side of a style's lamps (for sitter and camera) or the lamps' position."""
     return place_words(style.side, style.place)
 
 
@@ -20,12 +20,12 @@ def full_title(style: Style) -> str:
 
 
 def caution_words(style: str) -> str | None:
-    """State that a style's turn is less certain, without a full stop, or return None."""
+    """State, without a full stop, that a style's turn is less certain, or return None if not."""
     spread_deg = spread_of(style)
     if spread_deg is None:
         return None
     return tr(
-        "Less certain: this style varies with the sitter. On other heads and skin tones "
+        "Less certain: this style varies with the sitter. On other heads and skin tones, "
         "the best turn was {spread_deg:.0f}° away on average",
         spread_deg=spread_deg,
     )

@@ -1,4 +1,4 @@
-"""What a place offers for a style: verdict, similar styles, doubts and the card as speech."""
+"""What a place offers for a style: verdict, similar styles, doubts and the card as spoken text."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from app.words.phrases.turns import turn_words
 from app.words.styles import side_words
 from app.words.why_out_of_reach import grade_words, nearly_sentence, out_of_reach_spoken
 
-_UNLIKE: Final = 10  # match of 100 below which a picture does not count as similar
+_UNLIKE: Final = 10  # match, out of 100, below which a picture does not count as similar
 _SPOKEN_SIDES: Final = {
     "left": tr("light from the sitter’s left, camera right"),
     "right": tr("light from the sitter’s right, camera left"),
@@ -42,17 +42,17 @@ _OURS: Final = {
 
 
 def whole_of(value: float) -> int:
-    """Round match or contrast down, so that a value under a limit never reads as the limit."""
+    """Round a match or a contrast down, so that a value below a limit never reads as the limit."""
     return max(math.floor(value), 0)
 
 
 def quality_words(value: float) -> str:
-    """Format C rounded down, so that a value under the limit never reads as the limit."""
+    """Format C, rounded down so that a value below the limit never reads as the limit."""
     return f"{math.floor(value)}".replace("-", "−")
 
 
 def numbers_words(match: float, quality: float | None) -> str:
-    """Format the match as on cards and plots, with C in front if the paper's rule decides."""
+    """Format the match as on cards and plots, preceded by C if the paper's rule applies."""
     if quality is None:
         return tr("match {match}", match=str(whole_of(match)))
     return tr(
@@ -63,10 +63,10 @@ def numbers_words(match: float, quality: float | None) -> str:
 
 
 def verdict_sentence(result: StyleResult) -> str:
-    """Describe the best match that a place allows for a style out of reach.
+    """Describe the best match that a place allows for a style that is out of reach.
 
     Returns:
-        "Best match here is 29 at 62° counter-clockwise. The limit is 45."
+        A text such as "Best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
     turn = result.turn_refined_deg
     values = {"turn": turn_words(turn)}
@@ -124,7 +124,7 @@ def ours_card(result: StyleResult, side: str) -> str:
 
 
 def rules_words(disagreements: int, count: int) -> str:
-    """State on how many styles the paper's rule and Turnlight's own disagree."""
+    """State on how many styles the paper's rule and Turnlight's own rule disagree."""
     return tr(
         "The paper’s rule and ours disagree on {count} of {all} styles.",
         count=disagreements,
@@ -173,7 +173,7 @@ def same_picture(titles: Sequence[str]) -> str:
 
 
 def gain_words(gain: Gain, match: float) -> str:
-    """Describe the gain in match from turning the face away from the lens."""
+    """Describe how much the match gains from turning the face away from the lens."""
     return tr(
         "{light}, {aside}: match {match} instead of {now}",
         light=LENS_CHOICES[gain.lighting],
@@ -214,8 +214,8 @@ def spoken_words(
 
     Args:
         close: Title of the style that the picture is close to, or "" if there is none.
-        quality: C if the paper's rule decides, or None if Turnlight's own does.
-        within: Whether the style is within reach by the deciding rule.
+        quality: C if the paper's rule applies, or None if Turnlight's own rule does.
+        within: Whether the style is within reach by the rule that applies.
     """
     light = _SPOKEN_SIDES.get(style.side) or (
         tr("light {place}", place=side_words(style)) if style.place else tr("painted")

@@ -2,7 +2,7 @@
 
 They have no full stop and come in these lengths:
 
-* sentence: the cause with its numbers, for tables, sheets and tool tips;
+* sentence: the cause with its numbers, for tables, sheets and tooltips;
 * line: the cause, for a row with match or contrast beside it;
 * card: short enough for a card;
 * spoken: a clause for screen readers.
@@ -230,7 +230,7 @@ def _with_place(shortfall: LightShortfall, words: str) -> str:
 
 
 def _number(shortfall: LightShortfall) -> str:
-    """Format a value rounded down, so that a value under its limit never reads as the limit."""
+    """Format a value, rounded down so that one below its limit never reads as the limit."""
     if shortfall.measure == "contrast":
         return tr("contrast {contrast}", contrast=contrast_words(shortfall.value))
     return tr("match {value} of 100", value=max(math.floor(shortfall.value), 0))

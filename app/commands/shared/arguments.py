@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from app.core.measure.finish.masks import MaskSpec
 
 MOST_DEG: Final = 36000.0
-"""Largest accepted angle in degrees, beyond which floats lose precision."""
+"""Largest accepted angle, in degrees. Beyond it, floats lose precision."""
 
 _Key: TypeAlias = tuple[int, int, str]
 
@@ -127,7 +127,7 @@ def add_lens(parser: argparse.ArgumentParser) -> None:
     add(
         "--yaw DEG",
         tr(
-            "how far the face turns toward the sitter’s own left, up to {most:.0f} "
+            "how far the face turns towards the sitter’s own left, up to {most:.0f} "
             "degrees either way; or auto, short or broad for the best yaw (default: 0)",
             most=MOST_YAW_DEG,
         ),
@@ -157,7 +157,7 @@ def yaw_degrees(text: str) -> float:
     value = finite(text)
     if abs(value) > MOST_YAW_DEG:
         raise argparse.ArgumentTypeError(
-            tr("{text} is not from -{most:.0f} to {most:.0f}", text=text, most=MOST_YAW_DEG)
+            tr("{text} is not between -{most:.0f} and {most:.0f}", text=text, most=MOST_YAW_DEG)
         )
     return value + 0.0  # avoids -0
 
@@ -165,7 +165,7 @@ def yaw_degrees(text: str) -> float:
 def _arc(text: str) -> tuple[float, float]:
     start, colon, end = text.partition(":")
     if not colon:
-        raise argparse.ArgumentTypeError(tr("{text} is not FROM:TO, such as 90:130", text=text))
+        raise argparse.ArgumentTypeError(tr("{text} does not have the form FROM:TO", text=text))
     return degrees(start), degrees(end)
 
 
@@ -182,7 +182,7 @@ def _read(parse: Callable[[str], float | None]) -> Callable[[str], float | None]
 
 
 def asked_pack(args: argparse.Namespace) -> StylePack:
-    """Load the styles of ``--head`` under the chosen lamps.
+    """Load the styles for ``--head`` with the chosen lamps.
 
     Raises:
         TransportError: If the head cannot be read.
@@ -201,8 +201,8 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
     if own:
         say(
             tr(
-                "These styles keep their own lamps, as your studio lamps would not show them: "
-                "{styles}.",
+                "These styles keep their own lamps, because your studio lamps would not show "
+                "them: {styles}.",
                 styles="; ".join(own),
             )
         )
@@ -210,7 +210,7 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
 
 
 def studio_facts(args: argparse.Namespace) -> dict[str, object]:
-    """Return the JSON entries of the chosen lamps."""
+    """Return the JSON entries for the chosen lamps."""
     return {"softness_deg": args.softness, "ratio": args.ratio}
 
 
@@ -301,7 +301,7 @@ def check_outputs(
 
 
 def check_drawing() -> None:
-    """Check that Qt can draw, which needs system libraries but no display.
+    """Check that Qt can draw. Drawing needs system libraries but no display.
 
     Raises:
         DesktopError: If Qt would abort the process.
@@ -341,9 +341,9 @@ def _list_inputs(inputs: Iterable[Path | str | None], members: Sequence[str]) ->
 def _keys(path: Path) -> set[_Key]:
     """Return keys by which two names of the same file can be recognized.
 
-    The keys are the file's inode, and its folder's inode with its name. Names are compared
-    regardless of case and Unicode composition, since some file systems ignore both. Pipes and
-    devices among the inputs do not matter, because they cannot be outputs.
+    One key is the file's inode; the other combines its folder's inode with its name. Names are
+    compared regardless of case and Unicode composition, since some file systems ignore both. Pipes
+    and devices among the inputs do not matter, because they cannot be outputs.
     """
     keys: set[_Key] = set()
     try:

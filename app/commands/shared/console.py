@@ -178,7 +178,7 @@ def imports_whole() -> Iterator[None]:
     """Delay Ctrl-C, SIGTERM and SIGHUP until the current import has finished.
 
     A C library interrupted during its initialization raises a misleading error or aborts the
-    process, which no caller can recognize as an interruption.
+    process, and no caller can recognize either as an interruption.
     """
     usual = signal.default_int_handler
     main = threading.current_thread() is threading.main_thread()

@@ -42,7 +42,7 @@ def fields(thing: object, *names: str) -> dict[str, Any]:
 
 
 def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
-    """Return the JSON entries of a turn."""
+    """Return the JSON entries for a turn."""
     return {
         "turn_deg": one.turn_deg,
         "turn_refined_deg": round(one.turn_refined_deg, 6),

@@ -23,9 +23,9 @@ PARTS: Final = {
     "download": tr("download"),
     "merge": tr("merge"),
 }
-"""Steps of a capture whose duration is printed."""
+"""Steps of a capture whose durations are printed."""
 
-_UNSTATED: Final = Exposure(0.0, known=False)  # stands for a photo that records no exposure
+_UNSTATED: Final = Exposure(0.0, known=False)  # placeholder for a photo that records no exposure
 _NAME: Final = 28  # columns for a file's name
 _FRAME_ROW: Final = f"{{:{_NAME}}}  {{:>10}}  {{:>5}}  {{:>4}}  {{:>6}}  {{}}"
 _LEAST_SHARE: Final = 0.0005  # minimum fraction of all light for a separate row in the table

@@ -91,7 +91,7 @@ def settle(contact: Contact, profile: ModelProfile) -> None:
 
 
 def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProfile:
-    """Save the settings that `prepare` and the shots will change in the journal.
+    """Save in the journal the settings that `prepare` and the shots will change.
 
     Settings already in the journal date from before an interruption and are left as they are.
 
@@ -139,7 +139,7 @@ def _learned(contact: Contact, profile: ModelProfile) -> ModelProfile:
 
 
 def _panorama(value: Any) -> tuple[int, int] | None:
-    """Return the columns and rows of the largest JPEG panorama of at most `WIDEST` columns."""
+    """Return the columns and rows of the largest JPEG panorama with at most `WIDEST` columns."""
     sizes = set()
     for each in value if isinstance(value, list) else ():
         if isinstance(each, dict) and each.get("type") == "jpeg" and "_mode" not in each:
@@ -174,7 +174,7 @@ def _plain_pictures(profile: ModelProfile) -> Iterable[dict[str, Any]]:
     if profile.picture is not None:
         width, height = profile.picture
         yield {"fileFormat": {"type": "jpeg", "width": width, "height": height}}
-    # As in the camera's own bracket, use the seam and level of the first frame for all.
+    # As in the camera's own bracket, use the seam and level of the first frame for all frames.
     yield {"_imageStitching": "auto"}
     yield {"_topBottomCorrection": "ApplyAuto"}
     yield locked_white(profile)
@@ -214,7 +214,11 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
 
 
 def restore_or_say(contact: Contact, session: Session) -> str:
-    """Restore the settings like `restore`, and return a sentence on failures or "" if none."""
+    """Restore the settings as `restore` does, and describe any failure.
+
+    Returns:
+        A sentence about the failure, or "" if there was none.
+    """
     try:
         refusals = restore(contact, session)
     except DeviceError:

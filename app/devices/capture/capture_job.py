@@ -32,7 +32,7 @@ class CaptureJob:
     """One capture in progress: its settings, its tools and its results so far.
 
     Attributes:
-        client, contact: The camera, and the camera with retries.
+        client, contact: The client for the camera, and a wrapper that retries its requests.
         session, board: The folder with its journal, and the status.
         debts: The captures whose camera settings still have to be restored, or None to record none.
         profile: The camera's profile.

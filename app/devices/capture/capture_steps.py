@@ -233,7 +233,7 @@ def _download(job: CaptureJob) -> None:
 
 
 def _take_stock(job: CaptureJob) -> None:
-    """Start to read the frames on disk."""
+    """Start reading the frames on disk."""
     job.profile = profile_named("generic")
     job.paths = tuple(job.session.path_of(frame) for frame in job.session.journal.frames)
     for path in job.paths:
@@ -271,7 +271,7 @@ def _stop(job: CaptureJob) -> None:
 
 
 def _give_back(job: CaptureJob) -> str:
-    """Restore the settings if the camera is reachable, and return a sentence about failures."""
+    """Restore the settings if the camera is reachable, and return a sentence about any failure."""
     if not job.session.owes:
         _settle(job, job.session)
         return ""

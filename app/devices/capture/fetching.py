@@ -35,7 +35,7 @@ def fetch_thumbnails(
 ) -> dict[str, Path]:
     """Download the thumbnails that the camera has.
 
-    They are only for display, so failures are skipped.
+    They are only for display, so failures are ignored.
 
     Args:
         targets: Path of the thumbnail for each URL.
@@ -67,7 +67,7 @@ def fetch_thumbnails(
 
 _CONTINUATIONS: Final = 3
 _ENOUGH: Final = 3
-# Codes of errors that may be solved by reconnecting and retrying.
+# Codes of errors that reconnecting and retrying may resolve.
 _PASSING: Final = frozenset({"interrupted", "bad-answers"})
 # Codes of errors that concern only one file.
 _OF_ONE_FILE: Final = frozenset(
@@ -215,7 +215,7 @@ def _one(
 ) -> DeviceError | None:
     """Download one file, and resume it after reconnecting.
 
-    By default only the file's structure is checked, because the file is decoded while the next one
+    By default, only the file's structure is checked, because the file is decoded while the next one
     arrives. An error that concerns this file alone is returned; any other is raised.
     """
 

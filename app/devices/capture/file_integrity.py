@@ -52,8 +52,8 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
         Sentences about frames whose exposures differ from the plan. Their actual values are used.
 
     Raises:
-        CaptureFailed: If the frames are not a bracket because the exposures are equal, or the
-            camera tone-mapped them.
+        CaptureFailed: If the exposures are equal, so that the frames are not a bracket, or if the
+            camera tone-mapped the frames.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
     if names := rendered_frames(headers):
@@ -72,9 +72,9 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
 
 
 def planned_times(paths: Sequence[Path], plan: Plan) -> tuple[float, ...] | None:
-    """Return the planned exposure times if no file states its own and each shot has a file.
+    """Return the planned exposure times if no file records its own and each shot has a file.
 
-    The times are in seconds, in the order of `paths`. Returns None if EXIF applies.
+    The times are in seconds, in the order of `paths`. Returns None otherwise.
     """
     headers = [_header(path) for path in paths]
     silent = all(header.shutter_s is None for header in headers)
@@ -216,7 +216,7 @@ def whole_picture(path: Path, token: Token | None = None) -> bool:
 
 
 def sha256_of(path: Path) -> str:
-    """Return the SHA-256 of a file in hexadecimal digits."""
+    """Return the SHA-256 of a file as hexadecimal digits."""
     digest = hashlib.sha256()
     with open_file(path) as stream:
         while block := stream.read(_CHUNK):

@@ -55,7 +55,7 @@ class CaptureOrder:
 
     Attributes:
         camera: The camera, or None to merge only the frames on disk.
-        naming: Function that names a place without a name.
+        naming: Function that creates a name for a place that has none.
         pack: Head and styles, or None for the generic head.
         first: (h, 2 h, 3) uint8 or None. Display panorama of the place if it is captured again,
             used to register the new panorama.
@@ -98,8 +98,8 @@ class CapturedPlace:
     """The place of a finished capture.
 
     Attributes:
-        registration: Alignment with the earlier panorama of the same place, or None if there is
-            none.
+        registration: Alignment with the earlier panorama of the same place, or None if the
+            panoramas were not aligned.
     """
 
     folder: Path
@@ -110,7 +110,7 @@ class CapturedPlace:
 
 
 class Recording:
-    """The state of a capture, which its thread updates and which is kept even after a failure."""
+    """The state of a capture, updated by the capture thread and kept even after a failure."""
 
     def __init__(self, order: CaptureOrder) -> None:
         self.box: Mailbox[CaptureProgress] = Mailbox()
@@ -131,7 +131,7 @@ class Recording:
         self._open, self._pack = session, pack
 
     def show(self, status: Status) -> None:
-        """Put a status into the mailbox. This is called in the capture thread."""
+        """Put a status into the mailbox. This is called on the capture thread."""
         session = self._open
         if session is None:
             return

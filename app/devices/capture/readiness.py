@@ -114,7 +114,7 @@ def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
 
 
 def explain_error(job: CaptureJob, error: DeviceError) -> DeviceError:
-    """Return the cause that the camera's state shows for a refusal or a stop, or else the error."""
+    """Return the cause of a refusal or a stop as the camera's state shows it, or else `error`."""
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
     try:

@@ -168,7 +168,7 @@ class Contact:
         wait(self.clock, seconds, self.token)
 
     def ask(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
-        """Make a call that is safe to repeat, until it succeeds.
+        """Repeat a call until it succeeds. The call must be safe to repeat.
 
         Args:
             passing: Codes of temporary refusals, besides those of a busy camera.
@@ -192,7 +192,7 @@ class Contact:
                     )
 
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
-        """Make a call that is repeated while the camera is busy, but never after a loss.
+        """Make a call, repeating it while the camera is busy but never after a loss.
 
         Raises:
             DeviceError: Any error of the call that is not temporary.
@@ -216,7 +216,7 @@ class Contact:
             self.pause(pause)
 
     def meet(self, longest_s: float = _FIRST_S) -> Info:
-        """Make the first contact, with a short time limit in case the device is no camera."""
+        """Make the first contact, with a short time limit in case the device is not a camera."""
         return self._greet(longest_s)
 
     def reconnect(self) -> None:
@@ -232,7 +232,7 @@ class Contact:
             self.meet()
             return
         began, patience = self.clock.now(), self._patience_s
-        self._patience_s = 0.0  # Do not wait a second time after a wait in vain.
+        self._patience_s = 0.0  # Do not wait a second time after waiting in vain.
         self._greet(min(self._rejoin_s, patience))
         self._patience_s = max(patience - (self.clock.now() - began), 0.0)
         self.losses += self.forgets and self._lost_settings()
@@ -241,7 +241,7 @@ class Contact:
         """Identify the camera and switch it to API 2.1.
 
         Raises:
-            DeviceError: If nothing answers, or another camera than before answers.
+            DeviceError: If nothing answers, or a different camera answers.
         """
         info = self.client.info()
         if self.serial and info.serial_number != self.serial:
@@ -302,7 +302,7 @@ class Contact:
     def _lost_settings(self) -> bool:
         """Return whether the camera's options differ from those that were set.
 
-        Such a camera forgets its settings on a new connection, but not on a lost reply.
+        A camera that forgets its settings does so on a new connection, not after a lost reply.
         """
         settings, self._settings = self._settings, {}
         if not settings:
@@ -330,7 +330,7 @@ class Contact:
         return True
 
     def _switch_api(self) -> None:
-        """Switch the API, which the camera refuses while it shoots."""
+        """Switch the API, and keep trying while the camera refuses because it is shooting."""
         until, idle = self.clock.now() + self._shooting_s, 0
         while True:
             try:

@@ -52,7 +52,7 @@ _MAX_WARNINGS: Final = 100
 _ORIGINALS: Final = "originals"
 _THUMBNAILS: Final = "thumbnails"
 _DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
-# Temporary files of a killed process: of the journal, the environment and the metering photo.
+# Temporary files left by a killed process: the journal, the environment and the metering photo.
 _TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr|\.metering\.jpg")
 # Files that operating systems add to folders.
 _LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
@@ -197,7 +197,7 @@ class Session:
     def set_frames(self, entries: Iterable[FileEntry]) -> tuple[SessionFrame, ...]:
         """Record which files on the camera are the frames, in shooting order.
 
-        Data of known frames is kept, even if the camera has a new address. Each frame gets its
+        Data of known frames is kept, even if the camera has a new address. Each frame gets a
         local name.
         """
         with self._lock:
@@ -229,7 +229,7 @@ class Session:
         self.set_frame(url, done=True, sha256=sha256_of(self.originals / frame.local))
 
     def local_name(self, entry: FileEntry) -> str:
-        """Return the name of a file in `originals`, always the same for the same entry.
+        """Return the name of a file in `originals`. The same entry always gets the same name.
 
         It consists of the date and time, the camera's file name restricted to letters, digits, "_",
         "." and "-", and a number if another file has that name. The date is needed because cameras
@@ -271,7 +271,7 @@ class Session:
         return same and whole_picture(path)
 
     def _prepare(self) -> None:
-        """Create the folders, and remove temporary files of a killed process."""
+        """Create the folders, and remove temporary files left by a killed process."""
         sentence = tr("Cannot create a session in {folder}: {reason}.")
         hint = tr("Choose another folder.")
         with os_errors_as(CoreError, sentence, hint, folder=self.folder):
@@ -313,7 +313,7 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
     fresh = SessionJournal(started=_now())
     try:
         with open_file(path) as stream:
-            # Longer files are truncated here, and so rejected as invalid JSON.
+            # Longer files are truncated here, and are then rejected as invalid JSON.
             data = stream.read(_MAX_BYTES)
         return journal_of(data), []
     except FileNotFoundError:
@@ -376,7 +376,7 @@ def _on_camera(url: str) -> str:
 
 
 def camera_time(text: str) -> datetime | None:
-    """Parse a date from the camera's clock without its time zone, or return None if invalid."""
+    """Parse a date from the camera's clock, without its time zone. Return None if it is invalid."""
     match = _DATE.match(text)
     with suppress(ValueError):
         return None if match is None else datetime(*map(int, match.groups()))  # type: ignore[arg-type]

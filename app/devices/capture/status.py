@@ -45,7 +45,7 @@ class Status:
     """The status of a capture.
 
     Attributes:
-        fraction: Completed fraction of the whole, 0 to 1, which never decreases except after a
+        fraction: Completed fraction of the capture, 0 to 1. It never decreases, except after a
             failed start.
         shot, shots: Number of the current exposure, counted from 1 (0 before the first), and the
             total number.
@@ -54,7 +54,7 @@ class Status:
         seeking: Whether the camera is unreachable and the program is reconnecting.
         may_move: Whether all exposures are done, so that people may walk about again.
         timer_s: Seconds from this status until the self-timer ends, or 0 if no timer is running.
-        metered: JPEG thumbnail of the metering photo, not checked, or empty before there is one.
+        metered: Unchecked JPEG thumbnail of the metering photo, or b"" before there is one.
     """
 
     stage: Stage = Stage.IDLE
@@ -81,7 +81,7 @@ class Status:
 
 
 def time_left(seconds: float) -> str:
-    """Return the time left as words.
+    """Describe the time left in words.
 
     Examples:
         >>> time_left(167.4), time_left(47.0)

@@ -1,7 +1,7 @@
 """Captures whose camera settings the next capture has to restore.
 
-A capture is recorded here before it changes anything on the camera. The settings themselves are in
-the journal of its session.
+A capture is recorded here before it changes anything on the camera. The settings themselves are
+saved in the journal of its session.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ class Debts:
         self._path = path
 
     def note(self, session: Session) -> None:
-        """Add a capture. A file that cannot be written is ignored."""
+        """Add a capture. Failure to write the file is ignored."""
         folder = str(session.folder.resolve())
         self._write([*(each for each in self._read() if each != folder), folder])
 
     def settle(self, session: Session) -> None:
-        """Remove a capture whose settings are restored."""
+        """Remove a capture whose settings have been restored."""
         folder, folders = str(session.folder.resolve()), self._read()
         if not session.owes and folder in folders:
             self._write([each for each in folders if each != folder])

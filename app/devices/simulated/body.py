@@ -106,7 +106,7 @@ class CameraBody:
             raise CommandRefused("disabledCommand", "The live preview is open.")
 
     def check_settled(self) -> None:
-        """Raise `CommandRefused` (disabledCommand) within a second after a change of options."""
+        """Raise `CommandRefused` (disabledCommand) for one second after options are changed."""
         if self.clock.now() - self.options_set_at < _SETTLE_S:
             raise CommandRefused("disabledCommand", "Options were set a moment ago.")
 
@@ -140,7 +140,7 @@ class CameraBody:
     # Shooting.
 
     def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> ShootingJob:
-        """Start to shoot.
+        """Start shooting.
 
         Args:
             name: Name of the command.

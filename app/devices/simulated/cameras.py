@@ -104,7 +104,7 @@ SENSORS: Final = {
     camera.name: camera for camera in (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
 }
 """All sensors by the short name of their model."""
-_SPAN_S: Final = (0.000125, 30.0)  # range of exposure times in seconds of a camera of another make
+_SPAN_S: Final = (0.000125, 30.0)  # range of exposure times, in seconds, for another make
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,7 @@ class Personality:
         status_ids: Whether status replies have an id; Ricoh's own examples of API 2.1 do not.
         snaps: Whether automatic exposure times are limited to the list of the manual program.
         lens_stops: Difference between the lenses' ISO in automatic programs, in stops.
-        overhead_s: Duration of a frame besides its exposure, in seconds.
+        overhead_s: Time that a frame takes in addition to its exposure, in seconds.
         thumb: Rows and columns of its thumbnails.
     """
 
@@ -236,7 +236,7 @@ def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[st
     """Read cameras from a TOML file in the format of ``simulated.toml``.
 
     Args:
-        others: Cameras that "like" may name besides the earlier sections.
+        others: Cameras that a "like" entry may name in addition to the earlier sections.
     """
     read: dict[str, Personality] = {}
     for name, row in tomllib.loads(file.read_text(encoding="utf-8")).items():

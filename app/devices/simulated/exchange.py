@@ -17,7 +17,7 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 """A JSON value."""
 
 LATENCY_S: Final = 0.012
-"""Duration of every reply in seconds, which also keeps virtual time moving."""
+"""Delay of every reply, in seconds. It also keeps virtual time moving."""
 
 _FORBIDDEN: Final = (
     "tooManyParameters", "disabledCommand", "corruptedFile", "powerOffSequenceRunning",
@@ -42,7 +42,7 @@ _CHUNK_S: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A request from a client, whose `method` is "GET" or "POST"."""
+    """A request from a client. Its `method` is "GET" or "POST"."""
 
     method: str
     target: str
@@ -83,7 +83,7 @@ class CommandRefused(Exception):
     """A refused command, with an OSC error code.
 
     Args:
-        message: Message for people, or "" for the default sentence of the code.
+        message: Human-readable message, or "" for the default sentence of the code.
     """
 
     def __init__(self, code: str, message: str = "") -> None:
@@ -93,7 +93,7 @@ class CommandRefused(Exception):
 
 
 def json_reply(value: JsonValue, status: int = 200) -> Reply:
-    """Return a reply with JSON."""
+    """Return a reply with a JSON body."""
     body = json.dumps(value).encode()
     return text_reply(body, "application/json;charset=utf-8", status)
 
@@ -107,7 +107,7 @@ def refusal(name: str, code: str, message: str = "", *, status: int | None = Non
     """Return a reply with an OSC error.
 
     Args:
-        status: HTTP status, or None for the one that belongs to the code.
+        status: HTTP status, or None for the status that corresponds to the code.
     """
     words = message or _SENTENCES.get(code, "Something is wrong.")
     body: dict[str, JsonValue] = {

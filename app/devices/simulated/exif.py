@@ -1,8 +1,8 @@
 r"""Metadata in the files of a 360 camera: EXIF, Ricoh's maker note and the XMP pose.
 
-The layout is that of files from a Theta S, V and X: big-endian EXIF 2.3 in one APP1 segment, whose
-maker note is the bytes ``Ricoh\0\0\0`` followed by an ordinary TIFF directory, whose tag 0x4001
-points to the directory of the 360 camera. All offsets count from the TIFF header.
+The layout is that of files from a Theta S, V and X: big-endian EXIF 2.3 in one APP1 segment. Its
+maker note consists of the bytes ``Ricoh\0\0\0`` and an ordinary TIFF directory, in which tag 0x4001
+points to the directory of the 360 camera. All offsets are relative to the TIFF header.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ def srgb_tables() -> Tables:
 
 @dataclass(frozen=True, slots=True)
 class ShotOptions:
-    """Settings of a frame besides its exposure.
+    """Settings of a frame other than its exposure.
 
     Attributes:
         shape: tuple[int, int] or None. Rows and columns, or None for those of the environment.
@@ -129,7 +129,7 @@ def expose(
         share = view.band(start, stop)
         share *= gains
         if shot.noise:
-            # Use a generator for each band, so that the result does not depend on the order.
+            # Each band has its own generator, so that the result does not depend on the order.
             generator = np.random.default_rng([seed, start // _BAND_ROWS])
             add_sensor_noise(share, camera, exposure.iso, generator)
         _code(share, tables, picture[start:stop])
@@ -140,7 +140,7 @@ def expose(
 
 
 def jpeg(picture: NDArray[np.uint8], quality: int = 95) -> bytes:
-    """Encode an (H, W, 3) RGB picture as JPEG, without any metadata except JFIF.
+    """Encode an (H, W, 3) RGB picture as a JPEG, without any metadata except JFIF.
 
     Raises:
         ValueError: If the quality is invalid, or the picture cannot be encoded.

@@ -28,13 +28,13 @@ def saturation_cd_m2(exposure: Exposure) -> float:
 def add_sensor_noise(
     share: FloatImage, camera: CameraModel, iso: float, generator: np.random.Generator
 ) -> None:
-    """Replace light with the sensor's counts, adding shot noise and read noise and clipping.
+    """Replace light with the sensor's counts, including shot noise, read noise and clipping.
 
     With W electrons at saturation, a pixel that expects n electrons counts a Poisson number of them
     plus Gaussian read noise of standard deviation r: mean n, variance n + r^2, third moment n. One
     normal number z gives all three by the Cornish-Fisher expansion, n + s z + n / (6 s^2) (z^2 - 1)
-    with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49), which is a Gaussian where n is large,
-    and ten times as fast as sampling a Poisson distribution.
+    with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49). Where n is large, this is a Gaussian.
+    It is ten times as fast as sampling a Poisson distribution.
 
     Args:
         share: NDArray[np.float32], (..., W, 3), contiguous. Light as a fraction of saturation,
@@ -67,7 +67,7 @@ def add_sensor_noise(
 
 
 def _normal(shape: tuple[int, ...], generator: np.random.Generator) -> FloatImage:
-    """Draw from 65,536 equally likely normal values, several times as fast as exact sampling."""
+    """Draw from 65,536 equally likely normal values, which is much faster than exact sampling."""
     count = math.prod(shape)
     picks = np.frombuffer(generator.bytes(2 * count), dtype="<u2")
     return np.take(_quantiles(), picks, mode="clip").reshape(shape)
@@ -123,7 +123,7 @@ _SEAM_DEG: Final = 5.0
 
 
 def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float64]:
-    """Return the gain of each column of a panorama, whose centre half the front lens sees.
+    """Return the gain of each column of a panorama. The front lens sees the centre half.
 
     Returns:
         NDArray[np.float64], (width,). Gains, blended smoothly within 5 degrees of the seams at
@@ -166,14 +166,14 @@ class FrameView:
 
 
 def view_of(environment: FloatImage, shape: tuple[int, int]) -> FrameView:
-    """Prepare an environment for sampling, with a constant value over the area of each texel.
+    """Prepare an environment for sampling. Each texel has one constant value over its area.
 
     Args:
-        environment: (H, 2 H, 3) float32. Linear radiance, any scale.
+        environment: (H, 2 H, 3) float32. Linear radiance, on an arbitrary scale.
 
     Raises:
-        ValueError: If the environment does not have three channels, or sizes differ and one is not
-            2:1.
+        ValueError: If the environment does not have three channels, or if the sizes differ and
+            either is not 2:1.
     """
     padded, (height, width) = padded_texels(environment, shape)
     return FrameView(

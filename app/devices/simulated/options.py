@@ -1,4 +1,4 @@
-"""The options of a simulated camera: values, lists and dependence on the program."""
+"""The options of a simulated camera: their values, their lists and how the program affects them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _READ_ONLY: Final = frozenset(
     {"remainingPictures", "remainingSpace", "remainingVideoSeconds", "totalSpace"}
 )
 _WHICH_PROGRAMS: Final = {"iso": (1, 9), "shutterSpeed": (1, 4), "aperture": (1, 3)}
-"""Exposure programs in which the user sets each value; in others the value is 0 (automatic)."""
+"""Exposure programs in which the user sets each value; in others, the value is 0 (automatic)."""
 
 
 class OptionStore:
@@ -63,7 +63,7 @@ class OptionStore:
         return {name: self._one(name, live) for name in names}
 
     def set(self, changes: Mapping[str, JsonValue]) -> None:
-        """Change options, all or none.
+        """Change all of the given options, or none of them.
 
         Raises:
             CommandRefused: With the code invalidParameterName if an option does not exist or is
@@ -246,7 +246,7 @@ def _supports(person: Personality) -> dict[str, tuple[JsonValue, ...]]:
 
 
 def member(value: JsonValue, among: Sequence[JsonValue]) -> bool:
-    """Return whether a list contains a value. Numbers must match to the last digit."""
+    """Return whether a list contains a value. Numbers must match exactly."""
     if isinstance(value, bool):
         return False
     if isinstance(value, int | float):

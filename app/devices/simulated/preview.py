@@ -25,7 +25,7 @@ from app.devices.simulated.optics import meter
 from app.devices.simulated.options import whole
 
 LOOP: Final = 32
-"""Number of different frames, whose numbers run from 0 to 31 and repeat."""
+"""Number of different frames. Their numbers run from 0 to 31 and repeat."""
 
 PREVIEW_HEADERS: Final = (
     ("Content-Type", 'multipart/x-mixed-replace; boundary="---osclivepreview---"'),
@@ -44,7 +44,7 @@ _LATE_S: Final = 0.5  # seconds; a sender later than this skips frames
 
 
 class LivePicture:
-    """The loop of frames at one size, each encoded at its first use.
+    """The loop of frames at one size. Each is encoded when first used.
 
     Args:
         environment: (H, 2 H, 3) float32. Linear light in any unit, to be metered and clipped.
@@ -64,7 +64,7 @@ class LivePicture:
         self._lock = threading.Lock()
 
     def frame(self, number: int) -> bytes:
-        """Return one frame as JPEG."""
+        """Return one frame as a JPEG."""
         number %= LOOP
         with self._lock:
             if number not in self._frames:
@@ -84,11 +84,11 @@ class LivePicture:
 
 
 def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[Piece]:
-    """Yield the endless body of a preview: repeatedly a part's header, its frame and a pause.
+    """Yield the endless body of a preview: for each part, its header, its frame and a pause.
 
     Args:
-        fps: Frames per second, > 0.
-        clock: Clock that sets the time of each frame, so that a late one does not delay the next.
+        fps: Frames per second, greater than 0.
+        clock: Clock that times each frame, so that a late frame does not delay the next one.
     """
     number = 0
     due = clock.now()

@@ -223,7 +223,7 @@ def _auto_time(person: Personality, time: float) -> float:
 
 
 def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, float]:
-    """Return the gains of both lenses, with more ISO on the darker side in thirds of a stop."""
+    """Return the gains of both lenses. The darker side gets a higher ISO, in thirds of a stop."""
     steps = round(3.0 * person.lens_stops)
     at = person.isos.index(iso)
     high = person.isos[min(at + steps - steps // 2, len(person.isos) - 1)] / iso

@@ -69,7 +69,7 @@ class CameraServer:
         return f"http://{_HOST}:{self.port}"
 
     def start(self) -> None:
-        """Start to answer. Calling this again has no effect."""
+        """Start answering. Calling this again has no effect."""
         if self._thread is None:
             self._thread = threading.Thread(
                 target=self._http.serve_forever, args=(0.05,), name="camera server", daemon=True
@@ -213,7 +213,7 @@ class CameraHandler(BaseHTTPRequestHandler):
     def _exchange(self, body: bytes) -> None:
         host = self.headers.get("Host", "").strip() or f"{_HOST}:{self.server.server_port}"
         if not _is_here(host):
-            # A web page whose host name resolves to this computer.
+            # The request is from a web page whose host name resolves to this computer.
             self._refuse(HTTPStatus.FORBIDDEN)
             return
         request = Request(self.command, self.path, self._headers(), body, host)

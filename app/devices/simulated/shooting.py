@@ -1,8 +1,8 @@
 """Shooting and storage: the current job, the files and the camera's clock.
 
-Only rendering runs in a thread. At every request `Shooter.settle` writes the frames that are due,
-which means that their exposure and overhead have passed and the picture is ready. On virtual time
-frames are rendered at their first use, otherwise while the camera shoots.
+Only rendering runs in a thread. At every request, `Shooter.settle` writes the frames that are due:
+those whose exposure and overhead are over and whose picture is ready. On virtual time, frames are
+rendered when first used; otherwise, they are rendered while the camera shoots.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class CameraDate:
         self._offset = text[19:] or self._offset
 
     def stamp(self, now: float) -> str:
-        """Return the local time in the format of EXIF."""
+        """Return the local time in EXIF format."""
         return (self._base + timedelta(seconds=now - self._since)).strftime(_FORM)
 
     def text(self, now: float) -> str:
@@ -72,7 +72,7 @@ class CameraDate:
 
 @dataclass(slots=True, eq=False)
 class StoredFile:
-    """A file on the camera, rendered at its first use.
+    """A file on the camera, rendered when first used.
 
     Attributes:
         shape: Rows and columns.
@@ -139,7 +139,7 @@ class Storage:
         return TOTAL_BYTES - 4_000_000 * len(self.files)
 
     def delete(self, urls: Sequence[JsonValue]) -> None:
-        """Delete files, all or none.
+        """Delete all of the given files, or none of them.
 
         Args:
             urls: URLs of files, or a single word: "all", "image" or "video".
@@ -304,7 +304,7 @@ class Shooter:
         shots: Sequence[Mapping[str, JsonValue]],
         options: Mapping[str, JsonValue],
     ) -> ShootingJob:
-        """Start to shoot.
+        """Start shooting.
 
         Args:
             shots: Options of each frame: exposureProgram with its values, and whiteBalance.

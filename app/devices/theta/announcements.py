@@ -49,7 +49,7 @@ def browse_network(
 
     Raises:
         Unreachable: With the code "no-mdns" if this computer cannot listen because it has no
-            network, or another program or a firewall prevents it.
+            network, or because another program or a firewall prevents it.
     """
     # The import takes a quarter of a second and is needed only here.
     from zeroconf import Error, InterfaceChoice, ServiceBrowser, Zeroconf

@@ -1,4 +1,4 @@
-"""Cameras by name, model and serial number, so that one camera at two addresses counts once."""
+"""Identify cameras by name, model and serial number, so that none is counted twice."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ MAX_DELETED: Final = 128
 """Maximum number of files that a camera deletes in one command."""
 
 MAX_THUMBNAIL: Final = 1_000_000
-"""Maximum size of a thumbnail in bytes. Real thumbnails have about ten thousand."""
+"""Maximum size of a thumbnail in bytes. Real thumbnails are about ten thousand bytes."""
 
 _PREVIEW: Final = ("width", "height", "framerate")
 _MULTIPART: Final = {"Accept": "multipart/x-mixed-replace"}
@@ -75,9 +75,9 @@ _T = TypeVar("_T")
 class OscClient:
     """A client for one camera.
 
-    All methods raise the same errors as `Link.get`, and `CameraRefused` also for an error object
-    with status 200. A request to a busy camera is repeated after `BUSY_PAUSES_S`. After a timeout,
-    the repeated request is given twice the time.
+    All methods raise the same errors as `Link.get`. They also raise `CameraRefused` for an error
+    object with status 200. A request to a busy camera is repeated after `BUSY_PAUSES_S`. After a
+    timeout, the repeated request is given twice the time.
     """
 
     def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
@@ -115,7 +115,7 @@ class OscClient:
         self.execute("camera.setOptions", {"options": dict(options)})
 
     def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> CommandReply:
-        """Send a command without waiting for its end.
+        """Send a command without waiting for it to finish.
 
         Args:
             parameters: Parameters of the command, or None to omit them from the request.

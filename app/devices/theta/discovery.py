@@ -1,9 +1,9 @@
 """Search for cameras on their own Wi-Fi, at the last address and by network announcements.
 
 All addresses are queried at once, each in a separate thread, since an unused address may silently
-drop everything sent to it. Only devices that describe themselves as OSC cameras count, or that are
-announced as such and require a password. Addresses outside the local network are tried only if the
-user types them.
+drop everything sent to it. A device counts only if it describes itself as an OSC camera, or if it
+is announced as one and requires a password. Addresses outside the local network are tried only if
+the user types them.
 """
 
 from __future__ import annotations
@@ -182,7 +182,7 @@ class _Reply:
 
 @dataclass(slots=True)
 class _Search:
-    """A search in progress, whose fields are accessed while holding its lock."""
+    """A search in progress. Its lock is held while its fields are accessed."""
 
     clock: Clock
     timeout_s: float

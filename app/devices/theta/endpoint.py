@@ -99,7 +99,7 @@ class Endpoint:
         return self.rewrite(path)
 
     def rewrite(self, url: str) -> str:
-        """Return the path and query of a camera's URL at this host and port.
+        """Point a camera's URL at this host and port, keeping its path and query.
 
         Raises:
             BadReply: With the code "bad-url" if the URL is longer than `LONGEST_URL`, has a scheme
@@ -144,7 +144,7 @@ def _without_scheme(text: str) -> str:
     if scheme == "https":
         raise DeviceError(
             tr("Cameras of this kind do not support HTTPS."),
-            tr("Type the address with http:// or nothing in front."),
+            tr("Type the address alone, or put http:// in front of it."),
             "bad-address",
         )
     if scheme != "http":

@@ -16,7 +16,7 @@ GARBLED_S: Final = 20.0
 """Time during which cut, garbled or interrupted replies are tolerated, in seconds."""
 
 PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
-"""Pauses between two requests in seconds. The last pause repeats."""
+"""Pauses between two requests, in seconds. The last pause repeats."""
 
 _STRANGERS: Final = 3
 _REFUSALS: Final = 3
@@ -45,7 +45,7 @@ class FirstContact:
         return self._in_a_row >= self._most[kind]
 
     def pause_s(self) -> float:
-        """Return the pause before the next request in seconds, growing along `PAUSES_S`."""
+        """Return the pause before the next request, in seconds, from `PAUSES_S`."""
         self._pauses += 1
         return PAUSES_S[min(self._pauses, len(PAUSES_S)) - 1]
 

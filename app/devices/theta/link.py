@@ -1,7 +1,7 @@
 """HTTP to one camera: one request at a time, with limits on size and time.
 
 `requests` prepares a request and one of its adapters sends it. `Session.send` of `requests` is not
-used, because it follows proxies and cookies, and reads the whole body of a redirect or a 401
+used, because it applies proxies and cookies, and reads the whole body of a redirect or a 401
 regardless of its length.
 """
 

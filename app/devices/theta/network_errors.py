@@ -74,7 +74,7 @@ def no_camera() -> NotACamera:
 
 
 def failure(error: BaseException) -> DeviceError:
-    """Convert an exception of a request to a `DeviceError`.
+    """Convert an exception raised by a request to a `DeviceError`.
 
     Returns:
         `Unreachable` for timeouts and for refused or broken connections, `NotACamera` for another

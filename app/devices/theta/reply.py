@@ -111,7 +111,7 @@ class Incoming:
         return bytes(data)
 
     def release(self) -> None:
-        """Release the connection, which is closed unless the whole body was read."""
+        """Release the connection, and close it unless the whole body was read."""
         self._response.close()
 
     def _next(self, pieces: Iterator[bytes]) -> bytes | None:
@@ -149,7 +149,7 @@ class Incoming:
 
 
 def _raw_pieces(response: requests.Response, size: int) -> Iterator[bytes]:
-    """Yield bytes as they arrive, whereas `iter_content` would wait until a piece is full."""
+    """Yield bytes as they arrive. `iter_content` would wait until a piece is full."""
     if not isinstance(response.raw, BaseHTTPResponse):
         yield from (piece for piece in response.iter_content(size) if piece)
         return

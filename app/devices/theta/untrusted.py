@@ -19,10 +19,10 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 """A JSON value, in which every number is finite and every string is valid Unicode."""
 
 MAX_BYTES: Final = 4_000_000
-"""Maximum size of a reply in bytes. A listing of a hundred files has 50 kB."""
+"""Maximum size of a reply in bytes. A listing of a hundred files takes 50 kB."""
 
 MAX_DEPTH: Final = 32
-"""Maximum nesting. Cameras use seven levels."""
+"""Maximum nesting depth. Cameras use seven levels."""
 
 MAX_VALUES: Final = 100_000
 """Maximum number of values in a reply, so that a few megabytes do not become hundreds in memory."""
@@ -37,7 +37,7 @@ def parse_json(data: bytes) -> JsonValue:
 
     Args:
         data: JSON in UTF-8. Invalid characters become "�", because one badly encoded description
-            must not make a whole listing unusable. Of duplicate keys, the last one counts.
+            must not make a whole listing unusable. If a key is repeated, its last value counts.
 
     Raises:
         BadReply: If the data is not JSON, exceeds the limits, or contains NaN, an infinity or a

@@ -24,7 +24,7 @@ from app.devices.theta.untrusted import words
 UNTIMED: Final = tr("{name} is skipped: it has no exposure time.")
 TOO_LARGE: Final = tr("{name} is too large for a photo.")
 MAX_BYTES: Final = 2_000_000_000
-"""Size limit of a file in bytes. A JPEG may have only a quarter of this size."""
+"""Size limit of a file in bytes. A JPEG may be only a quarter of this size."""
 
 _TEMPORARY: Final = re.compile(
     r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
@@ -61,7 +61,7 @@ def is_wanted(name: str) -> bool:
 
 
 def passed_over(name: str) -> str:
-    """Return the reason for skipping a file of this name, or "" if none is needed.
+    """Return the reason for skipping a file with this name, or "" if no reason is needed.
 
     The sentence is the same for all files of one kind.
     """

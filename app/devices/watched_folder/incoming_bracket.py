@@ -106,7 +106,7 @@ class Grouping:
         gap = _gap_s(group.frames, arrival)
         if gap > self._quiet_s:
             return tr(
-                "{name} was taken {gap:.0f} s away from the other frames.", name=name, gap=gap
+                "{name} and the other frames were taken {gap:.0f} s apart.", name=name, gap=gap
             )
         return ""
 

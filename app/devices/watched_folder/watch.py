@@ -1,8 +1,8 @@
 """A folder watched for new photos from a camera.
 
 Any camera is supported if its files arrive in a folder by cable, Wi-Fi or memory card. The folder
-is listed repeatedly, and nothing in it is changed. A file counts once it has been unchanged for
-some seconds and is a complete photo with an exposure time.
+is listed repeatedly, and nothing in it is changed. A file counts once it has been unchanged for a
+few seconds and is a complete photo with an exposure time.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class _Stamp(NamedTuple):
 
 @dataclass(slots=True)
 class _FileState:
-    """A file in the folder, and the time since when it has been unchanged."""
+    """A file in the folder, and the time of its last change."""
 
     stamp: _Stamp
     since_s: float
@@ -130,7 +130,7 @@ class WatchedFolder:
         return tuple(sorted(arrivals, key=lambda arrival: arrival.order))
 
     def brackets(self, token: Token | None = None) -> Iterator[IncomingBracket]:
-        """Yield brackets of two or more exposures as they are completed, without end.
+        """Yield brackets of two or more exposures as they are completed, indefinitely.
 
         Raises:
             Cancelled: If the token is cancelled.

@@ -30,7 +30,7 @@ _VIDEO: Final = Manner(
 )
 _VIDEO_FPS: Final = 25.0
 _MOST_FPS: Final = 240.0
-# seconds; a longer gap between two frames does not count as the frame rate
+# seconds; a longer gap between two frames does not count towards the frame rate
 _LONGEST_STEP_S: Final = 1.0
 _BEHIND_S: Final = 0.5
 
@@ -38,10 +38,10 @@ _BEHIND_S: Final = 0.5
 class VideoFile(CaptureStream):
     """A video file as a live camera.
 
-    The file's rotation is applied. If the file disappears with its drive, playback waits for it.
+    The file's rotation is applied. If its drive is disconnected, playback waits for the file.
 
     Args:
-        width: Maximum columns of a frame, or 0 to keep its size.
+        width: Maximum width of a frame in pixels, or 0 to keep its size.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class VideoFile(CaptureStream):
         self.connect()
 
     def _step(self, capture: VideoDevice) -> float:
-        """Return the seconds from the last frame to this one."""
+        """Return the time from the previous frame to this one, in seconds."""
         place = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
         step, self._place_s = place - self._place_s, place
         if self._frame_count == 0 or not 0.0 < step < _LONGEST_STEP_S:

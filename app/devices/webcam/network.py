@@ -29,7 +29,7 @@ from app.devices.webcam.protocol import Manner, Webcam, WebcamError
 Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Function that returns the user name and password.
 
-It is called in the webcam's thread, since a keyring may be slow.
+It is called on the webcam's thread, since a keyring may be slow.
 """
 
 NETWORK: Final = Manner(
@@ -69,7 +69,7 @@ class MjpegWebcam(Webcam):
     only the newest is decoded.
 
     Args:
-        width: Maximum columns of a frame, or 0 to keep its size.
+        width: Maximum width of a frame in pixels, or 0 to keep its size.
     """
 
     def __init__(
@@ -211,7 +211,7 @@ def _content_type(response: HTTPResponse) -> str:
 
 
 def _check_status(status: int, missing: str, hint: str) -> None:
-    """Raise an error unless the status is success, with the message `missing` for status 404."""
+    """Raise an error unless the status means success. For status 404, its message is `missing`."""
     if 300 <= status < 400:
         raise no_stream(tr("This address redirects to another one."), tr("Type that address."))
     if status == _NOT_FOUND:
@@ -245,7 +245,7 @@ class RtspWebcam(CaptureStream):
     """A camera at an RTSP address.
 
     Args:
-        width: Maximum columns of a frame, or 0 to keep its size.
+        width: Maximum width of a frame in pixels, or 0 to keep its size.
     """
 
     def __init__(

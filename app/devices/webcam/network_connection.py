@@ -103,7 +103,7 @@ class Address:
 
     @property
     def secret(self) -> bool:
-        """Whether the query contains a password, so that the address must not be saved."""
+        """Whether the query contains a password. Such an address must not be saved."""
         names = (name for name, _ in parse_qsl(urlsplit(self.path).query, keep_blank_values=True))
         return any(name.lower() in _SECRETS for name in names)
 

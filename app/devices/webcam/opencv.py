@@ -101,7 +101,7 @@ class CaptureStream(Webcam):
         self._failures = 0
 
     def begin(self, name: int | str) -> VideoDevice | None:
-        """Open a device or file by name and start to read, or return None if that fails."""
+        """Open a device or file by name and start reading, or return None if that fails."""
         self._capture, self._failures = open_capture(self._make, name), 0
         return self._capture
 
@@ -149,7 +149,7 @@ def shown_names(
 ) -> tuple[tuple[int, str], ...]:
     """Name the devices that could be opened.
 
-    Devices are called "Webcam 1" and so on if the system does not name them, or the order is
+    Devices are called "Webcam 1" and so on if the system does not name them, or if the order is
     uncertain.
     """
     command = _NAME_COMMANDS.get(system) if indices else None
@@ -240,8 +240,8 @@ class OpenCvWebcam(CaptureStream):
     """A webcam of this computer.
 
     Args:
-        is_there: Function that returns whether a device with an index exists, or None if the system
-            does not report it.
+        is_there: Function that returns whether a device with a given index exists, or None if the
+            system does not report it.
     """
 
     def __init__(
@@ -289,7 +289,7 @@ class OpenCvWebcam(CaptureStream):
 def list_webcams() -> tuple[tuple[int, str], ...]:
     """Return the webcams and HDMI grabbers of this computer with their indices.
 
-    Linux lists the devices. On other systems the first few are opened one by one, which takes
+    Linux lists the devices. On other systems, the first few are opened one by one, which takes
     seconds and turns on their indicator lights, so do not call this on the UI thread.
 
     All names are distinct.

@@ -1,4 +1,4 @@
-"""The common base of all live cameras, with its thread.
+"""The base class of all live cameras, and its thread.
 
 The thread opens the device, delivers frames in one format, and reopens the device after a failure.
 """
@@ -41,7 +41,7 @@ _LEAVING_S: Final = 12.0
 
 _RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
 GUESS_FOV_DEG: Final = 65.0
-"""Horizontal field of view in degrees to draw with if the true one is unknown.
+"""Horizontal field of view, in degrees, used for drawing if the true one is unknown.
 
 Most webcams have 60 to 78 degrees.
 """

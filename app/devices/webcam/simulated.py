@@ -151,7 +151,7 @@ class DemoViews:
         )
 
     def _shift(self, view: _SourceView, by_deg: float) -> tuple[Bytes, Bytes]:
-        """Return a view's background for a camera `by_deg` further on, and a visibility mask."""
+        """Return a view's background after turning by `by_deg` more, and a visibility mask."""
         rows, columns = view.depth.shape
         focal = self._focal / 2.0
         x = ((np.arange(columns) + 0.5 - columns / 2.0) / focal).astype(np.float32)
@@ -259,8 +259,8 @@ DEMO_SIZE: Final = (1080, 720)
 """Columns and rows of a frame of the demo."""
 
 FOV_DEG: Final = 60.0
-"""Horizontal field of view in degrees, the full width of the demo views; their height is cropped to
-36 degrees.
+"""Horizontal field of view in degrees. It covers the full width of the demo views, whose height is
+cropped to 36 degrees.
 """
 
 _STILL: Final = replace(WEBCAM, still=True)
@@ -269,8 +269,8 @@ _STILL: Final = replace(WEBCAM, still=True)
 class SimulatedWebcam(Webcam):
     """Shows the sitter of the demo location and the background at the current turn.
 
-    The camera looks at the sitter, who is at the centre of the frame and faces the lens, so its
-    heading is the turn + 180 degrees.
+    The camera looks at the sitter, who is at the centre of the frame and faces the lens. The
+    camera's heading is therefore the turn + 180 degrees.
 
     Args:
         views: Folder with the demo location's views.

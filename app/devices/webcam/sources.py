@@ -22,7 +22,7 @@ FOV_RANGE_DEG: Final = (20.0, 150.0)
 """Range of the horizontal field of view in degrees."""
 
 WIDTHS: Final = (640, 1280, 1920)
-"""Widths in pixels to request, besides 0 for the default."""
+"""Widths in pixels that can be requested, in addition to 0 for the default."""
 
 _KINDS: Final = ("webcam", "network", "video", "demo")
 _MOST_INDEX: Final = 63
@@ -79,7 +79,7 @@ class LiveSource:
 
     @property
     def text(self) -> str:
-        """The source in one line."""
+        """The source as one line of text."""
         return f"{self.kind}:{self.where}"
 
     @property
@@ -116,10 +116,10 @@ class LiveSource:
 def make_source(
     source: LiveSource, clock: Clock, *, width: int = 0, keys: Keys = no_keys
 ) -> Webcam:
-    """Create the camera for a source, not yet open. Webcams of this computer are not supported.
+    """Create the camera for a source without opening it. This computer's webcams are not supported.
 
     Args:
-        width: Maximum columns of a frame, or 0 for the default.
+        width: Maximum width of a frame in pixels, or 0 for the default.
 
     Raises:
         WebcamError: If the source is a webcam.
@@ -168,7 +168,7 @@ class SourceViews:
 
     @property
     def text(self) -> str:
-        """The settings as one line for saving, without the oldest if the line is too long."""
+        """The settings as one line for saving. If the line is too long, the oldest are omitted."""
         rows = list(self.views.items())[-_MOST_KEPT:]
         while rows:
             text = json.dumps({name: _row(view) for name, view in rows}, separators=(",", ":"))

@@ -366,7 +366,7 @@ SENTENCES: Final[Sentences] = {
         "were recovered from the bracket; highlights and shadows are less exact."
     ),
     TwoFramesAlone: tr(
-        "Two frames cannot tell an unusual tone curve from a wrong exposure time, so the "
+        "With only two frames, an unusual tone curve looks like a wrong exposure time, so the "
         "EXIF data are trusted. Add a third frame."
     ),
     FramesUnfit: tr(

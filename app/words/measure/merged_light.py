@@ -140,7 +140,7 @@ def _all(names: Sequence[str], others: Sequence[str]) -> str:
     if not others:
         return tr("every style")
     if len(others) < len(names) / 2:
-        return tr("every style but {names}", names=", ".join(others))
+        return tr("every style except {names}", names=", ".join(others))
     return ", ".join(names)
 
 
@@ -191,7 +191,7 @@ def _masking(remark: MaskingChanges) -> str:
         parts = [
             tr("Masking makes no turn worse."),
             tr(
-                "Turns move by up to {most:.0f} degrees, but the old turns are as good to "
+                "Turns move by up to {most:.0f} degrees, but the old turns are equally good to "
                 "within 1%.",
                 most=remark.moved_deg,
             ),

@@ -77,7 +77,7 @@ def _circles(remark: CirclesStitched) -> str:
 
 
 def _left_out(remark: PhotosLeftOut) -> str:
-    return tr("Left out, as no position was found: {names}.", names=listed(remark.names))
+    return tr("Left out because no position was found: {names}.", names=listed(remark.names))
 
 
 def _gaps(remark: GapsFilled) -> str:
@@ -117,8 +117,8 @@ SENTENCES: Final[Sentences] = {
         ": {blue:.2f}. The tint was corrected."
     ),
     BallSize: tr(
-        "The ball is {width_px} pixels wide, which resolves {resolution_deg:.1f}°, and "
-        "less toward its rim."
+        "The ball is {width_px} pixels wide, which resolves {resolution_deg:.1f}°, with less "
+        "detail towards its rim."
     ),
     BallSmall: tr("Move closer or use a longer lens, so that the ball is larger."),
     BallBlind: _ball_blind,
@@ -172,12 +172,12 @@ def beside_words(beside: Beside) -> str:
 
 
 def mirror_words(mirrored: bool, fits: bool | None) -> str:
-    """Say if, contrary to the setting, a film was or was not flipped, or else return "".
+    """Report whether a film was flipped if that contradicts the setting, or else return "".
 
     Args:
         mirrored: Whether the setting says that the film is mirrored.
         fits: True if only the mirror image of the film matches the place, False if only the film
-            itself does, or None if neither can be told.
+            itself does, or None if that cannot be determined.
     """
     if fits is None or fits == mirrored:
         return ""

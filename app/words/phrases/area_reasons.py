@@ -1,4 +1,4 @@
-"""Sentences for a picture's deviation from a style, by the relation between areas that fails."""
+"""Sentences on how a picture deviates from a style, by the relation between areas that fails."""
 
 from __future__ import annotations
 

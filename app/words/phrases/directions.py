@@ -1,8 +1,8 @@
 """Names for the direction of a light.
 
 The sitter's sides are named twice, as seen by the sitter and by the camera facing them. Azimuths
-have two senses. In a panorama they increase clockwise seen from above, toward the right of a person
-facing azimuth 0; on a face they increase toward the sitter's left.
+have two senses. In a panorama, they increase clockwise as seen from above, towards the right of a
+person facing azimuth 0; on a face, they increase towards the sitter's left.
 """
 
 from __future__ import annotations
@@ -143,13 +143,13 @@ LIGHTINGS: Final[dict[str, str]] = {
 }
 """Names of the lighting on a turned face.
 
-Short light falls on the side of the face away from the lens, broad light on the side toward the
+Short light falls on the side of the face away from the lens, broad light on the side towards the
 lens.
 """
 
 
 def aside_words(yaw_deg: float) -> str:
-    """Describe the nose direction relative to the lens, or return "" if it points at the lens.
+    """Describe where the nose points relative to the lens, or return "" if it points at the lens.
 
     Examples:
         >>> aside_words(30.0), aside_words(0.0)
@@ -251,7 +251,7 @@ def sitter_words(yaw_deg: float, mode: Mode = Mode.WALK, *, further: bool = Fals
 
 
 def nose_words(off_deg: float, mode: Mode = Mode.WALK) -> str:
-    """Tell the photographer how far the nose still has to turn toward the sitter's left.
+    """Tell the photographer how far the nose still has to turn towards the sitter's left.
 
     Examples:
         >>> nose_words(12.0), nose_words(-8.0, Mode.SELFIE), nose_words(0.0)
@@ -289,7 +289,7 @@ def face_direction_words(azimuth_deg: float, elevation_deg: float, *, brief: boo
     """Describe a direction from the sitter's face in degrees.
 
     Args:
-        azimuth_deg: Azimuth in degrees, positive toward the sitter's left.
+        azimuth_deg: Azimuth in degrees, positive towards the sitter's left.
         elevation_deg: Elevation in degrees, positive up.
         brief: Whether to shorten the text for a narrow line.
 
@@ -330,7 +330,7 @@ def placement_words(
     """Describe the position of a handheld lamp, without a full stop.
 
     Args:
-        azimuth_deg: Azimuth from the centre of the head in degrees, positive toward the sitter's
+        azimuth_deg: Azimuth from the centre of the head in degrees, positive towards the sitter's
             left.
         altitude_deg: Altitude from the centre of the head in degrees, positive up.
         distance_m: Distance of the lamp in metres, or None to leave it out.
@@ -349,7 +349,7 @@ def placement_words(
 
 
 def light_words(side: str, place: str = "") -> str:
-    """Describe where a style's light comes from: the side, for sitter and camera, or the position.
+    """Describe where a style's light comes from: the side (for sitter and camera) or the position.
 
     Examples:
         >>> light_words("left"), light_words("none", "from overhead")
@@ -366,7 +366,7 @@ def light_words(side: str, place: str = "") -> str:
 
 
 def place_words(side: str, place: str) -> str:
-    """Return the side of a style's lamps, for sitter and camera, or the position from its file.
+    """Return the side of a style's lamps (for sitter and camera) or the position from its file.
 
     Examples:
         >>> place_words("left", ""), place_words("none", "from overhead")
@@ -376,7 +376,7 @@ def place_words(side: str, place: str) -> str:
 
 
 def _sector(sectors: tuple[tuple[float, str, str], ...], azimuth_deg: float) -> str:
-    """Return the phrase for an azimuth in degrees, positive toward the left."""
+    """Return the phrase for an azimuth in degrees, positive towards the left."""
     azimuth = wrap(azimuth_deg)
     _, left, right = next(each for each in sectors if abs(azimuth) <= each[0])
     return left if azimuth > 0 else right
@@ -395,7 +395,8 @@ def key_words(key_deg: float, promised_deg: float) -> str:
     """Describe how a key light deviates from the promised one, or return "" if it does not.
 
     Args:
-        key_deg, promised_deg: Azimuths from the face in degrees, positive toward the sitter’s left.
+        key_deg, promised_deg: Azimuths from the face in degrees, positive towards the sitter's
+            left.
 
     Examples:
         >>> key_words(52, 40), key_words(-20, -40), key_words(40, -40), key_words(41, 40)

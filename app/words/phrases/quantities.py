@@ -49,7 +49,7 @@ def lower_first(words: str) -> str:
 
 
 def metres(distance_m: float, *, rough: bool = False) -> str:
-    """Format a distance, in centimetres below one metre.
+    """Format a distance, using centimetres below one metre.
 
     Examples:
         >>> metres(0.304), metres(0.217, rough=True), metres(1.25)

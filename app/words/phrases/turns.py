@@ -116,7 +116,7 @@ def turn_words(turn_deg: float) -> str:
 def clock_words(turn_deg: float) -> str:
     """Format a turn as an hour on a clock face lying on the floor.
 
-    The sitter faces 12 o’clock at turn 0, and the hours run clockwise seen from above.
+    The sitter faces 12 o’clock at turn 0, and the hours run clockwise as seen from above.
 
     Args:
         turn_deg: Turn in degrees, positive clockwise. A turn halfway between two hours is rounded
@@ -124,14 +124,14 @@ def clock_words(turn_deg: float) -> str:
 
     Examples:
         >>> clock_words(96.0), clock_words(-30.0), clock_words(7.0), clock_words(180.0)
-        ('toward 3 o’clock', 'toward 11 o’clock', 'toward 12 o’clock', 'toward 6 o’clock')
+        ('towards 3 o’clock', 'towards 11 o’clock', 'towards 12 o’clock', 'towards 6 o’clock')
     """
     hour = round(whole(turn_deg) / 30.0) % 12
-    return tr("toward {hour} o’clock", hour=hour or 12)
+    return tr("towards {hour} o’clock", hour=hour or 12)
 
 
 def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
-    """Return a whole instruction such as "Turn 96° clockwise, toward 3 o’clock".
+    """Return a whole instruction such as "Turn 96° clockwise, towards 3 o’clock".
 
     Args:
         turn_deg: Turn in degrees, positive clockwise.
@@ -139,7 +139,7 @@ def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
 
     Examples:
         >>> goal_words(-45.0), goal_words(0.0)
-        ('Turn 45° counter-clockwise, toward 10 o’clock', 'No turn needed')
+        ('Turn 45° counter-clockwise, towards 10 o’clock', 'No turn needed')
     """
     if direction_of(turn_deg) == "none":
         return tr("No turn needed")
@@ -164,7 +164,7 @@ def arc_words(arc_deg: tuple[float, float]) -> str:
 
 
 def leeway_words(arc_deg: tuple[float, float]) -> str:
-    """Format the width of an arc, the total leeway for a turn.
+    """Format the width of an arc as the total leeway for a turn.
 
     Args:
         arc_deg: Arc (from, to) in degrees, clockwise.
@@ -183,7 +183,7 @@ def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
     """Return the walking instruction for a direction.
 
     Returns:
-        The instruction, and a note on who or what turns too. Both are empty strings if the
+        The instruction, and a note on who or what also turns. Both are empty strings if the
         direction is ``none``.
 
     Examples:
@@ -201,7 +201,7 @@ def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> s
 
     Args:
         turn, goal: Turns in whole degrees.
-        outside: Distance to the light in whole degrees, or 0 in the light.
+        outside: Distance to the light in whole degrees, or 0 if the photo is in the light.
         rough: Whether the turn is uncertain by more than a degree.
 
     Examples:

@@ -121,7 +121,7 @@ def flow_words(flow: Flow) -> str:
 
 
 def glare_sentence(glare: Glare) -> str:
-    """Describe the light shining into the sitter's eyes, and its effect on them."""
+    """Describe the light shining into the sitter's eyes, and its effect on the sitter."""
     if not glare.warns:
         return tr("No glare in the sitter’s eyes at this turn.")
     place = face_direction_words(glare.azimuth_deg, glare.elevation_deg)

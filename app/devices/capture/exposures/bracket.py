@@ -63,7 +63,7 @@ class Run:
 
 
 def deadline_s(plan: Plan, delay_s: float = 0.0) -> float:
-    """Return the time after which a bracket has failed, in seconds."""
+    """Return the time, in seconds, after which a bracket counts as failed."""
     return sum(shot.exposure.shutter_s * 2 + FRAME_S for shot in plan.shots) + delay_s
 
 
@@ -149,7 +149,7 @@ def stop(job: CaptureJob) -> None:
 
 
 def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
-    """Stop the shot if possible, or wait for it to end, as a single photo requires."""
+    """Stop the shot if possible. Otherwise, as with a single photo, wait for it to end."""
     status = contact.ask(job.client.state).capture_status
     with suppress(DeviceError):
         if status == "self-timer countdown":
@@ -167,7 +167,8 @@ def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
 def watch(job: CaptureJob, run: Run) -> None:
     """Poll only the state until the camera has finished shooting and is idle again.
 
-    The camera must be idle twice in a row, because an SC2 reports idle once between two frames.
+    The camera must report twice in a row that it is idle, because an SC2 does so once between
+    two frames.
 
     Raises:
         CaptureFailed: If shooting takes too long.
@@ -177,7 +178,7 @@ def watch(job: CaptureJob, run: Run) -> None:
         if job.contact.ask(job.client.state).idle:
             idle += 1
         else:
-            # Skipped if the camera is idle, as the time may have passed without a connection.
+            # Skip this if the camera is idle, since the time may have passed without a connection.
             _check_deadline(job, run.until)
             idle, any_progress = 0, True
         if idle >= 2 and (any_progress or job.clock.now() - began > _UNSEEN_S):

@@ -34,7 +34,7 @@ from app.devices.errors import (
 from app.devices.theta import untrusted
 
 HEAD_BYTES: Final = 128 << 10
-"""Bytes at the start of a file that contain all headers; public Theta files need 68 kB."""
+"""Number of bytes at the start of a file that include all headers. Theta files need 68 kB."""
 
 _AUTOMATIC: Final = 2
 _ROUNDS: Final = 4

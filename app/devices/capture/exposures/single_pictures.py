@@ -25,10 +25,10 @@ from app.devices.errors import (
 from app.devices.theta.messages import CommandReply
 
 FRAME_S: Final = 15.0
-"""Maximum time in seconds that any camera needs for a photo besides its exposure."""
+"""Maximum time, in seconds, that any camera needs for a photo in addition to its exposure."""
 
 STARTS: Final = 4
-"""Attempts to start a shot when the camera does not receive the command."""
+"""Number of attempts to start a shot if the camera does not receive the command."""
 
 _MANUAL: Final = 1
 _LOOKS: Final = 5
@@ -59,17 +59,17 @@ class CameraPicture:
 
 
 class SettingsLost(Exception):
-    """The camera did not start to shoot, and may have lost its settings."""
+    """Raised when the camera did not start to shoot and may have lost its settings."""
 
 
 def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
     """Take a photo and wait until it is on the camera's storage.
 
-    After a connection loss the camera's state and files show whether it took the photo; only a
+    After a connection loss, the camera's state and files show whether it took the photo; only a
     photo that was not taken is requested again.
 
     Args:
-        longest_s: Longest time for the photo besides `FRAME_S`, in seconds.
+        longest_s: Maximum time for the photo in seconds, in addition to `FRAME_S`.
 
     Raises:
         Unreachable: If the camera never receives the command.

@@ -1,4 +1,4 @@
-"""Surplus photos on the camera, taken by this program: identifying, recording and deleting them.
+"""Identifying, recording and deleting the surplus photos that this program took on the camera.
 
 Only photos that are certainly ours are deleted, never the photographer's own.
 """
@@ -99,7 +99,7 @@ def _delete(contact: Contact, debt: SessionFrame) -> None:
 
 
 def find_listed(contact: Contact, url: str) -> SessionFrame | None:
-    """Search the camera's list for a file, newest first, or return None if it is missing."""
+    """Find a file in the camera's list, newest first, or return None if it is missing."""
     for count in (_MOST_ENTRIES, _MOST_LISTED):
         entries = contact.ask(partial(contact.client.list_files, count))
         for entry in entries:
