@@ -286,7 +286,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
     ("words", "sentence"),
     [
         (["{place}", "--lamp", "candle@0.3"], "no lamp “"),
-        (["{place}", "--lamp", "candle"], "nor in your library"),
+        (["{place}", "--lamp", "candle"], "nor a lamp in your library"),
         (["{place}", "--lamp", "phone@soon"], "not a distance"),
         (["{place}", "--lamp", "phone@90"], "cannot be used"),
         (["{place}", "--lamp", "{folder}/none.exr"], "none.exr"),

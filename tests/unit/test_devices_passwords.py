@@ -292,7 +292,7 @@ def test_the_hint_says_whether_there_is_a_first_password(
 ) -> None:
     hint = default_password_hint(model, serial)
     assert ("eight digits" in hint) is digits
-    assert ("until one is set" in hint) is not digits
+    assert ("no password yet" in hint) is not digits
     assert not serial or serial not in hint
 
 

@@ -86,13 +86,13 @@ class TestSidesAndDirections:
     def test_a_lamp_at_the_sitters_right_hand_side_needs_a_clockwise_turn(
         self, table: Table
     ) -> None:
-        # Azimuth grows to the right of who faces the centre: butterfly needs a turn toward it.
+        # Azimuth grows to the right of who faces the centre: butterfly needs a turn towards it.
         table.open(lamp_light(40.0, 35.0))
         table.presenter.choose("butterfly")
         state = table.presenter.resolve().detail
         assert state.way == "clockwise"
         assert state.direction == "clockwise"
-        assert state.clock == "toward 1 o’clock"
+        assert state.clock == "towards 1 o’clock"
         assert state.here_tag == f"Here, at {state.turn}"
 
     def test_counter_clockwise_has_a_minus_on_the_picture(self, table: Table) -> None:

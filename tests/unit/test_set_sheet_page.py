@@ -153,7 +153,7 @@ def test_it_says_the_turn_the_side_and_the_rest() -> None:
         "Light from the sitter’s left (camera right)",
         "96°",
         "clockwise",
-        "toward 3 o’clock",
+        "towards 3 o’clock",
         "Walk to your left, around the sitter.",
         "Good from 79° to 111°.",
         "88 of 100",
@@ -174,7 +174,7 @@ def test_counter_clockwise_is_to_the_right_and_on_the_other_side() -> None:
     words = said(sheet_of(turn_deg=-96.2, arc_deg=(-111.0, -79.0), side="right"))
     for text in (
         "counter-clockwise",
-        "toward 9 o’clock",
+        "towards 9 o’clock",
         "Walk to your right, around the sitter.",
         "Light from the sitter’s right (camera left)",
         "Good from −111° to −79°.",
@@ -200,7 +200,7 @@ def test_the_photographer_walks_around_the_plan(turn: float) -> None:
 @pytest.mark.parametrize("turn", [90.0, -90.0, 30.0])
 def test_the_sitter_faces_the_photographer(turn: float) -> None:
     page = draw(sheet_of(turn_deg=turn, arc_deg=(turn - 2, turn + 2)))
-    # The nose sticks out of the head toward the photographer and nowhere else.
+    # The nose sticks out of the head towards the photographer and nowhere else.
     assert near(page, at_turn(CENTRE, 31.0, turn), Print.INK, 2.0) > 8
     assert near(page, at_turn(CENTRE, 31.0, turn + 180.0), Print.INK, 2.0) == 0
     assert near(page, at_turn(CENTRE, 31.0, -turn), Print.INK, 2.0) == 0

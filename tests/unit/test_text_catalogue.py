@@ -71,7 +71,7 @@ def test_an_unknown_language_is_refused() -> None:
 
 def test_the_test_language_changes_all_but_placeholders_and_tags() -> None:
     set_language("test")
-    shown = tr("Turn <b>{turn}</b> toward 3 o’clock &amp; hold", turn="left")
+    shown = tr("Turn <b>{turn}</b> towards 3 o’clock &amp; hold", turn="left")
     assert "<b>left</b>" in shown
     assert "&amp;" in shown
     assert shown.startswith("[")

@@ -69,7 +69,7 @@ def test_the_hour_is_the_nearest_on_a_clock_that_lies_on_the_floor(turn: int) ->
 
 
 def test_goal_words_of_the_mock_up() -> None:
-    assert turns.goal_words(95.6) == "Turn 96° clockwise, toward 3 o’clock"
+    assert turns.goal_words(95.6) == "Turn 96° clockwise, towards 3 o’clock"
     assert turns.goal_words(0.2) == "No turn needed"
 
 
@@ -90,7 +90,7 @@ def test_walking_words_are_what_the_feet_must_do(turn: float, direction: Directi
 @pytest.mark.parametrize("turn", [-150.0, 0.0, 170.0])
 @pytest.mark.parametrize("direction", ["clockwise", "counter-clockwise"])
 def test_selfie_words_are_what_the_own_body_must_do(turn: float, direction: Direction) -> None:
-    """Who faces the turn's azimuth and turns on the spot: toward the shoulder that is named."""
+    """Who faces the turn's azimuth and turns on the spot: towards the shoulder that is named."""
     step = 1.0 if direction == "clockwise" else -1.0
     before, after = sphere.direction(turn, 0.0), sphere.direction(turn + step, 0.0)
     left = np.cross(np.array([0.0, 1.0, 0.0]), before)
@@ -117,7 +117,7 @@ def test_a_known_lamp_from_solve_to_words() -> None:
     assert turns.direction_words(turn) == "clockwise"
     assert turns.walking_words(direction_of(turn), Mode.WALK)[0] == "Walk to your left"
     assert turns.walking_words(direction_of(turn), Mode.SELFIE)[0] == "Turn to your right"
-    assert turns.clock_words(turn) == "toward 4 o’clock"
+    assert turns.clock_words(turn) == "towards 4 o’clock"
     mirrored = found["right-split"].turn_refined_deg
     assert turns.turn_words(mirrored) == f"{turns.size_words(mirrored)} counter-clockwise"
     assert turns.walking_words(direction_of(mirrored), Mode.WALK)[0] == "Walk to your right"

@@ -19,9 +19,9 @@ def test_by_eye_names_what_is_missing() -> None:
     shown, _ = guide(GOAL, Reading(None, 0.0, HeadingSource.STARTING))
     words = guide_words(shown, Mode.WALK, "Starting the webcam")
     assert words.spoken == (
-        "Starting the webcam. Turn 96° clockwise, toward 3 o’clock. Walk to your left."
+        "Starting the webcam. Turn 96° clockwise, towards 3 o’clock. Walk to your left."
     )
-    assert words.headline == "Starting the webcam. Turn 96° clockwise, toward 3 o’clock"
+    assert words.headline == "Starting the webcam. Turn 96° clockwise, towards 3 o’clock"
 
 
 def test_the_spoken_words_name_light_number_and_direction() -> None:

@@ -81,7 +81,7 @@ class DetailState:
         peaks: Turns of the other peaks in degrees.
         needle: Displayed turn in degrees.
         turn: For example "96°".
-        direction, clock: For example "clockwise" and "toward 3 o’clock".
+        direction, clock: For example "clockwise" and "towards 3 o’clock".
         good_from, match, contrast: For example "79° to 111°", "96" and "62% of the studio’s".
         ratio, ratio_short, ratio_tip: For example "2.3 stops", "4.9:1 key + fill : fill" and the
             whole sentence.
