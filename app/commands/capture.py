@@ -295,7 +295,7 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
     Args:
         info: The camera's description of itself, or None. A camera that requires a password sends
             it only after login.
-        credentials: Credentials typed for this camera, or None if they came from the keyring or
+        credentials: Credentials typed for this camera, or None if they came from the keyring or if
             there are none. They are not saved if the camera never asked for them, since they may be
             wrong.
     """

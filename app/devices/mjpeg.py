@@ -56,9 +56,10 @@ class MjpegParser:
     """Extracts frames from a stream of bytes in packets of any size.
 
     A part consists of a boundary line, header lines, an empty line and the frame. With a correct
-    Content-Length the frame has that length; otherwise the parser finds its end by walking through
-    its segments, so that an embedded thumbnail does not end it. A frame cut off by the next
-    boundary is dropped. Without a boundary, frames are found by their first bytes.
+    Content-Length, the frame has that length. Otherwise, the parser walks through the segments of
+    the frame to find its end, so that an embedded thumbnail is not mistaken for the end. A frame
+    cut off by the next boundary is dropped. Without a boundary, frames are found by their first
+    bytes.
     """
 
     def __init__(self, boundary: str = "") -> None:
@@ -211,7 +212,7 @@ class MjpegParser:
         self._state = MjpegParser._seek
 
     def _next_boundary(self) -> tuple[int, int] | None:
-        """Return the start of the next boundary and the end of its line, or None without one."""
+        """Return the start and end of the next boundary line, or None if there is none."""
         if not self._mark:
             return None
         # The plain search is several times faster and almost always finds nothing.

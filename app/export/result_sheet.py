@@ -1,4 +1,4 @@
-"""The result sheet: one image of the styles possible at a place, for print, mail and notebooks.
+"""The result sheet: one image of the styles possible at a place, for prints, email and notebooks.
 
 It has a header, the panorama with the turns of the styles, the best style, a card for each style
 and a key.
@@ -78,8 +78,8 @@ def draw_sheet(
     Args:
         draw: Function that renders a style by name, as for `CardData.draw`.
         front_deg: Panorama azimuth from which turns are measured, in degrees.
-        places: Where the light comes from, in words, by style name, for styles without a side, or
-            None to use the words of the built-in styles.
+        places: Words for where the light comes from, keyed by the name of a style without a side,
+            or None to use those of the built-in styles.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.

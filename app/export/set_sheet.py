@@ -68,8 +68,8 @@ class SetSheet:
         reason: Why the style is out of reach here, or None if it is within reach.
         ratio, glare, flow: Readings of the picture and the light at this turn, or None to omit the
             line.
-        draw: Function that renders target and picture as on screen, (h, w, 3) uint8 sRGB, at a size
-            given in rows and columns.
+        draw: Function that renders the target and the picture as on screen, (h, w, 3) uint8 sRGB,
+            at a size given in rows and columns.
     """
 
     title: str

@@ -20,7 +20,7 @@ def full_title(style: Style) -> str:
 
 
 def caution_words(style: str) -> str | None:
-    """State, without a full stop, that a style's turn is less certain, or return None if not."""
+    """Warn that a style's turn is less certain, without a full stop. Return None if it is not."""
     spread_deg = spread_of(style)
     if spread_deg is None:
         return None

@@ -52,7 +52,10 @@ def quality_words(value: float) -> str:
 
 
 def numbers_words(match: float, quality: float | None) -> str:
-    """Format the match as on cards and plots, preceded by C if the paper's rule applies."""
+    """Format the match as it appears on cards and plots.
+
+    It is preceded by C if the paper's rule applies.
+    """
     if quality is None:
         return tr("match {match}", match=str(whole_of(match)))
     return tr(
@@ -66,22 +69,22 @@ def verdict_sentence(result: StyleResult) -> str:
     """Describe the best match that a place allows for a style that is out of reach.
 
     Returns:
-        A text such as "Best match here is 29 at 62° counter-clockwise. The limit is 45."
+        A text such as "The best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
     turn = result.turn_refined_deg
     values = {"turn": turn_words(turn)}
     if result.grade is not None:
         values["best"] = str(whole_of(result.match))
         if whole(turn) == 0:
-            return tr("Best match here is {best} without a turn.", **values)
-        return tr("Best match here is {best} at {turn}.", **values)
+            return tr("The best match here is {best} without a turn.", **values)
+        return tr("The best match here is {best} at {turn}.", **values)
     if result.match >= LIMITS.match:
         values |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f}%"}
         if whole(turn) == 0:
             return tr(
-                "Best contrast here is {best} without a turn. The limit is {limit}.", **values
+                "The best contrast here is {best} without a turn. The limit is {limit}.", **values
             )
-        return tr("Best contrast here is {best} at {turn}. The limit is {limit}.", **values)
+        return tr("The best contrast here is {best} at {turn}. The limit is {limit}.", **values)
     match = whole_of(result.match)
     values |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
     if match < _UNLIKE:
@@ -90,8 +93,8 @@ def verdict_sentence(result: StyleResult) -> str:
             **values,
         )
     if whole(turn) == 0:
-        return tr("Best match here is {best} without a turn. The limit is {limit}.", **values)
-    return tr("Best match here is {best} at {turn}. The limit is {limit}.", **values)
+        return tr("The best match here is {best} without a turn. The limit is {limit}.", **values)
+    return tr("The best match here is {best} at {turn}. The limit is {limit}.", **values)
 
 
 def paper_verdict(quality: float) -> str:

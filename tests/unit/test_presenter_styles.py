@@ -186,7 +186,7 @@ class TestCards:
         table.presenter.choose("left-loop")
         detail = table.presenter.resolve().detail
         assert detail.reason == f"{reason_sentence(shallow.shortfall)}."
-        assert detail.verdict.startswith(f"Best match here is {math.floor(result.match)} at ")
+        assert detail.verdict.startswith(f"The best match here is {math.floor(result.match)} at ")
 
     def test_what_a_picture_may_be_taken_for_is_said(self, table: Table) -> None:
         table.open(scene_light())
@@ -285,7 +285,7 @@ class TestStates:
         assert not result.attainable
         turn = f"{abs(whole(result.turn_refined_deg))}° {detail.direction}"
         number = max(math.floor(result.match), 0)
-        assert detail.verdict == f"Best match here is {number} at {turn}."
+        assert detail.verdict == f"The best match here is {number} at {turn}."
         assert detail.reason == f"{reason_sentence(result.shortfall)}."
         assert (detail.main, detail.main_words) == ("lamp", "Try a lamp")
         table.presenter.main()

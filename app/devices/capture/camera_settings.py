@@ -230,7 +230,7 @@ def restore_or_say(contact: Contact, session: Session) -> str:
 
 
 def untaken_words(names: Sequence[str]) -> str:
-    """Return a sentence that lists the settings that could not be restored, or "" if none."""
+    """Return a sentence naming the settings that were not restored, or "" if there are none."""
     if not names:
         return ""
     return tr(

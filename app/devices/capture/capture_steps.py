@@ -163,7 +163,7 @@ class Capture:
 
 
 def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
-    """Return the remaining steps of a session, without the camera if all files are complete."""
+    """Return the remaining steps of a session. If all files are complete, they skip the camera."""
     journal = job.session.journal
     if job.session.complete:
         return (_take_stock, _merge)

@@ -171,7 +171,7 @@ class Contact:
         """Repeat a call until it succeeds. The call must be safe to repeat.
 
         Args:
-            passing: Codes of temporary refusals, besides those of a busy camera.
+            passing: Codes of temporary refusals, in addition to those of a busy camera.
 
         Raises:
             DeviceError: If the camera refuses, or does not answer after all retries.
@@ -422,7 +422,7 @@ def _place(url: str) -> tuple[str, str]:
 
 
 def _path(url: str) -> str:
-    """Return the path of a URL, since its host changes with the network."""
+    """Return only the path of a URL, since the host changes with the network."""
     _, absolute, rest = url.partition("://")
     return f"/{rest.partition('/')[2]}" if absolute else url
 

@@ -371,7 +371,7 @@ def _beside(folder: Path, stem: str, ending: str = "") -> Path:
 
 
 def _on_camera(url: str) -> str:
-    """Return the path and query of a URL, since the host changes with the network."""
+    """Return only the path and query of a URL, since the host changes with the network."""
     return urlsplit(url)._replace(scheme="", netloc="").geturl()
 
 

@@ -1,1 +1,1 @@
-"""A well-behaved simulated camera of any model, which answers over HTTP."""
+"""A well-behaved simulated camera of any model that answers over HTTP."""

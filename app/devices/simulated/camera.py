@@ -108,7 +108,7 @@ class SimulatedCamera(CameraBody):
         clock: Clock of the camera. On a `VirtualClock`, frames are rendered when first used;
             otherwise, a thread renders them while the camera shoots (`close` ends the thread).
         rate_mbit: Transfer rate of files in megabits per second, or None for no limit.
-        shape: Rows and columns of all frames, for quick tests, or None for those of the options.
+        shape: Rows and columns of all frames, for quick tests, or None to follow the options.
         date: Date and time of the camera's clock, or None for noon on a summer day.
 
     Raises:

@@ -1,8 +1,8 @@
 """The models of the simulated camera.
 
 Each row of the camera table is one model. Metadata (maker, padded model, software) come from public
-sample files, and replies follow public replies; undocumented values (SC2, A1) are guesses. The
-sensor values are typical of the pixel pitch, since Ricoh publishes none; they affect only the
+sample files, and replies are modelled on public ones; undocumented values (SC2, A1) are guesses.
+The sensor values are typical of the pixel pitch, since Ricoh publishes none; they affect only the
 noise.
 """
 
@@ -179,7 +179,7 @@ class Personality:
 
 
 def _listed(values: Iterable[float]) -> tuple[float, ...]:
-    """Return a sorted list in the format of cameras, with whole numbers as int."""
+    """Return a sorted list as cameras format it, with whole numbers as int."""
     return tuple(int(value) if value == int(value) else value for value in sorted(values))
 
 

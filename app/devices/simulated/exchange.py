@@ -125,7 +125,7 @@ def file_reply(
     *,
     ranges: bool,
 ) -> Reply:
-    """Return a reply with a file, or with the requested range of it.
+    """Return a reply with a file or the requested part of it.
 
     Args:
         rate_mbit: Transfer rate in megabits per second, or None for no limit.

@@ -258,7 +258,7 @@ class Shooter:
     """The part of a camera that takes photos.
 
     Args:
-        shape: Rows and columns of all frames, or None for those of the options.
+        shape: Rows and columns of all frames, or None to follow the options.
         manual_gains: Sensitivity of the front and the back lens in the manual program.
     """
 

@@ -100,7 +100,7 @@ def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
 
 
 def same_camera(one: FoundCamera, other: FoundCamera) -> bool:
-    """Return whether two entries are the same camera, by serial number and model or by address."""
+    """Return whether two entries agree in serial number and model, or in their address."""
     if one.serial and other.serial and one.serial != other.serial:
         return False
     if one.endpoint == other.endpoint:

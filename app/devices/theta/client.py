@@ -282,7 +282,7 @@ class OscClient:
         return self._patiently(ask)
 
     def _put(self, path: str, name: str, body: Mapping[str, Any] | None) -> JsonValue:
-        """Send a request with its own timeout, which doubles after each timeout."""
+        """Send a request with its own time limit, which doubles after each timeout."""
         what = name or path
         late = self._late.pop(what, 0)
         patience = _PATIENCE_S.get(what, self.link.timeouts.read_s) * 2.0**late

@@ -1,4 +1,4 @@
-"""Search for cameras on their own Wi-Fi, at the last address and by network announcements.
+"""Search for cameras on their own Wi-Fi, at the last address and through announcements.
 
 All addresses are queried at once, each in a separate thread, since an unused address may silently
 drop everything sent to it. A device counts only if it describes itself as an OSC camera, or if it

@@ -104,7 +104,7 @@ class Endpoint:
         Raises:
             BadReply: With the code "bad-url" if the URL is longer than `LONGEST_URL`, has a scheme
                 other than HTTP, a password, a fragment, an invalid character, or "." or ".." in its
-                path, in any spelling.
+                path, even if percent-encoded.
         """
         if len(url) > LONGEST_URL:
             raise _bad_url(tr("it is too long"))

@@ -1,6 +1,6 @@
 """Video files: playback as a live camera, and a writer.
 
-As a live camera, a video plays at its own frame rate in a loop.
+As a live camera, a video loops at its own frame rate.
 """
 
 from __future__ import annotations

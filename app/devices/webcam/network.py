@@ -58,7 +58,7 @@ def _name(address: Address) -> str:
 
 
 def no_keys() -> Credentials | None:
-    """Return None, for a camera without a password."""
+    """Return None. This is the default, for a camera without a password."""
     return None
 
 

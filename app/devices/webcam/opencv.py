@@ -130,7 +130,7 @@ class CaptureStream(Webcam):
 
 
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
-    """Return the webcams listed by Linux, without the additional nodes of a device without video.
+    """Return the webcams listed by Linux, except for additional device nodes without video.
 
     All names are distinct.
     """

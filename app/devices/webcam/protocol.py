@@ -304,7 +304,7 @@ class Webcam(ABC):
 
 @atexit.register
 def _leave() -> None:
-    """Wait for threads in a blocking read, since a read that returns during exit would abort."""
+    """Wait for blocked reads to end, since a read that returns during exit aborts the process."""
     running = dict(_RUNNING)
     for token, cut in running.values():
         token.cancel()

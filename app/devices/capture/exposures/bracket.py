@@ -56,7 +56,7 @@ class _NotHeard(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A bracket in progress, with its start and deadline on the clock."""
+    """A bracket in progress, with its start and its deadline in clock time."""
 
     began: float
     until: float

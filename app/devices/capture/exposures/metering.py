@@ -150,7 +150,7 @@ def _most_shots(job: CaptureJob) -> int:
 
 
 def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
-    """Return the sorted numbers of a list that are within the limits, without 0 (automatic)."""
+    """Return the numbers of a list that are within the limits, sorted and without 0 (automatic)."""
     if not isinstance(support, list) or len(support) > _MOST_VALUES:
         return ()
     numbers = {untrusted.number(value) for value in support}

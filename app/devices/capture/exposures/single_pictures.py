@@ -145,7 +145,7 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
 
 
 def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
-    """Request the status of a command once, with the id of its first reply.
+    """Request the status of a command once, using the id from its first reply.
 
     Raises:
         Unreachable: If the camera sent no id, or no longer knows the command.

@@ -73,7 +73,7 @@ def _claim_shot(contact: Contact, session: Session) -> None:
 
 
 def in_time(start: ShotStart, entry: FileEntry) -> bool:
-    """Return whether a photo was taken at the time of the request, by the camera's own clock."""
+    """Return whether the camera's own clock dates a photo to the time of the request."""
     began, shot_time = camera_time(start.camera_time), camera_time(entry.date_time)
     if began is None or shot_time is None:
         return False

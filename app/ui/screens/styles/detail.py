@@ -85,7 +85,7 @@ class DetailState:
         good_from, match, contrast: For example "79° to 111°", "96" and "62% of the studio’s".
         ratio, ratio_short, ratio_tip: For example "2.3 stops", "4.9:1 key + fill : fill" and the
             whole sentence.
-        verdict, reason: For a style out of reach, for example "Best match here is 29 at 62°
+        verdict, reason: For a style out of reach, for example "The best match here is 29 at 62°
             counter-clockwise. The limit is 45." and the reason.
         panorama: Panorama of the place, (H, W, 3) uint8 sRGB, or None. All states of a place share
             the same object.
