@@ -30,7 +30,7 @@ _LARGEST_ENVIRONMENT = 256
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bake``."""
     parser.description = tr(
-        "Compute how light from every direction falls on a head, and the studio pictures "
+        "Compute how light from every direction falls on a head, and render the studio pictures "
         "of all styles on it, from the front and with the head turned. An interrupted bake "
         "resumes where it left off. Writes T.npz, T.styles.npz, T.shape.npz and T.views.npz."
     )

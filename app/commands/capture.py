@@ -380,7 +380,7 @@ def _is_file(output: Path) -> bool:
 def _next_bracket(path: Path, token: Token) -> IncomingBracket:
     """Wait for the first complete bracket, and report files that are skipped."""
     folder = WatchedFolder(path, SystemClock(), say=say)
-    say(tr("Waiting for pictures in {folder}. Press Ctrl-C to stop.", folder=folder.folder))
+    say(tr("Waiting for photos in {folder}. Press Ctrl-C to stop.", folder=folder.folder))
     bracket = next(folder.brackets(token))
     say(*bracket.reasons)
     return bracket

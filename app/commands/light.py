@@ -86,7 +86,7 @@ _REACHES = ("any", "floor", "arm")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``light``."""
     parser.description = tr(
-        "Find how far to turn and where to hold a lamp so that a place gives a style. "
+        "Find how far to turn and where to hold a lamp to get a style at a place. "
         "Azimuth is measured from the front of the face, positive towards the sitter’s left. "
         "Altitude is positive upwards. Distances are measured from the middle of the head."
     )
@@ -215,7 +215,7 @@ def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
         return lamp
     if isinstance(lamp, NumbersLamp):
         raise CoreError(
-            tr("{title} already has a brightness.", title=lamp_title(lamp.kind)),
+            tr("The brightness of {title} is already known.", title=lamp_title(lamp.kind)),
             tr("Leave out --lamp-lux, or use a capture of the lamp."),
         )
     return with_lux(lamp, lux)

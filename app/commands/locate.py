@@ -109,7 +109,7 @@ def _table(search: PhotoSearch) -> str:
         *last,
     ]
     if search.mirrored:
-        lines.append(tr("The photo is mirrored, as some phones save selfies."))
+        lines.append(tr("The photo is mirrored, which is how some phones save selfies."))
     return "\n".join([*lines, *photo_warnings(search)])
 
 

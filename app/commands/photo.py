@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add = partial(argument, parser)
     add("picture PICTURE", tr("a JPEG, PNG, TIFF, WebP or raw file"), type=Path)
-    add("--place PLACE", tr("place or panorama of the same spot"), type=Path)
+    add("--place PLACE", tr("a place or a panorama of the same spot"), type=Path)
     add("--style NAME", tr("the style you wanted (default: the best one for the place)"))
     add(
         "--mirrored",

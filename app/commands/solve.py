@@ -276,7 +276,7 @@ def _table(
     unsure = [_full(result) for result in results if _caution(result)]
     if unsure:
         words = tr(
-            "Less certain, as the turn varies with the sitter’s head and skin: {styles}.",
+            "Less certain, because the turn varies with the sitter’s head and skin: {styles}.",
             styles=", ".join(unsure),
         )
         lines += ["", words]

@@ -26,10 +26,10 @@ _SCHEME: Final = re.compile(r"(?:^|[\s,])digest\s+", re.IGNORECASE)
 _LONGEST_CHALLENGE: Final = 2000
 _TOKEN: Final = re.compile(r"[^\x00-\x1f\x7f\"\\]{0,300}")
 _WHERE: Final = tr(
-    'The user name is "THETA" followed by the full serial number on the camera\'s '
+    'The user name is "THETA" followed by the full serial number on the camera’s '
     "base, such as THETAYL00105377; the password is the digits of that "
     "number unless the owner has set a different one. Newer cameras have no password "
-    "until one is set in Ricoh's app over the camera's own Wi-Fi."
+    "until one is set in Ricoh’s app over the camera’s own Wi-Fi."
 )
 
 SERVICE: Final = "Turnlight camera"
@@ -39,12 +39,12 @@ _LONGEST: Final = 256
 _MOST_BYTES: Final = 4096
 _PATIENCE_S: Final = 30.0
 _NOT_KEPT: Final = tr(
-    "No keyring is available on this computer, so the camera's password is not saved."
+    "No keyring is available on this computer, so the camera’s password is not saved."
 )
 _NO_DEFAULT: Final = {"RICOH THETA Z1": range(10, 51), "RICOH THETA X": range(10, 31)}
 _SET_FIRST: Final = tr(
-    "This camera has no password yet: set one in Ricoh's app "
-    "over the camera's own Wi-Fi, then switch its Wi-Fi off and on."
+    "This camera has no password yet: set one in Ricoh’s app "
+    "over the camera’s own Wi-Fi, then switch its Wi-Fi off and on."
 )
 _T = TypeVar("_T")
 
@@ -234,7 +234,7 @@ def default_password_hint(model: str, serial: str) -> str:
     digits = serial.strip().upper().removeprefix("THETA").lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
     digits_rule = tr(
         "Unless the owner has set a different one, the password is the eight digits "
-        "of the serial number on the camera's base, without the letters."
+        "of the serial number on the camera’s base, without the letters."
     )
     if name.startswith("RICOH360 THETA A1"):
         return _SET_FIRST
@@ -243,7 +243,7 @@ def default_password_hint(model: str, serial: str) -> str:
     newer = _NO_DEFAULT.get(name)
     if newer is None or not digits[:2].isdecimal():
         return tr(
-            "{digits_rule} Newer cameras have no password until one is set in Ricoh's app.",
+            "{digits_rule} Newer cameras have no password until one is set in Ricoh’s app.",
             digits_rule=digits_rule,
         )
     return _SET_FIRST if int(digits[:2]) in newer else digits_rule

@@ -173,7 +173,7 @@ def missing_library(message: str) -> DesktopError:
     if (old := _TOO_OLD.search(message)) is not None:
         return DesktopError(
             tr(
-                "This system is too old for Turnlight's libraries: {library} is missing.",
+                "This system is too old for Turnlight’s libraries: {library} is missing.",
                 library=old[1],
             ),
             tr("Debian 12, Ubuntu 22.04, Fedora 36 and later versions include it."),

@@ -161,7 +161,7 @@ def test_a_watched_folder_gives_the_bracket_that_comes(tmp_path: Path) -> None:
     folder.mkdir()
     process = start("--watch", folder, "-o", tmp_path / "out", "--json")
     assert process.stderr is not None
-    assert "Waiting for pictures" in process.stderr.readline()
+    assert "Waiting for photos" in process.stderr.readline()
     write_bracket(folder, light, THETA_V, exposures, shape=(128, 256))
     code, out, err = finish(process)
     assert code == 0, err

@@ -222,7 +222,7 @@ def test_what_a_meter_reads_makes_a_lamp_comparable(
     assert told["comparable"] is True
     assert told["match"] == pytest.approx(right["match"], abs=1e-3)
     assert main(["light", *words, "phone", "--lamp-lux", "9"]) == 2
-    assert "already has a brightness" in capsys.readouterr().err
+    assert "is already known" in capsys.readouterr().err
 
 
 def test_captures_of_unknown_exposure_are_taken_alike_and_that_is_said(

@@ -126,7 +126,7 @@ def test_all_that_is_missing_is_named_at_once(monkeypatch: pytest.MonkeyPatch) -
         (
             "/lib/x86_64-linux-gnu/libc.so.6: version `GLIBC_2.34' not found (required by "
             "/home/me/.venv/lib/python3.11/site-packages/PySide6/Qt/lib/libQt6Core.so.6)",
-            "too old for Turnlight's libraries: GLIBC_2.34",
+            "too old for Turnlight’s libraries: GLIBC_2.34",
         ),
         ("/lib/x86_64-linux-gnu/libEGL.so.1: file too short", "install --reinstall libegl1"),
         ("libmystery.so.2: cannot open shared object file", "Install the package"),

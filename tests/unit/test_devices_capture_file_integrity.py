@@ -58,7 +58,7 @@ def test_nominal_thirds_pass(tmp_path: Path) -> None:
 @pytest.mark.parametrize("count", [2, 3])
 def test_equal_exposures_are_refused_and_the_files_stay(tmp_path: Path, count: int) -> None:
     paths = write(tmp_path, (TIMES[0],) * count)
-    with pytest.raises(CaptureFailed, match="equal exposures instead of a bracket") as caught:
+    with pytest.raises(CaptureFailed, match="identical exposures instead of a bracket") as caught:
         check_frames(paths, PLAN)
     assert {2: "two", 3: "three"}[count] in caught.value.message
     assert caught.value.code == "equal-exposures"

@@ -89,7 +89,7 @@ def test_another_camera_does_not_go_on_with_a_session(tmp_path: Path) -> None:
     when(made, "startCapture", lambda: weather.lose(1e6))
     with pytest.raises(DeviceError):
         made.shoot()
-    with pytest.raises(CameraNotReady, match="Another camera"):
+    with pytest.raises(CameraNotReady, match="A different camera"):
         rig(tmp_path, "Z1").shoot()
 
 

@@ -340,7 +340,7 @@ def test_equal_exposures_are_refused(
 
     monkeypatch.setattr(shooter, "plan", same)
     before = copy.deepcopy(made.camera.options)
-    with pytest.raises(CaptureFailed, match="three equal exposures") as caught:
+    with pytest.raises(CaptureFailed, match="three identical exposures") as caught:
         made.shoot()
     assert "kept" in caught.value.hint
     assert len(list((made.folder / "originals").glob("*.JPG"))) == 3
@@ -399,7 +399,7 @@ def test_a_session_that_is_only_merged_gives_back_what_it_owes(tmp_path: Path) -
 def test_another_camera_does_not_get_what_is_owed(tmp_path: Path) -> None:
     owed = Session.open(owing(tmp_path)[0].folder)
     other = rig(tmp_path, "Z1")
-    with pytest.raises(CameraNotReady, match="Another camera"):
+    with pytest.raises(CameraNotReady, match="A different camera"):
         capture(other).give_back()
     # A session that only has to be merged does not need its camera, and takes no other for it.
     owed.update(finished="", stage="merging")

@@ -130,7 +130,7 @@ def test_a_camera_in_its_own_wifi() -> None:
 def test_nothing_found_says_what_to_do_next() -> None:
     result = search(Net())
     assert result == Discovery()
-    with pytest.raises(Unreachable, match=r"No camera was found\. Switch on the camera's Wi-Fi"):
+    with pytest.raises(Unreachable, match=r"No camera was found\. Switch on the camera’s Wi-Fi"):
         result.one()
 
 

@@ -550,5 +550,5 @@ def test_the_command_says_what_it_passes_over_while_it_waits(
     monkeypatch.setattr(capture, "SystemClock", Clock)
     with pytest.raises(Cancelled):
         capture._next_bracket(tmp_path, token)
-    assert "Waiting for pictures" in said[0]
+    assert "Waiting for photos" in said[0]
     assert "".join(said).count(".cr3 are skipped") == 1

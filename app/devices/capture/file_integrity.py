@@ -1,7 +1,7 @@
 """Integrity of downloaded files: complete JPEGs, and EXIF that matches the planned bracket.
 
-Some cameras silently ignore settings: they take three equal exposures, or ignore ISO outside the
-manual program. `core.measure` reports what a bracket reveals on its own, such as lenses with
+Some cameras silently ignore settings: they take three identical exposures, or ignore ISO outside
+the manual program. `core.measure` reports what a bracket reveals on its own, such as lenses with
 different exposures, or copies.
 """
 
@@ -52,15 +52,15 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
         Sentences about frames whose exposures differ from the plan. Their actual values are used.
 
     Raises:
-        CaptureFailed: If the exposures are equal, so that the frames are not a bracket, or if the
-            camera tone-mapped the frames.
+        CaptureFailed: If the exposures are identical, so that the frames are not a bracket, or if
+            the camera tone-mapped the frames.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
     if names := rendered_frames(headers):
         raise CaptureFailed(
             tr_plural(
-                "{names} was taken with the camera's HDR or range compensation on.",
-                "{names} were taken with the camera's HDR or range compensation on.",
+                "{names} was taken with the camera’s HDR or range compensation on.",
+                "{names} were taken with the camera’s HDR or range compensation on.",
                 len(names),
                 names=listed(names),
             ),
@@ -96,7 +96,7 @@ def _check_different(headers: Sequence[Header]) -> None:
         return
     number = _NUMBERS.get(len(stops), str(len(stops)))
     raise CaptureFailed(
-        tr("The camera took {number} equal exposures instead of a bracket.", number=number),
+        tr("The camera took {number} identical exposures instead of a bracket.", number=number),
         tr(
             "Restart the camera, close other apps that use it and shoot again. The files were kept."
         ),

@@ -24,7 +24,7 @@ _HEAT: Final = (
 )
 _BLOCKING: Final = {
     "NO_MEMORY": (
-        tr("The camera's storage is full."),
+        tr("The camera’s storage is full."),
         tr("Delete photos that you have already copied from the camera, then try again."),
     ),
     "FILE_NUMBER_OVER": (
@@ -32,7 +32,7 @@ _BLOCKING: Final = {
         tr("Copy its photos, delete them from the camera, then try again."),
     ),
     "BATTERY_CHARGE_FAIL": (
-        tr("The camera's battery cannot be charged."),
+        tr("The camera’s battery cannot be charged."),
         tr("Unplug the camera, let it cool down or change the battery."),
     ),
     "HIGH_TEMPERATURE": _HEAT,
@@ -83,7 +83,7 @@ def check_ready(job: CaptureJob) -> None:
     if state.plugin_running:
         raise CameraNotReady(
             tr("A plug-in is running on the camera."),
-            tr("Close the plug-in with the camera's Mode button or in its app, then try again."),
+            tr("Close the plug-in with the camera’s Mode button or in its app, then try again."),
             "plug-in",
         )
     _check_storage(job)
@@ -131,11 +131,11 @@ def _check_firmware(info: Info, profile: ModelProfile) -> None:
         version = ".".join(str(number) for number in profile.min_firmware)
         raise CameraNotReady(
             tr(
-                "The camera's firmware {firmware} is too old; {version} is needed.",
+                "The camera’s firmware {firmware} is too old; {version} is needed.",
                 firmware=info.firmware_text,
                 version=version,
             ),
-            tr("Update the firmware with Ricoh's app for computers."),
+            tr("Update the firmware with Ricoh’s app for computers."),
             "firmware",
         )
 
@@ -156,7 +156,7 @@ def _check_state(state: State) -> None:
     level, charging = state.battery_level, state.battery_state in ("charging", "charged")
     if level is not None and level < _LOW_BATTERY and not charging:
         raise CameraNotReady(
-            tr("The camera's battery is too low for a bracket ({level:.0%}).", level=level),
+            tr("The camera’s battery is too low for a bracket ({level:.0%}).", level=level),
             tr("Charge the battery or connect the camera to power, then try again."),
             "battery",
         )

@@ -108,7 +108,7 @@ _LAST_SHOOTING_S: Final = 60.0
 _MARKS: Final = ("captureMode", "exposureProgram", "whiteBalance", "_filter", "sleepDelay")
 _JPEG: Final = (".jpg", ".jpeg")
 _REJOIN: Final = tr(
-    "Join the camera's Wi-Fi again and stay near it; restart the camera if it does "
+    "Join the camera’s Wi-Fi again and stay near it; restart the camera if it does "
     "not answer. Its photos are safe: open this session again to continue."
 )
 
@@ -247,7 +247,7 @@ class Contact:
         if self.serial and info.serial_number != self.serial:
             raise CameraNotReady(
                 tr(
-                    "Another camera answers now ({model}, {serial}).",
+                    "A different camera is answering ({model}, {serial}).",
                     model=info.model,
                     serial=info.serial_number,
                 ),

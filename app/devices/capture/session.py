@@ -317,7 +317,7 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
             data = stream.read(_MAX_BYTES)
         return journal_of(data), []
     except FileNotFoundError:
-        return fresh, [tr("The session's journal is missing; a new one was started.")]
+        return fresh, [tr("The session’s journal is missing; a new one was started.")]
     except OSError as error:
         raise CoreError(
             tr("Cannot read {path}: {reason}.", path=path, reason=words_of(error))
@@ -334,7 +334,7 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
         aside = _beside(folder, "session.damaged", ".json")
         path.rename(aside)
         sentence = tr(
-            "The session's journal was damaged; it was kept as {kept} and a new one was started.",
+            "The session’s journal was damaged; it was kept as {kept} and a new one was started.",
             kept=aside.name,
         )
         return fresh, [sentence]

@@ -121,6 +121,6 @@ def _deaf(error: BaseException) -> Unreachable:
         tr("The network cannot be searched for cameras: {reason}.", reason=reason.lower())
         if reason and not isinstance(error, socket.gaierror)
         else tr("The network cannot be searched for cameras."),
-        tr("Type the camera's address instead."),
+        tr("Type the camera’s address instead."),
         "no-mdns",
     )

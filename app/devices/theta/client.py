@@ -68,7 +68,7 @@ _PATIENCE_S: Final = {
     "camera.startSession": 8.0,
     "camera.delete": 10.0,
 }
-_UPDATE: Final = tr("Update the camera's firmware with Ricoh's app.")
+_UPDATE: Final = tr("Update the camera’s firmware with Ricoh’s app.")
 _T = TypeVar("_T")
 
 
@@ -107,7 +107,7 @@ class OscClient:
         results = self.execute("camera.getOptions", {"optionNames": list(names)}).results
         options = results.get("options")
         if not isinstance(options, dict):
-            raise BadReply(tr("The camera's settings cannot be read."), tr("Try again."))
+            raise BadReply(tr("The camera’s settings cannot be read."), tr("Try again."))
         return {name: options[name] for name in names if name in options}
 
     def set_options(self, options: Mapping[str, JsonValue]) -> None:
@@ -185,7 +185,7 @@ class OscClient:
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
-                tr("Only single files of this camera can be deleted."),
+                tr("Only individual files on this camera can be deleted."),
                 tr("Reconnect the camera."),
                 "not-a-file",
             )
@@ -269,7 +269,7 @@ class OscClient:
             {"sessionId": session, "options": {"clientVersion": _NEWEST_API}},
         )
         if self.state().api_version == 1:
-            raise CameraNotReady(tr("The camera's firmware is too old."), _UPDATE, "old-api")
+            raise CameraNotReady(tr("The camera’s firmware is too old."), _UPDATE, "old-api")
         return True
 
     def _command(self, path: str, body: Mapping[str, Any]) -> CommandReply:

@@ -57,7 +57,7 @@ class Endpoint:
                     most=_LAST_PORT,
                     port=self.port,
                 ),
-                tr("Leave the port out; cameras use 80."),
+                tr("Leave out the port; cameras use port 80."),
                 "bad-address",
             )
 
@@ -72,7 +72,7 @@ class Endpoint:
         address = text.strip()
         rest = _without_scheme(address).partition("/osc/")[0].rstrip("/")
         if not rest:
-            raise DeviceError(tr("The camera's address is empty."), _HINT, "bad-address")
+            raise DeviceError(tr("The camera’s address is empty."), _HINT, "bad-address")
         if "@" in rest:
             raise DeviceError(
                 tr("An address with a user name or password in it is not accepted."),

@@ -67,8 +67,8 @@ def no_camera() -> NotACamera:
     return NotACamera(
         tr("The device at this address is not a 360 camera."),
         tr(
-            'It is probably your router: join the camera\'s Wi-Fi (its name ends in ".OSC"), '
-            "or type the camera's address on this network."
+            'It is probably your router: join the camera’s Wi-Fi (its name ends in ".OSC"), '
+            "or type the camera’s address on this network."
         ),
     )
 
@@ -85,13 +85,13 @@ def failure(error: BaseException) -> DeviceError:
     if any(isinstance(link, (urllib3_errors.NameResolutionError, UnicodeError)) for link in chain):
         return Unreachable(
             tr("There is no camera with this name on the network."),
-            tr("Check the spelling, or type the camera's IP address."),
+            tr("Check the spelling, or type the camera’s IP address."),
             NO_SUCH_NAME,
         )
     if any(isinstance(link, urllib3_errors.NewConnectionError) for link in chain):
         closed = any(isinstance(link, ConnectionRefusedError) for link in chain)
         code = NOBODY if closed else ""
-        return Unreachable(tr("Nothing answers at the camera's address."), _WIFI, code)
+        return Unreachable(tr("Nothing answers at the camera’s address."), _WIFI, code)
     if any(isinstance(link, _TIMEOUTS) for link in chain):
         return timeout()
     if any(_foreign(link) for link in chain):

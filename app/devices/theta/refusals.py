@@ -15,7 +15,7 @@ BUSY: Final = "serviceUnavailable"
 """The only code after which the same request may be repeated."""
 
 _UPDATE: Final = tr(
-    "Update the camera's firmware with Ricoh's app; if it is current, report the camera's model."
+    "Update the camera’s firmware with Ricoh’s app; if it is current, report the camera’s model."
 )
 _RESTART: Final = tr("Restart the camera, then try again.")
 _WAIT: Final = tr("Wait a few seconds, then try again.")
@@ -39,7 +39,7 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         ),
         "corruptedFile": (
             tr("A file on the camera is damaged."),
-            tr("Shoot again; if it happens often, check the camera's storage."),
+            tr("Shoot again; if it happens often, check the camera’s storage."),
         ),
         "powerOffSequenceRunning": (
             tr("The camera is switching itself off."),
@@ -64,11 +64,11 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         "invalidSessionId": (tr("The camera closed the connection."), tr("Reconnect the camera.")),
         "cameraInExclusiveUse": (
             tr("Another app is using the camera."),
-            tr("Close that app on the other device, or switch the camera's Wi-Fi off and on."),
+            tr("Close that app on the other device, or switch the camera’s Wi-Fi off and on."),
         ),
         "unactivated": (
             tr("The camera is not activated yet."),
-            tr("Activate it with the manufacturer's app, then reconnect."),
+            tr("Activate it with the manufacturer’s app, then reconnect."),
         ),
     }
 )

@@ -104,7 +104,7 @@ class Incoming:
             data += piece
             if len(data) > most:
                 raise BadReply(
-                    tr("The camera's answer is too large."),
+                    tr("The camera’s answer is too large."),
                     tr("Restart the camera, then try again."),
                     "too-large",
                 )

@@ -44,9 +44,9 @@ def parse_json(data: bytes) -> JsonValue:
             number of more than 40 characters.
     """
     if len(data) > MAX_BYTES:
-        raise BadReply(tr("The camera's answer is too large."), _HINT, "too-large")
+        raise BadReply(tr("The camera’s answer is too large."), _HINT, "too-large")
     if data.count(b",") + data.count(b"[") + data.count(b"{") > MAX_VALUES:
-        raise BadReply(tr("The camera's answer contains too many values."), _HINT, "too-large")
+        raise BadReply(tr("The camera’s answer contains too many values."), _HINT, "too-large")
     try:
         value = json.loads(
             data.decode("utf-8-sig", "replace"),
@@ -56,7 +56,7 @@ def parse_json(data: bytes) -> JsonValue:
         )
         return _sound(value, MAX_DEPTH)
     except (ValueError, RecursionError) as error:
-        raise BadReply(tr("The camera's answer cannot be read."), _HINT) from error
+        raise BadReply(tr("The camera’s answer cannot be read."), _HINT) from error
 
 
 def _whole(digits: str) -> int:

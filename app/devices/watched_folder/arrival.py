@@ -98,7 +98,7 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
     if frame.exposure is None:
         return UNTIMED.format(name=path.name)
     if frame.tone_mapped:
-        return tr("{name} is skipped: it was taken with the camera's HDR on.", name=path.name)
+        return tr("{name} is skipped: it was taken with the camera’s HDR on.", name=path.name)
     shot_s = _taken_s(path)
     return Arrival(
         path=path,

@@ -217,7 +217,7 @@ def _check_status(status: int, missing: str, hint: str) -> None:
     if status == _NOT_FOUND:
         raise no_stream(missing, hint)
     if status != _OK:
-        sentence = tr("The camera answers with error {status}.", status=status)
+        sentence = tr("The camera answered with error {status}.", status=status)
         raise no_stream(sentence, tr("Restart its app."))
 
 

@@ -70,7 +70,7 @@ class Watching:
 
         def work(token: Token, report: PhraseReport) -> IncomingBracket:
             relay.job = token
-            report(0.0, tr("Waiting for pictures in {name}", name=folder.name))
+            report(0.0, tr("Waiting for photos in {name}", name=folder.name))
             if relay.brackets is None:
                 relay.brackets = WatchedFolder(folder, clock).brackets(relay)
             return next(relay.brackets)
