@@ -71,7 +71,7 @@ def command_lines() -> dict[str, str]:
         "capture": tr("shoot a bracket with a 360 camera and merge it"),
         "simulate-camera": tr("run a simulated 360 camera on this computer"),
         "photo": tr("read the light on the faces in a photo"),
-        "film": tr("read the styles in a film of a turning sitter"),
+        "film": tr("find the styles shown in a film of a turning sitter"),
         "locate": tr("find the direction of a photo in a panorama"),
         "align": tr("align two views and show how far is left to turn"),
         "styles": tr("list the styles and their lamps"),
@@ -102,7 +102,7 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     """
     parser = _Parser(
         prog="turnlight",
-        description=tr("Find how far to turn for the light of a studio style in a given place."),
+        description=tr("Find how far to turn to get the light of a studio style in a given place."),
         epilog=tr(
             "Without a command, the window opens with the given files. For help on a "
             "command: turnlight COMMAND --help"

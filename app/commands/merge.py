@@ -108,7 +108,7 @@ def add_corrections(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--sun",
-        tr("sky to assume around a clipped sun, or leave to keep the sun as it is (default: clear)"),
+        tr("sky around a clipped sun, or leave to keep the sun as it is (default: clear)"),
         choices=tuple(_SUN_WORDS),
     )
     add(

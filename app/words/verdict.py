@@ -13,10 +13,9 @@ from app.core.styles.lamps import Studio
 from app.core.styles.style import Style
 from app.core.text import tr, tr_plural
 from app.words.lamps import studio_words
-from app.words.phrases.directions import LENS_CHOICES, aside_words
-from app.words.phrases.quantities import contrast_words
+from app.words.phrases.directions import LENS_CHOICES, aside_words, light_words
+from app.words.phrases.quantities import contrast_words, lower_first
 from app.words.phrases.turns import turn_words
-from app.words.styles import side_words
 from app.words.why_out_of_reach import grade_words, nearly_sentence, out_of_reach_spoken
 
 _UNLIKE: Final = 10  # match, out of 100, below which a picture does not count as similar
@@ -221,7 +220,7 @@ def spoken_words(
         within: Whether the style is within reach by the rule that applies.
     """
     light = _SPOKEN_SIDES.get(style.side) or (
-        tr("light {place}", place=side_words(style)) if style.place else tr("painted")
+        lower_first(light_words(style.side, style.place)) if style.place else tr("painted")
     )
     if result is None:
         return tr("{title}, {light}, not measured yet", title=style.title, light=light)

@@ -161,7 +161,7 @@ class TestCards:
             "turn 96 degrees clockwise, match 96, within reach"
         )
         butterfly = table.card("butterfly").spoken
-        assert butterfly.startswith("Butterfly, light in front, from above, turn ")
+        assert butterfly.startswith("Butterfly, light from in front and above, turn ")
         assert "out of reach: " in table.card("badger").spoken
 
     @pytest.mark.parametrize("limit", [44.0, 45.0])
