@@ -209,7 +209,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
-    """Find a lamp by name. If `lux` is given, use it as a captured lamp's illuminance."""
+    """Find a lamp by name. Set a captured lamp's illuminance at its camera to `lux` if given."""
     lamp = _lamp_named(text)
     if lux is None:
         return lamp

@@ -26,7 +26,7 @@ _SCHEME: Final = re.compile(r"(?:^|[\s,])digest\s+", re.IGNORECASE)
 _LONGEST_CHALLENGE: Final = 2000
 _TOKEN: Final = re.compile(r"[^\x00-\x1f\x7f\"\\]{0,300}")
 _WHERE: Final = tr(
-    'The user name is "THETA" followed by the full serial number on the camera’s '
+    "The user name is “THETA” followed by the full serial number on the camera’s "
     "base, such as THETAYL00105377; the password is the digits of that "
     "number unless the owner has set a different one. Newer cameras have no password "
     "until one is set in Ricoh’s app over the camera’s own Wi-Fi."

@@ -146,7 +146,7 @@ def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
 
 
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
-    """Return points on a circle, clockwise from the top: `count`, and the first one again."""
+    """Return ``count`` points on a circle, clockwise from the top, and the first one again."""
     return [at_turn(centre, radius, 360.0 * index / count) for index in range(count + 1)]
 
 

@@ -47,11 +47,11 @@ _MOST: Final = 16
 _PER_ADVERT: Final = 4
 _JOIN: Final = tr(
     "Switch on the camera’s Wi-Fi and join it on this computer (its name ends in "
-    '".OSC"), or type the camera’s address on your network.'
+    "“.OSC”), or type the camera’s address on your network."
 )
 _ROUTER: Final = tr(
     "The device at 192.168.1.1 is probably your router, not a camera. To use a "
-    'camera’s own Wi-Fi, join it on this computer (its name ends in ".OSC").'
+    "camera’s own Wi-Fi, join it on this computer (its name ends in “.OSC”)."
 )
 
 

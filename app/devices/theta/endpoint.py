@@ -29,7 +29,7 @@ _ZONE: Final = re.compile(r"[A-Za-z0-9._-]{1,32}")
 _PATH: Final = re.compile(r"/(?:[A-Za-z0-9._~!$&'()*+,;=:@/-]|%[0-9A-Fa-f]{2})*")
 _QUERY: Final = re.compile(r"(?:[A-Za-z0-9._~!$&'()*+,;=:@/?-]|%[0-9A-Fa-f]{2})*")
 _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
-_HINT: Final = tr('Type an address such as "192.168.1.1" or "THETAYL00105377.local".')
+_HINT: Final = tr("Type an address such as “192.168.1.1” or “THETAYL00105377.local”.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +201,7 @@ def _is_host(host: str) -> bool:
 def _bad_address(text: str) -> DeviceError:
     printable = "".join(sign for sign in text[:60] if sign.isprintable())
     return DeviceError(
-        tr('"{address}" is not the address of a camera.', address=printable), _HINT, "bad-address"
+        tr("“{address}” is not the address of a camera.", address=printable), _HINT, "bad-address"
     )
 
 
@@ -267,7 +267,7 @@ def check_address(text: str) -> Endpoint:
     if everybody or (address and (address.is_multicast or address.is_unspecified)):
         raise DeviceError(
             tr("{host} is not the address of a single camera.", host=endpoint.host),
-            tr('Type an address such as "192.168.1.1" or "THETAYL00105377.local".'),
+            tr("Type an address such as “192.168.1.1” or “THETAYL00105377.local”."),
             "bad-address",
         )
     return endpoint

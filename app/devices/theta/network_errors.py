@@ -67,7 +67,7 @@ def no_camera() -> NotACamera:
     return NotACamera(
         tr("The device at this address is not a 360 camera."),
         tr(
-            'It is probably your router: join the camera’s Wi-Fi (its name ends in ".OSC"), '
+            "It is probably your router: join the camera’s Wi-Fi (its name ends in “.OSC”), "
             "or type the camera’s address on this network."
         ),
     )

@@ -104,5 +104,5 @@ def refusal(code: str, status: int, message: str = "") -> CameraRefused:
     sound = code if _CODE.fullmatch(code) else "unexpected"
     sentence, hint = REFUSALS.get(sound, _UNKNOWN)
     if sound not in REFUSALS:
-        sentence = tr('The camera refused the request: "{said}".', said=message or sound)
+        sentence = tr("The camera refused the request: “{said}”.", said=message or sound)
     return CameraRefused(sentence, hint, sound, status)

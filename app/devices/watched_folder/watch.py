@@ -44,7 +44,7 @@ class _Stamp(NamedTuple):
 
 @dataclass(slots=True)
 class _FileState:
-    """A file in the folder, and the time of its last change."""
+    """A file in the folder, and when it was last seen to change."""
 
     stamp: _Stamp
     since_s: float
