@@ -21,7 +21,7 @@ def start(options: LaunchOptions, walk: Callable[[], ModuleType]) -> int:
     """Show the window until it is closed, or run `walk`'s `Walk` to take screenshots.
 
     Returns:
-        Exit code.
+        The exit code.
 
     Raises:
         CoreError: If this computer cannot show a window (the message names what is missing), or if

@@ -79,7 +79,7 @@ def lamp_title(name: str, title: str = "") -> str:
 
 
 def power_words(power: float, kind: str = "") -> str:
-    """Format a lamp's power as its own display shows it.
+    """Format a lamp's power as the lamp's own display shows it.
 
     Examples:
         >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")

@@ -27,7 +27,7 @@ class SettingWords(NamedTuple):
 
     Attributes:
         choices: Labels of the values, by value.
-        empty_means: Meaning of an empty text.
+        empty_means: Meaning of an empty value.
         also: Additional search terms.
     """
 
@@ -210,7 +210,7 @@ def choices(entry: Setting) -> tuple[tuple[str, str], ...]:
 
 
 def empty_means(entry: Setting) -> str:
-    """Return the meaning of an empty text."""
+    """Return what an empty value means."""
     return WORDS[entry.key].empty_means
 
 

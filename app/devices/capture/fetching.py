@@ -33,7 +33,7 @@ _MAX_THUMBNAIL: Final = 1 << 20
 def fetch_thumbnails(
     client: FileSource, targets: Mapping[str, Path], token: Token
 ) -> dict[str, Path]:
-    """Download the thumbnails that the camera has.
+    """Download the thumbnails that the camera offers.
 
     They are only for display, so failures are ignored.
 
@@ -41,7 +41,7 @@ def fetch_thumbnails(
         targets: Path of the thumbnail for each URL.
 
     Returns:
-        The paths that exist.
+        The paths of the thumbnails that are now on disk, by URL.
 
     Raises:
         Cancelled: If the token is cancelled.

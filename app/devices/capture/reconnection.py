@@ -369,7 +369,7 @@ def find_frames(
 
     They are identified by `urls` if the camera has named them, by the `group_id` of their entries,
     or because they are newer than `previous`, the newest file before the bracket. Returns up to
-    `frame_count` entries in the order of shooting.
+    `frame_count` entries in shooting order.
     """
     count = min(frame_count + _SPARE, _MOST_LISTED)
     entries = contact.ask(lambda: contact.client.list_files(count))
@@ -398,7 +398,7 @@ def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
 
 
 def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
-    """Return the entries newer than `previous`, or those with higher URLs if it was deleted."""
+    """Return the entries newer than `previous`, or, if that was deleted, those with higher URLs."""
     path = _path(previous)
     if not any(_path(entry.url) == path for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]

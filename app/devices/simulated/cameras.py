@@ -32,10 +32,10 @@ class CameraModel:
 
     Attributes:
         shape: Rows and columns of its full-size panorama.
-        base_iso: Lowest ISO, at which `full_well` electrons saturate a pixel of the panorama; at
-            twice the ISO, half as many do.
-        channel_gains: Amplification of red, green and blue for a neutral picture; it makes red and
-            blue noisier.
+        base_iso: Lowest ISO. It takes `full_well` electrons to saturate a pixel of the panorama at
+            this ISO, and half as many at twice the ISO.
+        channel_gains: Gains of red, green and blue for a neutral picture. They make red and blue
+            noisier.
         lens_words: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
     """
 
@@ -130,7 +130,7 @@ class Personality:
 
     Attributes:
         api_levels: (1, 2) for models that start with API 2.0 and must be switched.
-        sizes: Rows and columns of its photos, the default first.
+        sizes: Rows and columns of its photos, starting with the default.
         previews: Width, height and frames per second of each preview, or an empty tuple if the
             camera reports zeros.
         status_ids: Whether status replies have an id; Ricoh's own examples of API 2.1 do not.

@@ -55,7 +55,7 @@ Tables: TypeAlias = tuple[NDArray[np.uint8], ...]
 
 @cache
 def srgb_tables() -> Tables:
-    """Return the tables of IEC 61966-2-1."""
+    """Return the tables of the sRGB curve (IEC 61966-2-1)."""
     linear = (np.arange(_STEPS) / (_STEPS - 1)) ** 2
     power = 1.055 * np.power(linear, 1.0 / 2.4) - 0.055
     coded = np.where(linear <= 0.0031308, 12.92 * linear, power)
@@ -191,7 +191,7 @@ def segments_of(tags: Tags) -> list[bytes]:
 
 
 def _code(share: FloatImage, tables: Tables, into: NDArray[np.uint8]) -> None:
-    """Apply the camera curve and round into `into`, overwriting `share`."""
+    """Apply the camera curve, and store the rounded bytes in `into`. `share` is overwritten."""
     top = np.float32(tables[0].size - 1)
     np.clip(share, 0.0, 1.0, out=share)
     np.sqrt(share, out=share)

@@ -92,7 +92,7 @@ def meter(
     scale: float = 1.0,
     target: float = 0.46,
 ) -> Exposure:
-    """Return the exposure chosen by an automatic camera, with the mean sRGB value at `target`.
+    """Return the exposure with which an automatic camera brings the mean sRGB value to `target`.
 
     The mean is taken over the sphere, at base ISO and the widest aperture. The exposure time is not
     rounded to the camera's list.

@@ -374,7 +374,7 @@ class Shooter:
         )
 
     def write(self, frame: PlannedFrame, job: ShootingJob | None) -> StoredFile:
-        """Write a frame of a job, or an older photo if `job` is None, to the storage."""
+        """Write to the storage a frame of a job, or an older photo if `job` is None."""
         camera, take = self._person.camera, frame.take
         name, path = self._storage.next_name()
         whole = frame.picture.result if frame.picture else partial(self._scene.frame, camera, take)

@@ -42,7 +42,7 @@ _WHOLE: Final = frozenset({"", "identity", "chunked"})
 
 @dataclass(frozen=True, slots=True)
 class Timeouts:
-    """Time limits for a camera, in seconds of the clock."""
+    """Time limits for a camera, in seconds on the clock."""
 
     connect_s: float = 3.0
     read_s: float = 20.0

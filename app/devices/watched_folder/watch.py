@@ -1,6 +1,6 @@
 """A folder watched for new photos from a camera.
 
-Any camera is supported if its files arrive in a folder by cable, Wi-Fi or memory card. The folder
+Any camera whose files arrive in a folder by cable, Wi-Fi or memory card is supported. The folder
 is listed repeatedly, and nothing in it is changed. A file counts once it has been unchanged for a
 few seconds and is a complete photo with an exposure time.
 """

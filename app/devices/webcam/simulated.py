@@ -309,7 +309,7 @@ class SimulatedWebcam(Webcam):
         self._aim = wrap(turn_deg)
 
     def connect(self) -> None:
-        """Read the list of views the first time."""
+        """Read the list of views when called for the first time."""
         if self._views is None:
             aspect = self._size[0] / self._size[1]
             self._views = DemoViews(self._folder, self.distance_m, aspect)

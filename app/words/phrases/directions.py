@@ -286,7 +286,7 @@ def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool
 
 
 def face_direction_words(azimuth_deg: float, elevation_deg: float, *, brief: bool = False) -> str:
-    """Describe a direction from the sitter's face in degrees.
+    """Describe a direction in degrees, as seen from the sitter's face.
 
     Args:
         azimuth_deg: Azimuth in degrees, positive towards the sitter's left.
