@@ -103,7 +103,7 @@ def serve(
 ) -> int:
     """Print a camera's address and serve the camera until interrupted.
 
-    With ``--until-eof`` the server also stops when standard input is closed.
+    With ``--until-eof``, the server also stops when standard input is closed.
 
     Args:
         facts: Entries printed with ``--json`` in addition to the address.

@@ -313,7 +313,7 @@ class OscClient:
         return ask()
 
     def _remember(self, results: Mapping[str, JsonValue]) -> None:
-        """Store the camera's own form of every URL in its results."""
+        """Store the camera's own form of every URL that the results contain."""
         entries = results.get("entries")
         rows = entries if isinstance(entries, list) else [dict(results)]
         for entry in rows:
