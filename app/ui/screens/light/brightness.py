@@ -23,7 +23,7 @@ BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
     ("overcast", tr("Overcast sky"), 8000.0),
     ("sun", tr("Sun"), 60000.0),
 )
-"""Answers to "How bright is it here?": key, text, and lux on a vertical surface at the face."""
+"""Answers to "How bright is it here?": key, label and vertical illuminance at the face in lux."""
 
 STATED: Final = tr("{lux} at the face, set by you")
 
@@ -33,8 +33,8 @@ class BrightState:
     """The question about the brightness of the place.
 
     Attributes:
-        measured: For example "Back to the measured 460 lx", or an empty string if that value is in
-            use or does not exist.
+        measured: Label of the button that restores the measured value, such as "Back to the
+            measured 460 lx". Empty if that value is in use or does not exist.
     """
 
     key: str = ""
@@ -48,35 +48,38 @@ _SAME = 0.01  # fraction of an answer's lux within which it counts as chosen
 
 
 class PlaceScale:
-    """Luminance of radiance 1 at the open place. A value from the user is saved with the place."""
+    """The luminance that a radiance of 1 stands for at the open place, in cd/m2.
+
+    A value entered by the user is saved with the place.
+    """
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
         self._changed = changed
-        # a value from the user for a light that belongs to no saved place
+        # the user's value for a light that belongs to no saved place
         self._loose: tuple[PlaceLight, float] | None = None
         self._error = ""
         self.asking = False
-        # illuminance per unit of luminance with its light and front, cached because it sums over
-        # all texels
+        # the illuminance per unit of luminance, cached with its light and front because computing
+        # it sums over all texels
         self._unit: tuple[PlaceLight, float, float] | None = None
 
     @property
     def white(self) -> float | None:
-        """Luminance of radiance 1 in cd/m2, from the user or else from the measurement."""
+        """The scale in cd/m2: the user's value if there is one, or else the measured value."""
         value = self._stated
         return self._measured if value is None else value
 
     @property
     def camera(self) -> str:
-        """Model of the camera that measured the scale, or an empty string if unknown."""
+        """Model of the camera that measured the scale, or an empty string if it is unknown."""
         place = self._services.model.place
         from_camera = place is not None and place.capture is not None and self._stated is None
         return place.capture.camera if from_camera and place and place.capture else ""
 
     @property
     def words(self) -> str:
-        """Sentence such as "460 lx at the face, as measured", or "" while unknown."""
+        """Text such as "460 lx at the face, as measured", or "" while the scale is unknown."""
         white = self.white
         if white is None:
             return ""
@@ -114,7 +117,7 @@ class PlaceScale:
         self._changed()
 
     def choose(self, key: str) -> None:
-        """Use one of the answers of `BRIGHTNESS`."""
+        """Use one of the answers in `BRIGHTNESS`, given by its key."""
         self._say(next(lux for name, _, lux in BRIGHTNESS if name == key))
 
     def type(self, text: str) -> None:

@@ -22,8 +22,8 @@ from app.words.phrases.quantities import lux_words
 _WIDEST_SHEET: Final = 520
 
 _WHY: Final = tr(
-    "What a lamp can do depends on the light of the place. Choose the closest answer, or enter the "
-    "reading of a light meter held at the face and pointed at the camera."
+    "What a lamp can do depends on the light in this place. Choose the closest answer, or enter "
+    "the reading of a light meter held at the face and pointed at the camera."
 )
 
 
@@ -97,7 +97,8 @@ class MeterPage(_SheetPage):
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__(tr("How bright is this lamp?"))
-        self.lux = TextField(tr("Light meter where the camera was, facing the lamp, in lux"), "640")
+        words = tr("Light meter at the camera’s position, facing the lamp, in lux")
+        self.lux = TextField(words, "640")
         self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, lambda text: presenter.lamp_actions.answer("lux", text))
         self.again = Button(tr("Capture the lamp again"), do=presenter.lamps.begin)

@@ -22,7 +22,7 @@ from app.words.verdict import whole_of
 from app.words.why_out_of_reach import reason_sentence
 
 Verdict: TypeAlias = Literal["", "in", "out"]
-"""Verdict on the style with the lamp at its current position, or "" while unknown."""
+"""Verdict on the style with the lamp at its current position, or "" until it is known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,9 +30,10 @@ class LampDetailState:
     """The selected style with the lamp at its current position.
 
     Attributes:
-        target, with_lamp, without: Portraits, (h, w, 3) uint8 sRGB or None.
-        without_tag: For example "Without it, at 62°".
-        power: For example "1/8, 3 stops down", or an empty string for a lamp with a single power.
+        target, with_lamp, without: Portraits as (h, w, 3) uint8 sRGB arrays, each None until it is
+            rendered.
+        without_tag: Text such as "Without it, at 62°".
+        power: Text such as "1/8, 3 stops down", or an empty string for a lamp with only one power.
     """
 
     key: str = ""
@@ -57,14 +58,14 @@ class LampDetailState:
 
 
 def _lens(result: LampResult) -> str:
-    """Return the camera position that suits the style best, for the lamp's best position."""
+    """Describe the best camera position for the style, with the lamp at its best position."""
     lens = result.lens
     if lens is None:
         return ""
     if isinstance(lens.shortfall, LensShortfall):
         return f"{reason_sentence(lens.shortfall)}."
     words = upper_first(lit_aside_words(lens.yaw_deg, lens.lighting)) or tr("Face to the lens")
-    there = tr("The lamp is there.")
+    there = tr("The lamp is in place.")
     return f"{there} " + tr("{aside}: match {match}.", aside=words, match=whole_of(lens.match))
 
 

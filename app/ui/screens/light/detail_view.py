@@ -29,7 +29,7 @@ _ROWS: Final = 4
 
 
 def portrait_size(width: int, compact: bool) -> QSize:
-    """Return the size of each portrait in logical pixels, 160 x 176 in a column 376 pixels wide."""
+    """Return the size of each portrait in logical pixels: 160 x 176 in a column 376 pixels wide."""
     margin = px(16 if compact else _MARGIN)
     inner = (width - 2 * margin - px(_GAP)) // 2
     return QSize(inner, round(inner * (1.0 if compact else _SHAPE)))
@@ -157,7 +157,7 @@ class DetailColumn(Surface):
         self.weaker.set_available(state.weaker, tr("The lamp is at its lowest power."))
         self.stronger.set_available(state.stronger, tr("The lamp is at full power."))
         self._best.set_text(state.best_title)
-        self._best_line.set_text(state.best_line or tr("The lamp is there."))
+        self._best_line.set_text(state.best_line or tr("The lamp is in place."))
         self.back.set_available(not state.at_best, tr("The lamp is already there."))
         for number, (label, value) in enumerate(self._rows):
             words = state.numbers[number] if number < len(state.numbers) else ("", "")

@@ -30,8 +30,9 @@ class LampState:
     """The lamp in use, its limits and the brightness of the place.
 
     Attributes:
-        items: Available lamps, each with key, title, description and icon.
-        brightness: For example "460 lx at the face, as measured", or an empty string while unknown.
+        items: Key, title, description and icon of each available lamp.
+        brightness: Text such as "460 lx at the face, as measured", or an empty string while the
+            brightness is unknown.
     """
 
     items: tuple[tuple[str, str, str, str], ...] = ()
@@ -100,14 +101,14 @@ class LampHold:
         )
 
     def lamp(self) -> Lamp | None:
-        """Return the lamp in use, or None if there is none that can be compared with the place."""
+        """Return the lamp in use, or None if none is in use or can be compared with the place."""
         key = self._lamps.key
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self.stop])
         return self._lamps.own if self.comparison().possible else None
 
     def comparison(self) -> Comparison:
-        """Return how the captured lamp's exposure compares with the place."""
+        """Return how the exposure of the captured lamp compares with that of the place."""
         own = self._lamps.own
         if own is None:
             return Comparison()

@@ -43,10 +43,10 @@ _TAKE: Final = "light-capture"
 
 _PLACE: Final = tr(
     "With a camera that Turnlight supports, capture the dark room in the Probe "
-    "step, come back here and use the open place."
+    "step, then come back here and use the open place."
 )
 
-_FIXED: Final = tr("A captured lamp is valid only at the distance it was captured at.")
+_FIXED: Final = tr("A captured lamp is valid only at the distance at which it was captured.")
 
 
 def lamps_of(folders: Folders) -> Path:
@@ -184,7 +184,7 @@ class LampList:
         """Create a lamp from photos taken in a dark room, save it and select it.
 
         Args:
-            paths: Exposures, or one linear panorama.
+            paths: Paths of the exposures, or of one linear panorama.
         """
         head, place = self._services.model.head, self._services.model.place
         if head is None or not paths:

@@ -50,11 +50,11 @@ class LightState:
 
     Attributes:
         actions: Key and label of each button.
-        meter: Sentence that the lamp in use cannot be compared with the place and that its
-            brightness can be entered. It replaces the drawings, and is empty if the lamp can be
-            compared.
+        meter: Sentence explaining that the lamp in use cannot be compared with the place, but that
+            its brightness can be entered. It replaces the drawings, and is empty if the lamp can
+            be compared.
         capturing: Whether a captured lamp is being loaded.
-        stale: Whether the answers are for another selection, and therefore dimmed under
+        stale: Whether the answers are for another selection and are therefore dimmed under
             "Computing…".
         note: Text above the list, such as "This lamp is too weak at 30 cm. …".
     """

@@ -52,7 +52,7 @@ _PICTURES: Final = tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.h
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
     """Return the widths of the left-hand and right-hand columns.
 
-    They grow with the window, except the right-hand column of the compact layout, where larger
+    Both grow with the window, except for the right-hand column of the compact layout, where larger
     pictures would hide numbers.
     """
     more = max(int((width - px(_USUAL[compact])) * _GROWTH), 0)
@@ -169,7 +169,7 @@ class LightScreen(SheetHost):
 
     def ask_pictures(self) -> None:
         """Ask for the photos of a lamp."""
-        paths = ask_files(self, tr("Pictures of your lamp in a dark room"), _PICTURES)
+        paths = ask_files(self, tr("Photos of your lamp in a dark room"), _PICTURES)
         if paths:
             self.presenter.lamps.take(paths)
 

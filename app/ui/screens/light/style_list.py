@@ -58,7 +58,7 @@ class Section:
 
 
 GAIN: Final = 10
-"""Minimum gain in match for which a lamp is worthwhile if a style is already within reach."""
+"""Minimum gain in match that makes a lamp worthwhile for a style already within reach."""
 
 
 def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
@@ -78,7 +78,7 @@ def _gain(one: LampPlacement) -> int:
 
 
 def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
-    """Return the style to show: the chosen style, unless the lamp improves only other styles."""
+    """Return the style to show: the chosen style, unless the lamp helps only other styles."""
     candidates = (*rescued(answers.placements), *better(answers.placements))
     one = answers.of(style_name)
     if one is not None and (not one.before.attainable or one in candidates):
@@ -161,7 +161,7 @@ def note_of(
 ) -> tuple[str, str]:
     """Return the note above the list and the label of its button. Both may be empty."""
     if all(one.before.attainable for one in answers.placements):
-        return tr("Every style is within reach here. A lamp can still improve some."), ""
+        return tr("Every style is within reach here. A lamp can still improve some of them."), ""
     if rescued(answers.placements) or busy:
         return "", ""
     if not answers.is_open.all():

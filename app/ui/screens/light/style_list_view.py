@@ -33,7 +33,7 @@ _LONGEST: Final = tr("{share} power", share="1/256")
 
 
 class RowCard(Card):
-    """A style with its match without and with the lamp."""
+    """A style, and its match without and with the lamp."""
 
     preferred_size = (280, HEIGHT)
 

@@ -22,7 +22,8 @@ class HoldState:
     """The text of the two steps.
 
     Attributes:
-        turn, turn_line: For example "Turn 56° counter-clockwise", and the effect of that turn.
+        turn, turn_line: Title such as "Turn 56° counter-clockwise", and a sentence on the effect
+            of that turn.
     """
 
     turn: str = ""
@@ -62,7 +63,7 @@ _SAME_DEG: Final = 1
 # Keys: whether the lamp moves around the head, whether it rises (1) or sinks (-1), and whether its
 # power changes.
 _MOVES: Final = {
-    (False, 0, False): tr("The lamp is there."),
+    (False, 0, False): tr("The lamp is in place."),
     (False, 1, False): tr("Raise the lamp by {up}."),
     (False, -1, False): tr("Lower the lamp by {up}."),
     (False, 0, True): tr("Set the lamp to {power}."),
@@ -85,7 +86,7 @@ def turn_title(turn_deg: float) -> str:
 
 
 def go_words(turn_deg: float) -> str:
-    """Return the label of the main button, also for a turn of 0."""
+    """Return the label of the main button, including the one for a turn of 0."""
     return tr("Hold the lamp now") if whole(turn_deg) == 0 else tr("Turn first")
 
 

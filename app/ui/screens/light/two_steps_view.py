@@ -76,7 +76,7 @@ class Middle(QWidget):
         self.side.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._map_title = Text(tr("Where this lamp works at this turn"), 12, 600, "dim", elide=True)
         self._map_words = Text("", 12, role="dim", elide=True)
-        # Without room for both texts, the second moves to the tooltip.
+        # If there is no room for both texts, the second moves to the tooltip.
         self._map_words.setVisible(False)
         margin = 16 if compact else _MARGIN
         inside = QWidget()

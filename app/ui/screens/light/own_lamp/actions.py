@@ -38,7 +38,7 @@ _QUESTIONS: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
     ),
     "lux": (
         tr("Brightness of the lamp"),
-        tr("Light meter where the camera was, facing the lamp, in lux"),
+        tr("Light meter at the camera’s position, facing the lamp, in lux"),
         tr("Set"),
         "640",
     ),
@@ -158,7 +158,7 @@ class LampActions:
         self._services.runner.submit("light-mask-look", lambda *_: look_at_mask(lamp), done=ready)
 
     def delete(self) -> None:
-        """Delete the lamp in use, which undo can restore."""
+        """Delete the lamp in use. Undo can restore it."""
         lamp, lamps = self._lamps.own, self._lamps
         if lamp is None:
             return

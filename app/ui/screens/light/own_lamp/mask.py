@@ -44,7 +44,7 @@ class MaskState:
         picture: The capture with raised shadows, (H, 2 H, 3) uint8 sRGB.
         alpha: The mask as currently painted, (H, 2 H) float32.
         centre: Azimuth and elevation of the lamp in degrees, where the view starts.
-        gives: For example "The lamp produces 640 lx at the camera."
+        gives: Sentence such as "The lamp produces 640 lx at the camera."
     """
 
     title: str
@@ -71,10 +71,10 @@ class MaskView(Protocol):
 
 
 class MaskLook(NamedTuple):
-    """The sheet's initial contents, from `look_at_mask`.
+    """The sheet's initial contents, as returned by `look_at_mask`.
 
     Attributes:
-        picture: (H, 2 H, 3) uint8, as in `MaskState`.
+        picture: The capture, (H, 2 H, 3) uint8, as in `MaskState`.
     """
 
     picture: Bytes
@@ -83,7 +83,7 @@ class MaskLook(NamedTuple):
 
 
 class _Patch(NamedTuple):
-    """A part of a mask before a change."""
+    """A part of a mask as it was before a change."""
 
     rows: slice
     columns: slice
@@ -91,12 +91,12 @@ class _Patch(NamedTuple):
 
 
 def look_at_mask(lamp: CapturedLamp) -> MaskLook:
-    """Prepare the sheet for a lamp's mask, which takes a moment."""
+    """Prepare the contents of the sheet for a lamp's mask. This takes a moment."""
     return MaskLook(_picture(lamp), centroid(lamp.light), _size_words(lamp, lamp.alpha))
 
 
 class MaskEdit:
-    """The mask of a lamp while it is edited."""
+    """The mask of a lamp while the user edits it."""
 
     def __init__(
         self,
@@ -142,7 +142,7 @@ class MaskEdit:
             self._view.show_state(self.state())
 
     def set_lit(self, adds_lamp: bool) -> None:
-        """Set whether the brush adds to the mask or erases."""
+        """Set whether the brush adds to the mask or erases parts of it."""
         self._show(adds_lamp=adds_lamp)
 
     def set_radius(self, radius_deg: float) -> None:
@@ -182,7 +182,7 @@ class MaskEdit:
             self._settled(alpha=self._lamp.alpha if same else earlier)
 
     def find_again(self) -> None:
-        """Detect the lamp again, which the user can undo."""
+        """Detect the lamp again. The user can undo the change."""
         radiance = self._lamp.radiance
         self._show(busy=True)
         self._services.runner.submit(
@@ -270,7 +270,7 @@ class MaskEdit:
 
 
 def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
-    """Return the illuminance of a lamp with a mask as text, or "" if the exposure is unknown."""
+    """Return a sentence on the illuminance from a masked lamp, or "" if its exposure is unknown."""
     if lamp.white_cd_m2 is None:
         return ""
     draft = replace(lamp, alpha=alpha)

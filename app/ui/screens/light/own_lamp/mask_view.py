@@ -17,8 +17,8 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import add, row
 
 _WHAT: Final = tr(
-    "The lamp is amber. Reflections, other lights and the lit wall are not part of the lamp: "
-    "remove them, and add any missing parts."
+    "The lamp is marked in amber. Remove reflections, other lights and the lit wall from the "
+    "mask, and add any missing parts of the lamp."
 )
 
 _TOOLS: Final = (("lamp", tr("+ Lamp")), ("not", tr("− Not the lamp")))

@@ -1,4 +1,4 @@
-"""The questions in the sheets about a captured lamp."""
+"""The questions that the sheets about a captured lamp ask."""
 
 from __future__ import annotations
 

@@ -52,10 +52,10 @@ class InHand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampQuestion:
-    """The question for a search.
+    """The question that a search answers.
 
     Attributes:
-        gain: Luminance of radiance 1, in cd/m2.
+        gain: Luminance that a radiance of 1 stands for, in cd/m2.
     """
 
     light: PlaceLight
@@ -94,7 +94,10 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearer:
-    """The effect of a lamp closer to the head, if it rescues no style at its current distance."""
+    """The effect of moving a lamp closer to the head.
+
+    It is computed only if the lamp brings no style within reach at its current distance.
+    """
 
     answers: Answers
     one: LampPlacement
@@ -176,7 +179,7 @@ def take_in_hand(
 
 
 def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
-    """Place a lamp for some styles, or for all styles by default."""
+    """Find the best position of a lamp for each of some styles, or for all styles by default."""
     is_open = _open_spots(question)
     placements = place_all(
         hand.head.pack,
@@ -206,7 +209,7 @@ def _open_spots(question: LampQuestion) -> NDArray[np.bool_]:
 def closer(
     answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
 ) -> LampPlacement | None:
-    """Return the style that a lamp suits best at a shorter distance.
+    """Return the placement for the style that a lamp suits best at a shorter distance.
 
     Returns:
         The best placement, preferably one within reach, or None if there is none.

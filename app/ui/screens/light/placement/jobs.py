@@ -63,7 +63,7 @@ class LightWork:
 
     Attributes:
         rows: Target portraits for the list.
-        version: Number of times that `rows` was rendered.
+        version: Number of times that `rows` has been rendered.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class LightWork:
 
     @property
     def nearer(self) -> Nearer | None:
-        """The effect of the lamp at a shorter distance, or None if it was not computed."""
+        """The effect of the lamp at a shorter distance, or None if it has not been computed."""
         nearer = self._nearer
         return nearer if nearer is not None and nearer.answers is self.answers else None
 
@@ -197,7 +197,7 @@ class LightWork:
             self._answered()
 
     def _come_closer(self, answers: Answers) -> None:
-        """Try a lamp at half the distance if it brings no style within reach."""
+        """If a lamp brings no style within reach, try it at half the distance."""
         lamp = answers.hand.lamp
         out = [one.name for one in answers.placements if not one.before.attainable]
         if rescued(answers.placements) or not out or not isinstance(lamp, NumbersLamp):

@@ -1,4 +1,4 @@
-"""Pictures of the face with a lamp at a position."""
+"""Pictures of the face with a lamp at a given position."""
 
 from __future__ import annotations
 
@@ -49,8 +49,9 @@ class LampView:
     """A style with the lamp at one position.
 
     Attributes:
-        with_lamp: With the place and the lamp, (h, w, 3) uint8 sRGB.
-        without: With the place alone at its own best turn, (h, w, 3) uint8 sRGB.
+        with_lamp: The face lit by the place and the lamp, (h, w, 3) uint8 sRGB.
+        without: The face lit by the place alone, at the style's best turn without a lamp,
+            (h, w, 3) uint8 sRGB.
         target: The style's target, (h, w, 3) uint8 sRGB.
     """
 
@@ -94,7 +95,7 @@ def result_with(answers: Answers, name: str, position: LampPosition, match: floa
 
 
 def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64:
-    """Return the (64,) matches with the lamp fixed and the sitter facing azimuth 5.625° * k."""
+    """Return the matches, (64,), with the lamp fixed and the sitter facing azimuth 5.625° * k."""
     hand, question = answers.hand, answers.question
     transport = hand.head.transport
     lamp, hidden = _of_lamp(hand, position)
@@ -111,7 +112,7 @@ def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64
 
 
 def _matches(head: Head, name: str, grey: Float64) -> Float64:
-    """Return the (n,) matches over the face region of pictures given as (P, n) luminance."""
+    """Return the matches, (n,), over the face region of pictures given as (P, n) luminance."""
     root = np.sqrt(head.pack.region_on(head.transport))
     flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
     target = less_mean(luminance(flat), root)
@@ -121,7 +122,7 @@ def _matches(head: Head, name: str, grey: Float64) -> Float64:
 
 
 def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
-    """Return the arc around a turn on which a curve is at least `least`, in degrees."""
+    """Return the arc around a turn, in degrees, on which a curve is at least `least`."""
     steps = np.arange(360)
     nodes = np.arange(TURNS + 1) * _STEP_DEG
     around = np.interp((turn_deg + steps) % 360.0, nodes, np.append(curve, curve[0])) >= least
@@ -132,7 +133,7 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
 
 
 def portrait_with(answers: Answers, position: LampPosition, facing_deg: float, size: Size) -> Bytes:
-    """Render a portrait with the lamp at a position, facing an azimuth of the panorama."""
+    """Render a sitter who faces an azimuth of the panorama, with the lamp at a position."""
     hand, question = answers.hand, answers.question
     parts = _parts(hand, question, position, facing_deg)
     return _picture(hand, position, Facing(question.light, facing_deg), parts, size)
@@ -141,7 +142,7 @@ def portrait_with(answers: Answers, position: LampPosition, facing_deg: float, s
 def _parts(
     hand: InHand, question: LampQuestion, position: LampPosition, facing_deg: float
 ) -> list[Float32]:
-    """Return a picture (P, 3) of the place alone and one of the lamp, in the place's own unit."""
+    """Return (P, 3) pictures lit by the place alone and by the lamp alone, in the place's unit."""
     lamp, hidden = _of_lamp(hand, position)
     place = turned(question.light, facing_deg, hand.head.transport.environment_shape)
     picture = render(hand.head.transport, place * (1.0 - hidden)[..., None])
@@ -157,7 +158,7 @@ def _picture(
 
 
 def _far(hand: InHand, position: LampPosition) -> FloatImage:
-    """Return the lamp as distant light (H, W, 3) of the same apparent size."""
+    """Return the lamp as a distant light, (H, W, 3), of the same apparent size."""
     lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         return placed_at(lamp, *spot)[0]
@@ -169,7 +170,7 @@ def _far(hand: InHand, position: LampPosition) -> FloatImage:
 
 
 def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
-    """Render the target portraits of some styles, or of all by default, as sRGB by style name."""
+    """Render sRGB target portraits of some styles, or of all by default, keyed by style name."""
     pack = head.pack
     style_names = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in style_names])

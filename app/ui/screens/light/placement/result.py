@@ -29,7 +29,7 @@ class LampResult:
 
     @property
     def at_best(self) -> bool:
-        """Whether the lamp is at its best position and power, to within whole degrees."""
+        """Whether the lamp has its best power and is within half a degree of its best position."""
         best, position = best_held(self.one), self.position
         across = abs(wrap(position.azimuth_deg - best.azimuth_deg))
         near = (
@@ -48,7 +48,7 @@ class LampResult:
 
     @property
     def match(self) -> float | None:
-        """Match with the lamp at its current position, or None while it is computed."""
+        """Match with the lamp at its current position, or None until it is computed."""
         if self.at_best:
             return self.one.match
         view = self.view

@@ -81,7 +81,7 @@ def sky_of(
 
 
 def _finer(values: Float64) -> tuple[Float64, Float64, Float64]:
-    """Return the interpolated map with its azimuths from −180° on and its altitudes upward."""
+    """Return the interpolated map, its azimuths from −180° upward, and its altitudes upward."""
     step, rise = 360.0 / _COLUMNS, float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
     fine_columns = _FINER * 2 * _COLUMNS
     azimuths = -180.0 + (np.arange(fine_columns) + 0.5) * 360.0 / fine_columns
@@ -123,7 +123,7 @@ def _through(*corners: tuple[Float64, ...]) -> Float64:
     above = np.stack([corner[2] >= 0 for corner in corners])
     count = above.sum(axis=0)
     cut = np.flatnonzero((count == 1) | (count == 2))
-    # The corner with a sign of its own is connected to both others.
+    # The corner whose sign differs from the others is connected to both of them.
     alone = np.argmax(np.where(count[cut] == 1, above[:, cut], ~above[:, cut]), axis=0)
     values = np.stack([np.stack(corner) for corner in corners])[:, :, cut]
     index = np.arange(len(cut))
