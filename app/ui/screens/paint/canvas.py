@@ -1,4 +1,4 @@
-"""The view on the canvas: the weights, the target or the picture here, from any angle."""
+"""The contents of the canvas: the weights, the target or the picture here, from any angle."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class CanvasState:
     """The parts of the canvas underneath the strokes.
 
     Attributes:
-        notice: Text in place of a canvas that is not open yet.
-        picture: Picture of the head in place of the weights, (N, N, 3) uint8 sRGB, extended beyond
-            its edge, or None.
+        notice: Text shown until a canvas is open.
+        picture: Picture of the head shown instead of the weights, or None: (N, N, 3) uint8 sRGB,
+            extended beyond the edge of the head.
     """
 
     notice: str = ""

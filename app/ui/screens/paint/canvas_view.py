@@ -376,7 +376,7 @@ class PaintCanvas(Plot):
         across, down = (round(100 * value / self._face.size) for value in (x, y))
         self.say(
             tr(
-                "Brush: {tool}, {diameter:.0f} px, at {across}% from the left and {down}% from "
+                "Brush: {tool}, {diameter:.0f} px, {across}% from the left and {down}% from "
                 "the top",
                 tool=tool,
                 diameter=wide,

@@ -78,7 +78,7 @@ class DraftKeeper:
                         del self._waiting[path]
 
     def _replace(self, path: Path, draft: Draft | None) -> None:
-        """Save or delete a draft, after renaming the file of a draft from another window."""
+        """Save or delete a draft, but first rename its file if another window has written it."""
         here = draft_version(path)
         if here and here != self._versions.get(path, here):
             self._others.append(put_draft_aside(path))

@@ -1,4 +1,4 @@
-"""The head with its weights, drawn as an image, hatching, an outline, tags and the brush."""
+"""The items on the canvas: the head with its weights, hatching, an outline, tags and the brush."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class _Head(pg.ImageItem):  # type: ignore[misc]
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """Return the area of the canvas, in its pixels."""
+        """Return the area of the canvas in canvas pixels."""
         return QRectF(self._pixels.rect())
 
     def paint(self, painter: QPainter, *_args: object) -> None:
@@ -73,7 +73,7 @@ class _Head(pg.ImageItem):  # type: ignore[misc]
 
 
 class FaceItems:
-    """The contents of the canvas, with the items from back to front."""
+    """The items on the canvas, from back to front."""
 
     def __init__(self, panel: Panel) -> None:
         c = theme().c
@@ -146,7 +146,7 @@ class FaceItems:
         return replace(canvas, weights=weights, ignore=ignore)
 
     def on_front(self, x: float, y: float) -> tuple[float, float] | None:
-        """Return the front view's pixel with the same skin, or None if the skin is hidden there."""
+        """Return the pixel of the front view with the same skin, or None if it is hidden there."""
         if self._places is None:
             return x, y
         column, row = int(x), int(y)
@@ -194,7 +194,11 @@ class FaceItems:
         self._panel.viewport().update()
 
     def show_ring(self, place: tuple[float, float] | None, brush: Brush) -> None:
-        """Show the brush and its paler mirror image at a canvas pixel, or hide both for None."""
+        """Show the brush and its paler mirror image, or hide both.
+
+        Args:
+            place: Position of the brush in canvas pixels, or None to hide it.
+        """
         fresh, self._brush = brush != self._brush, brush
         mirrored = brush.mirror and not self.turned
         for ring, visible in ((self._ring, True), (self._twin, mirrored)):
@@ -291,7 +295,7 @@ class FaceItems:
 
 
 def _pixmap(side: int, ratio: float, fill: QColor | Qt.GlobalColor = _CLEAR) -> QPixmap:
-    """Return a square pixmap with a side in logical pixels."""
+    """Return a square pixmap whose side is given in logical pixels."""
     pixmap = QPixmap(round(side * ratio), round(side * ratio))
     pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(fill)

@@ -67,7 +67,7 @@ class FilesView(Protocol):
 
 
 def save_why(advice: Advice | None, document: PaintDocument) -> str:
-    """Return why the painting cannot be saved now, or an empty string if it can."""
+    """Return why the painting cannot be saved now, or an empty string if it can be saved."""
     if not document.unsaved:
         return advice_words(Advice.NOTHING_PAINTED) if document.style is None else ALL_SAVED
     # A saved style that is cleared back to its start differs from its file, so it can be saved.
@@ -297,7 +297,7 @@ class PaintFiles:
     # -- delete --------------------------------------------------------------------------------
 
     def delete(self) -> None:
-        """Delete the user's style and its draft, which undo can restore."""
+        """Delete the user's style and its draft. Undo can restore both."""
         style = self._own()
         if style is not None:
             self._own_styles.delete(style)

@@ -130,7 +130,7 @@ def _continued(picture: Float32, coverage: Float32) -> Float32:
 
 
 def colour_table(plus: Colour, minus: Colour) -> Pixels:
-    """Return the colour of each pair of grey value and weight.
+    """Return the colour for each pair of a grey value and a weight.
 
     Args:
         plus, minus: sRGB of positive and negative weights.
@@ -142,7 +142,7 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
     weight = np.arange(-_LEVELS, _LEVELS + 1)[None, :, None] / _LEVELS
     opacity = _STRONGEST * np.expm1(-_BEND * np.abs(weight)) / np.expm1(-_BEND)
     tint = np.where(weight < 0, np.array(minus, float), np.array(plus, float))
-    # The shape of the face stays visible in the colour.
+    # Keep the shape of the face visible in the colour.
     brightness = np.clip(0.5 + 0.5 * grey / (255 * _MIDDLE), 0.4, 1.25)
     colour = np.clip((1 - opacity) * grey + opacity * np.minimum(tint * brightness, 255.0), 0, 255)
     red, green, blue = np.moveaxis(np.rint(colour).astype(np.uint32), 2, 0)
@@ -150,7 +150,7 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
 
 
 class CanvasColours:
-    """Colours of the canvas at its own resolution.
+    """The colours of the canvas, at the resolution of the canvas.
 
     Args:
         plus, minus: sRGB of positive and negative weights.

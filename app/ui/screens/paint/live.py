@@ -47,13 +47,13 @@ class LiveState:
 
     Attributes:
         sentence: Text in place of the numbers, or an empty string if there is a `result`.
-        origin: Result of the original style here.
+        origin: Text about the result of the original style here.
         picture: Portrait, (h, w, 3) uint8 sRGB or None.
         panorama: Panorama of the place, (h, w, 3) uint8 sRGB or None.
         front: Panorama azimuth of the photographer in degrees.
         weights: (H, W) float32 or None. Pre-integrated target at turn 0.
         limit: Minimum match at which the style is within reach.
-        stale: Whether the answer is for another head or place, and therefore dimmed under
+        stale: Whether the answer is for another head or place and is therefore dimmed under
             "Computing…".
     """
 
@@ -138,7 +138,7 @@ class LiveState:
 
 
 class LightOnHead:
-    """Keeps one light table, and computes another in a job when the light or the head changes.
+    """Keeps one light table, and computes a new one in a job when the light or the head changes.
 
     Attributes:
         trouble: The reason why the light cannot be used, or an empty string if it can.
@@ -152,7 +152,7 @@ class LightOnHead:
         self.trouble = ""
 
     def table(self) -> LightTable | None:
-        """Return the table of the model's light and head, or None until it is computed."""
+        """Return the table for the model's light and head, or None until it is computed."""
         model = self._services.model
         if model.light is None or model.head is None:
             return None
@@ -312,7 +312,9 @@ def _portrait(
     front_deg: float,
     size: Size,
 ) -> Callable[..., Bytes] | None:
-    """Return a function of `quick` that renders the portrait at the best turn, or None if unknown.
+    """Return a function that renders the portrait at the best turn, or None if it is unknown.
+
+    The function has one argument, `quick`, as in `Head.portraits`.
 
     Args:
         own: Result of the style that the canvas still equals.

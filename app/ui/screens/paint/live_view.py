@@ -26,7 +26,7 @@ from app.ui.widgets.surfaces import Menu, Scroll, Surface
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _PORTRAIT: Final = (200, 232)
 _SMALL_PORTRAIT: Final = (120, 140)
-_PLOT: Final = (176, 120)  # side in a high and in a low window
+_PLOT: Final = (176, 120)  # side in a tall and in a short window
 
 
 class _Numbers(QWidget):
@@ -204,7 +204,7 @@ class LiveColumn(Surface):
         self.laid.emit(self._picture.size())
 
     def _fit_plot(self) -> None:
-        """Shrink the plot in a low window, so that nothing has to scroll."""
+        """Shrink the plot in a short window, so that nothing has to scroll."""
         if self._plot is None:
             return
         most, least = (px(side) for side in _PLOT)

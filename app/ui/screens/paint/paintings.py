@@ -1,4 +1,7 @@
-"""The paintings in memory, opened from a style or its draft, which follow renames of the style."""
+"""The paintings in memory.
+
+A painting is opened from a style or its draft, and follows renames of the style.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,7 @@ class Paintings:
         return document if document is not None and document.key == key else None
 
     def open(self, key: str, done: Callable[[PaintDocument, OpenedCanvas], None]) -> None:
-        """Open a painting in a job. `done` is skipped if another is requested in the meantime."""
+        """Open a painting in a job. Skip `done` if another painting has been requested by then."""
         self.opening = key
         model, folder = self._services.model, self._services.folders.drafts
         head, own = model.head, model.user_styles

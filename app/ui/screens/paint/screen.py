@@ -150,7 +150,7 @@ class PaintPresenter(Presenter[PaintView]):
     # -- strokes -------------------------------------------------------------------------------
 
     def press(self, point: Point, eraser: bool = False) -> None:
-        """Begin a stroke, which restores if it is made with the pen's eraser.
+        """Begin a stroke. A stroke with the pen's eraser restores the starting point.
 
         The answer follows with the next `draw` or `lift`, so that the pen does not have to wait.
         """
@@ -210,7 +210,7 @@ class PaintPresenter(Presenter[PaintView]):
         self.lift()
 
     def clear(self) -> None:
-        """Remove all strokes, which the user can undo."""
+        """Remove all strokes. The user can undo this."""
         document = self._document
         if document is None:
             return

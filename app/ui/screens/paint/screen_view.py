@@ -170,7 +170,7 @@ class PaintScreen(QWidget):
             sheet.deleteLater()
 
     def _portrait_laid(self, size: QSize) -> None:
-        # Logical pixels are enough, because the picture of the head has less than half as many.
+        # Logical pixels are enough, because the picture of the head has fewer than half as many.
         self._presenter.sized(size.height(), size.width())
 
     def showEvent(self, event: QShowEvent) -> None:

@@ -53,7 +53,9 @@ class ToolsState:
 def starts_of(
     document: PaintDocument, own: Sequence[UserStyle]
 ) -> tuple[tuple[str, str, str], ...]:
-    """Return the key, title and side of each start: nothing, the user's own and built-in styles.
+    """Return the key, title and side of each starting point.
+
+    The starting points are nothing, the user's own styles and the built-in styles.
 
     A style that was saved here is left out, because it has a starting point of its own.
     """
@@ -82,7 +84,7 @@ class BrushBox:
             self._changed()
 
     def resize(self, steps: int) -> None:
-        """Change the size by steps of 15%, but at least 2 pixels each."""
+        """Change the size in steps of 15%, each at least 2 pixels."""
         now = self.brush.diameter
         size = round(now * _GROW**steps / _EVEN) * _EVEN
         self.change(diameter=now + _EVEN * steps if size == now else size)

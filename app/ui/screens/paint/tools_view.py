@@ -26,9 +26,9 @@ from app.ui.widgets.paint import RIGHT, box, put_text
 from app.ui.widgets.surfaces import Divider, Scroll, Surface
 
 _TOOLS: Final = (
-    (Tool.BRIGHTER, tr("Brighter"), "B", tr("here the face should get more light")),
-    (Tool.DARKER, tr("Darker"), "D", tr("here the face should get less light")),
-    (Tool.IGNORE, tr("Ignore"), "I", tr("here the light does not matter")),
+    (Tool.BRIGHTER, tr("Brighter"), "B", tr("more light on this part of the face")),
+    (Tool.DARKER, tr("Darker"), "D", tr("less light on this part of the face")),
+    (Tool.IGNORE, tr("Ignore"), "I", tr("light on this part does not matter")),
     (Tool.RESTORE, tr("Restore"), "R", tr("back to the starting point")),
 )
 """Tool, name, key and effect."""

@@ -50,7 +50,7 @@ class Viewing:
         return self.left + x * self.zoom, self.top + y * self.zoom
 
     def moved(self, dx: float, dy: float) -> Viewing:
-        """Return the mapping shifted by logical pixels."""
+        """Return the mapping shifted by a distance in logical pixels."""
         return replace(self, left=self.left + dx, top=self.top + dy)
 
     def zoomed(self, zoom: float, x: float, y: float) -> Viewing:
