@@ -40,7 +40,7 @@ class DropRow(QWidget):
         self.open_button = Button(tr("Open files…"), do=ask_files)
         self.open_button.set_tip(tr("Open panoramas, brackets or photos"), "Ctrl+O")
         self.watch_button = Button(tr("Watch a folder…"), do=self._watch)
-        self.watch_button.set_tip(tr("Brackets that arrive in a folder become places"))
+        self.watch_button.set_tip(tr("Turn each bracket that arrives in a folder into a place"))
         row((self._zone, 1), self.open_button, self.watch_button, into=self, gap=8)
         for widget in (self, self.open_button, self.watch_button):
             widget.setFixedHeight(height)

@@ -17,10 +17,10 @@ class LampRow:
     """A lamp in the table and on the panorama.
 
     Attributes:
-        letter, name: For example "A" and "Window".
-        azimuth, elevation, share: For example "47°", "30° up" and "at least 64%".
+        letter, name: Texts such as "A" and "Window".
+        azimuth, elevation, share: Texts such as "47°", "30° up" and "at least 64%".
         azimuth_deg, elevation_deg: Direction in the original panorama, in degrees.
-        spoken: The whole row for a screen reader.
+        spoken: The whole row as text for a screen reader.
     """
 
     letter: str

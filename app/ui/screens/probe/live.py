@@ -37,7 +37,7 @@ class RoughCard:
     """One of the best styles in the live preview.
 
     Attributes:
-        title, side, turn, direction, grade: For example "Rembrandt", "sitter's left (camera
+        title, side, turn, direction, grade: Texts such as "Rembrandt", "sitter's left (camera
             right)", "96°", "clockwise" and "in reach".
         arrow: Icon of the direction.
         note: "rough", and whether the style needs the full bracket.
@@ -80,7 +80,7 @@ _SILENT_S: Final = 3.0
 
 OPENING: Final = tr("Opening the live preview…")
 
-_LOST_WORDS: Final = tr("Preview lost. Stay near the camera; it reconnects by itself.")
+_LOST_WORDS: Final = tr("Preview lost. Stay near the camera; it will reconnect by itself.")
 
 _NOTHING: Final = tr("No style seems to be within reach here. Walk on.")
 

@@ -39,7 +39,7 @@ class ProbeState:
 
     Attributes:
         picture: Panorama at the chosen exposure, (h, 2 h, 3) uint8 sRGB, or None if there is none.
-        findings: Lamps and clip mask, or None while they are computed.
+        findings: Lamps and clip mask, or None until they are computed.
         front_deg: Azimuth at which the photographer stands, in degrees.
         exposure_ev: Exposure of the picture in stops.
     """

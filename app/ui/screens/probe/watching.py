@@ -1,4 +1,4 @@
-"""A watched folder, whose incoming brackets become places."""
+"""Watches a folder, and creates places from the brackets that arrive in it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Relay(Token):
 
     @property
     def cancelled(self) -> bool:
-        """Whether the waiting job was asked to stop."""
+        """Whether the waiting job has been asked to stop."""
         return self.job.cancelled
 
     def check(self) -> None:

@@ -16,7 +16,8 @@ class Way:
         steps: Instructions, in order.
         button, files: Label of the button that asks for files, and the filter for those files. Not
             used for the camera.
-        live: Labels for starting and stopping the live camera, and a tip. Empty if not available.
+        live: Labels of the button that starts and stops the live camera, and its tip. Empty if
+            this way does not use a live camera.
     """
 
     title: str
@@ -32,7 +33,7 @@ WAYS: Final = {
         live=(
             tr("Live preview"),
             tr("Stop the preview"),
-            tr("Walk with the camera to see the best styles on the way"),
+            tr("Walk with the camera to see the best styles along the way"),
         ),
     ),
     "film": Way(
@@ -57,14 +58,17 @@ WAYS: Final = {
             tr("Put a chrome ball where the head will be. A garden or Christmas ball will do."),
             tr("From where you will stand, fill a good part of the picture with the ball."),
             tr("Take three to seven exposures, two stops apart, without moving."),
-            tr("Choose the photos here, or drop two folders: a second side fills in what you hid."),
+            tr(
+                "Choose the photos here, or drop two folders: photos from a second side fill in "
+                "what you hid."
+            ),
         ),
     ),
     "photos": Way(
         tr("Photos"),
         (
             tr("Stand where the sitter will be, and turn on the spot."),
-            tr("Take 12 to 40 photos that overlap by a third, level, up and down."),
+            tr("Take 12 to 40 photos that overlap by a third: level, tilted up and tilted down."),
             tr("Take each at two or three exposures to capture windows and lamps."),
             tr("Choose the photos here, or a phone’s panorama."),
         ),

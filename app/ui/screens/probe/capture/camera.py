@@ -31,7 +31,7 @@ class CameraBlock:
     """The camera, and the panel for choosing another camera.
 
     Attributes:
-        title, second: For example "RICOH THETA V" and "Wi-Fi, battery 82%, 1.9 GB free".
+        title, second: Texts such as "RICOH THETA V" and "Wi-Fi, battery 82%, 1.9 GB free".
         missing: Whether there is no camera, in which case `second` says what to do.
     """
 
@@ -102,7 +102,9 @@ class CameraFinder:
         status, block = self._services.model.camera, self._block
         block = replace(block, rows=tuple(_row(camera) for camera in self._cameras))
         if status is None:
-            second = self._missing or ("" if self._searched else tr("Not searched for yet."))
+            second = self._missing or (
+                "" if self._searched else tr("Turnlight has not looked for one yet.")
+            )
             return replace(block, second=block.busy or second, asks_password=False)
         device, unsure = status.device, block.busy or self._missing
         return replace(
@@ -212,7 +214,7 @@ class CameraFinder:
             self._read(camera.device)
 
     def worked(self, camera: FoundCamera) -> None:
-        """Remember, for the next start, a camera that has captured a bracket."""
+        """Remember a camera that has captured a bracket, for use at the next start."""
         # A simulated camera on this computer will not exist after a restart.
         if not is_loopback(camera.endpoint.host):
             home = self._services.folders.home

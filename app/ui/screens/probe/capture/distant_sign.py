@@ -20,7 +20,7 @@ class DistantSign:
 
     Attributes:
         kind: Meaning of the colours: "wait", "act" (kneel and stay) or "move".
-        big, caption: For example "Frame 3 of 6" and "Stay down".
+        big, caption: Texts such as "Frame 3 of 6" and "Stay down".
         fraction: Fraction of the exposures taken, from 0 to 1, or None before the first exposure.
         spoken: Sentence to speak when it changes, or an empty string for silence.
         picture: The panorama taken for metering, (h, 2 h, 3) uint8 sRGB, or None if there is none.
@@ -46,7 +46,12 @@ _SHOOTING: Final = (Stage.METERING, Stage.EXPOSING)
 
 
 def sign_of(status: Status, count: int, delay_s: int) -> DistantSign:
-    """Build the sign; `count` is the number of seconds left on the self-timer."""
+    """Build the sign.
+
+    Args:
+        count: Number of seconds left on the self-timer.
+        delay_s: Length of the self-timer in seconds.
+    """
     message, early = _timed(progress_words(status.message), status), status.stage in _BEFORE
     if not early and (status.may_move or status.stage not in _SHOOTING):
         return DistantSign("move", _MOVE, message, spoken=_MOVE)

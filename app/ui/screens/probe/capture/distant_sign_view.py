@@ -22,7 +22,7 @@ _FILLS: Final = {
     "move": ("ok", "raised"),
 }
 
-_CAPTION: Final = 0.2  # of the height
+_CAPTION: Final = 0.2  # fraction of the height
 
 _LARGEST: Final = 400
 

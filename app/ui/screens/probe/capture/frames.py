@@ -20,8 +20,8 @@ class FrameTile:
     """One exposure.
 
     Attributes:
-        ev, shutter, clipped: For example "+2 EV", "1/15 s" and "41% clipped", each an empty string
-            if unknown.
+        ev, shutter, clipped: Texts such as "+2 EV", "1/15 s" and "41% clipped". Each is an empty
+            string if its value is unknown.
         picture: Thumbnail, (h, 2 h, 3) uint8 sRGB, or None. It is ignored in comparisons.
         arrived: Fraction of the file received, from 0 to 1.
     """
