@@ -61,11 +61,11 @@ class CardState:
     """A card of the gallery. Cards that compare equal look the same.
 
     Attributes:
-        turn: For example "96°", or an empty string if there is no turn.
+        turn: Text such as "96°", or an empty string if there is no turn.
         swapped: Whether `target` and `here` are swapped.
         meter: Match on the meter, 0 to 100, or None to hide the meter.
         version: Version of the pictures, compared in place of the pictures themselves.
-        stale: Whether the answer is for another selection, so that the card is dimmed for now.
+        stale: Whether the answer is for another selection and the card is therefore dimmed.
         target, here: (h, w, 3) uint8 sRGB at the size of a card's picture, or None.
     """
 
@@ -274,7 +274,7 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Return a note if an answer is rough or depends on clipped light or gaps, or else ""."""
+    """Return a note if an answer is rough or depends on clipped light or gaps, otherwise ""."""
     question = snapshot.question
     if name not in snapshot.results:
         return ""
@@ -360,7 +360,7 @@ def gain_lines(result: StyleResult) -> list[str]:
 
 
 def close_style(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return the title of the style that the picture is close to, or "" if already mentioned."""
+    """Return the title of the style that the picture is close to, or "" if it is mentioned."""
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
@@ -368,7 +368,7 @@ def close_style(result: StyleResult, snapshot: Snapshot) -> str:
 
 
 def close_to(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return a sentence about the style that the picture is close to, or "" if redundant."""
+    """Return a sentence about the style that the picture is close to, or "" if it is redundant."""
     title = close_style(result, snapshot)
     return verdict.close_to(title) if title else ""
 

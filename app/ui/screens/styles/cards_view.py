@@ -1,4 +1,4 @@
-"""The cards of the gallery, each painted in one go because a window has twenty of them.
+"""The cards of the gallery. Each is painted in one pass because a window shows twenty.
 
 `CompareSheet` shows several styles side by side. `TurnWords` shows the turn in large figures with
 its direction, and `Facts` shows the numbers beside the turn.
@@ -227,7 +227,7 @@ class HeldKey(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Follow the key, and report its release where the key event itself would be missed."""
+        """Follow the key, and report its release even where the key event would be missed."""
         kind, down = event.type(), QEvent.Type.KeyPress
         if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
             self.held.emit(False)

@@ -51,7 +51,7 @@ class CurveMark:
     """A marked turn of the curve, with its picture.
 
     Attributes:
-        tag, words: For example "Median" and "Median at −84°: C 12".
+        tag, words: Texts such as "Median" and "Median at −84°: C 12".
         picture: (h, w, 3) uint8 sRGB at the size of the portraits.
     """
 
@@ -68,22 +68,22 @@ class DetailState:
     Attributes:
         target, here: Portraits with the same size, crop and exposure rule, (h, w, 3) uint8 sRGB or
             None.
-        target_tag, here_tag: For example "Target" and "Here, at 96°".
-        target_exposed, here_exposed: For example "+1.3 stops", for the picture here only.
+        target_tag, here_tag: Texts such as "Target" and "Here, at 96°".
+        target_exposed, here_exposed: Text such as "+1.3 stops", for the picture here only.
         exposed_tip: Sentence that explains what these stops are relative to.
-        lamps_note: For example "Shown with its own lamps: lamps of 2:1 would not show it."
+        lamps_note: Text such as "Shown with its own lamps: lamps of 2:1 would not show it."
         marks: Turns with the median and minimum C, as in figure 4 of the paper. Only in paper mode.
         curve: Match at 64 turns, from 0 to 100, or an empty tuple before the light is measured.
-        close: For example "Close to Rembrandt".
-        numbers, limit_words: For example "match 87" and "Limit of reach: 45", as on the card.
+        close: Text such as "Close to Rembrandt".
+        numbers, limit_words: Texts such as "match 87" and "Limit of reach: 45", as on the card.
         arc: Tolerance arc in degrees, or None if the style is out of reach.
         best: Best turn in degrees, or None before the light is measured.
         peaks: Turns of the other peaks in degrees.
         needle: Displayed turn in degrees.
-        turn: For example "96°".
-        direction, clock: For example "clockwise" and "towards 3 o’clock".
-        good_from, match, contrast: For example "79° to 111°", "96" and "62% of the studio’s".
-        ratio, ratio_short, ratio_tip: For example "2.3 stops", "4.9:1 key + fill : fill" and the
+        turn: Text such as "96°".
+        direction, clock: Texts such as "clockwise" and "towards 3 o’clock".
+        good_from, match, contrast: Texts such as "79° to 111°", "96" and "62% of the studio’s".
+        ratio, ratio_short, ratio_tip: Texts such as "2.3 stops", "4.9:1 key + fill : fill" and the
             whole sentence.
         verdict, reason: For a style out of reach, for example "The best match here is 29 at 62°
             counter-clockwise. The limit is 45." and the reason.
@@ -93,7 +93,8 @@ class DetailState:
         weights: Pre-integrated target at turn 0, (h, w) float32, or None. All states of a style and
             head share the same object.
         background: View behind the sitter at the needle's turn, (h, w, 3) uint8 sRGB or None.
-        stale: Whether the state is for another selection, and therefore dimmed under "Computing…".
+        stale: Whether the state is for another selection and is therefore dimmed under
+            "Computing…".
     """
 
     key: str = ""

@@ -33,25 +33,25 @@ _PLOT: Final = 224
 _DIAL, _SMALL_DIAL = 216, 164
 _SHAPE: Final = 208 / 200
 _NARROW: Final = 1.4  # height divided by width of four portraits in a row
-_LOWEST: Final = 136  # height of the portraits in a low window
+_LOWEST: Final = 136  # height of the portraits in a short window
 _PANORAMA: Final = 272 / 400  # fraction of the width, without the gap
 _TABS: Final = (("plot", tr("Match")), ("weights", tr("Weights")), ("background", tr("Background")))
 
 
 def panorama_size(width: int) -> QSize:
-    """Return the size of the panorama for a width of the detail, in logical pixels."""
+    """Return the size of the panorama, in logical pixels, for a given width of the detail."""
     wide = round(_inner(width) * _PANORAMA)
     return QSize(wide, wide // 2)
 
 
 def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSize]:
-    """Return the sizes of portraits and background in logical pixels for a width of the detail.
+    """Return the sizes of the portraits and the background for a given width of the detail.
 
     Args:
         marks: Number of portraits beside the target and the picture here.
 
     Returns:
-        For example 200 x 208 and 128 x 136 at a width of 456.
+        Two sizes in logical pixels, such as 200 x 208 and 128 x 136 for a width of 456.
     """
     t = theme()
     inner = _inner(width)
@@ -125,7 +125,7 @@ class _Title(QWidget):
 
 
 class _Legend(QWidget):
-    """The legend for orange and blue."""
+    """The legend that explains orange and blue."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -301,7 +301,7 @@ class StyleDetail(Surface):
         self.laid.emit(portrait, background)
 
     def _lower(self, portrait: QSize) -> None:
-        """Shrink the portraits in a low window, so that nothing below them scrolls."""
+        """Shrink the portraits in a short window, so that nothing below them scrolls."""
         around = self._whole.contentsMargins()
         room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
         self._content.activate()  # Inner layouts do not know the new sizes yet.

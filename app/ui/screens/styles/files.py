@@ -156,7 +156,7 @@ ROUGHLY: Final = {
 
 
 def _age_words(place: Place | None, now: datetime) -> str:
-    """Return the age of the light, and how it was measured if that was only rough."""
+    """Return the age of the light, and how it was measured if the result is only rough."""
     if place is None or place.capture is None:
         return ""
     how, where = ROUGHLY.get(place.capture.plan, ""), place.location
@@ -266,7 +266,7 @@ class StyleFiles:
             self._own.duplicate(style, self._own.add)
 
     def delete(self) -> None:
-        """Delete the current style, which undo can restore."""
+        """Delete the current style. Undo can restore it."""
         style = self._own_style()
         if style is not None:
             self._own.delete(style)

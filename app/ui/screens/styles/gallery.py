@@ -80,7 +80,7 @@ class GalleryQuestion:
     """Everything that the gallery depends on.
 
     Attributes:
-        light: Light of the place, or None before it is measured, when there are no results.
+        light: Light of the place, or None until it is measured. Without it there are no results.
         objective: "picture" or "paper".
         sun: Panorama azimuth and elevation of the sun in degrees, or None if unknown.
         size: Rows and columns of a card's picture.
@@ -145,7 +145,7 @@ class Snapshot:
 
     @property
     def paper(self) -> bool:
-        """Whether the paper's rule applies: styles with C below the limit are out of reach."""
+        """Whether the paper's rule applies: a style with C below the limit is out of reach."""
         return self.question.objective == "paper" and self.question.light is not None
 
     @cached_property

@@ -141,7 +141,7 @@ class SizeSlider(LabelledSlider):
 
 
 class _Cards(Scroll):
-    """The area with the cards, which Ctrl and the mouse wheel resize."""
+    """The scroll area of the cards. Ctrl and the mouse wheel resize the cards."""
 
     def __init__(self, cards: QWidget, size: SizeSlider) -> None:
         super().__init__(cards)
@@ -155,7 +155,7 @@ class _Cards(Scroll):
 
 
 class Gallery(QWidget):
-    """The filter, the order and the cards, which are one Tab stop with arrow keys inside."""
+    """The filter, the order and the cards, which form a single Tab stop with arrow keys inside."""
 
     chosen = Signal(str)
     """Emitted when a card is chosen."""
@@ -171,7 +171,7 @@ class Gallery(QWidget):
     """Emitted to mark or unmark a style for comparison, or with "" to remove all marks."""
     compare_asked = Signal()
     held = Signal(bool)
-    """Emitted to swap targets and pictures here while a button is held."""
+    """Emitted when the swap button is pressed (True) or released (False)."""
     resized = Signal(int)
     """Emitted with the minimum width of a card in logical pixels at scale 1."""
     laid = Signal(QSize)

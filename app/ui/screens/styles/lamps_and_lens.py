@@ -39,11 +39,11 @@ class LampsState:
     """Lamps of the current style, or of all styles.
 
     Attributes:
-        words: For example "Lamps: 30°, 4:1".
+        words: Text such as "Lamps: 30°, 4:1".
         sizes: Key and label of each available lamp size.
         size, ratio: Keys of the selected lamps.
         only: Whether the selection applies to the current style only.
-        own: Whether the current style can have its own lamps, which a painted style cannot.
+        own: Whether the current style can have its own lamps, which a painted style cannot have.
         works: Whether a place is open in which to save the selection.
     """
 
@@ -61,7 +61,7 @@ class LensState:
     """The camera position.
 
     Attributes:
-        short, words: For example "Lens: short" and "Lens: short light".
+        short, words: Texts such as "Lens: short" and "Lens: short light".
         key: One of `LENS_CHOICES`.
         background: Panorama azimuth in degrees required behind the sitter, or None if any will do.
         width: Tolerance of that azimuth to either side, in degrees.
@@ -176,7 +176,7 @@ class LensChoice:
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
         """Require the background at a panorama azimuth in degrees, or allow any if that is None.
 
-        A lens straight in front of the face allows only one background, so its position is freed.
+        A lens straight in front of the face allows only one background, so this frees the lens.
         """
         lens = self._services.model.lens
         if middle_deg is None:

@@ -62,7 +62,7 @@ class LikeState:
 
     Attributes:
         photo, face, head: (n, n, 3) uint8 sRGB or None. The whole photo with frames around its
-        faces, the chosen face and the head lit by the lamps.
+            faces, the chosen face and the head lit by the lamps.
         mirrored: Whether the file is a mirror image. The photo is always shown the right way round.
         hint: Advice about a photo from a front camera.
         light: The light found in the photo, with the user's changes.
@@ -100,7 +100,7 @@ class LikeState:
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Azimuth and altitude of the key in degrees before it was moved, or None if it was not."""
+        """Azimuth and altitude of the key in degrees before it was moved, or None if not moved."""
         read = self.read
         if read is None or read is self.light:
             return None
@@ -263,7 +263,7 @@ class LikePhoto:
             self._put(self.state, change(self.state.light))
 
     def _put(self, state: LikeState, light: FaceLight | None = None) -> None:
-        """Show a light, and start rendering the head under it."""
+        """Show a light, and start rendering the head as lit by it."""
         head = self._services.model.head
         trouble, note, read = state.trouble, "", state.read
         if light is not None:
@@ -310,7 +310,7 @@ def _looked_at(photo: Photo, faces: tuple[Face, ...], number: int) -> _Look:
 
 
 def _draw_head(head: Head, light: FaceLight) -> Bytes:
-    """Render the head under the lamps of the photo."""
+    """Render the head as lit by the lamps in the photo."""
     style, studio = photo_studio(light)
     glow = render(head.transport, studio_light(style, studio, head.transport.environment_shape))
     like_style = replace(style, lamps=photo_lamps(light))

@@ -49,7 +49,7 @@ class _LampMap(SkyMap):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Position of the key"))
-        self.setToolTip(tr("Drag the key. Arrow keys 1°, Shift 10°, Home as read"))
+        self.setToolTip(tr("Drag the key. Arrow keys move it 1°, with Shift 10°. Home resets it."))
         self.show_sky(_Sky())
 
     def lamp_moved(self) -> None:

@@ -24,7 +24,8 @@ class StylesPictures:
     """The latest gallery and detail, and the jobs that render new ones.
 
     Attributes:
-        changed: Called when there are new pictures, with whether to resolve the detail.
+        changed: Called when there are new pictures. Its argument says whether to resolve the
+            detail.
     """
 
     def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:
@@ -69,7 +70,7 @@ class StylesPictures:
 
     @property
     def needle_deg(self) -> float | None:
-        """Displayed turn in degrees, as counted by the displayed answers, or None for the best."""
+        """Displayed turn in degrees, as the displayed answers count it; None for the best turn."""
         needle, shift_deg = self._services.model.needle_deg, self.moved_deg
         # Until new answers arrive after a move of the marker, keep the same direction in the
         # panorama.

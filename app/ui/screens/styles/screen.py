@@ -55,7 +55,8 @@ class StylesState:
 
     Attributes:
         filters: Key and label of each filter, such as ("in", "In reach 16").
-        stale: Whether the cards and detail are for another selection, so the filters lack counts.
+        stale: Whether the cards and the detail are for another selection. The filters then show no
+            counts.
         clipped: Whether a capture of the full range would record more of the light.
         rules: In paper mode, a sentence on how many styles our rule and the paper's disagree on.
         card_width: Minimum width of a card in logical pixels at scale 1, or 0 for automatic.
@@ -169,7 +170,7 @@ class StylesPresenter(Presenter[StylesView]):
             ),
             Action("paint-style", tr("Paint on this style"), self.paint, "brush", "P",
                    hint=tr("paint")),
-            Action("swap-pictures", tr("Swap target and here"),
+            Action("swap-pictures", tr("Swap target and result"),
                    lambda: self.swap(not self._swapped), "mirror", keys="S"),
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
                    lambda: len(self._marked) > 1 and not self._pictures.stale),
