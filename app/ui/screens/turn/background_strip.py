@@ -16,12 +16,12 @@ class Scale:
     """The state of the strip and of the scale below it, in degrees of turn.
 
     Attributes:
-        now_deg: Current turn, or None while unknown.
+        now_deg: Current turn, or None while it is unknown.
         camera_deg: Turn at which the camera's axis points, or None unless an off-centre sitter
             makes it differ from `now_deg`.
         fov_deg: Width of the frames in degrees of the panorama.
-        arc_deg: Start and end of the light, clockwise, or None if there is no arc.
-        goal_words, now_words, arc_words: For example "goal", "now" and "green: in the light".
+        arc_deg: Start and end of the arc in the light, clockwise, or None if there is no arc.
+        goal_words, now_words, arc_words: Texts such as "goal", "now" and "green: in the light".
         mirrored: Whether clockwise runs to the left, as in the pictures of selfie mode.
     """
 
@@ -56,14 +56,14 @@ def scale_of(
         arc = (float(whole(arc[0])), float(whole(arc[1])))
     mirrored = mode is Mode.SELFIE
     now, goal_text, now_text = guidance.now, tr("goal"), tr("now")
-    where = tr("heading unknown")
+    where = tr("Heading unknown")
     if now == guidance.goal:
         # Two labels at the same place would push each other away.
-        goal_text = where = tr("now at the goal")
-        now_text = ""
+        goal_text, now_text = tr("now at the goal"), ""
+        where = tr("The camera is at the goal")
     elif now is not None:
         right = (difference(now, guidance.goal) > 0.0) != mirrored
-        where = tr("now to the right of the goal") if right else tr("now to the left of the goal")
+        where = tr("The camera is to its right") if right else tr("The camera is to its left")
     return Scale(
         goal_deg=float(guidance.goal),
         now_deg=None if now is None else float(now),
@@ -73,6 +73,6 @@ def scale_of(
         goal_words=goal_text,
         now_words=now_text,
         arc_words=tr("green: {arc}", arc=arc_words(guidance)) if guidance.has_arc else "",
-        description=tr("The goal is in the middle, {where}", where=where),
+        description=tr("The goal is in the middle. {where}.", where=where),
         mirrored=mirrored,
     )

@@ -1,4 +1,4 @@
-"""The background strip, painted by hand so that its frames, arrow and tags avoid each other."""
+"""The background strip, painted directly so that its frames, arrow and tags avoid each other."""
 
 from __future__ import annotations
 
@@ -225,7 +225,7 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw a tag with an arrow at the edge beyond which the camera is, and return its area."""
+        """Draw a tag at the edge with an arrow toward the camera, and return the tag's area."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)

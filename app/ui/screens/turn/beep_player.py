@@ -1,4 +1,4 @@
-"""The sounds of the guidance: beeps that speed up near the light, then a steady tone in it."""
+"""The sounds of the guidance: faster beeps near the light, and a steady tone in the light."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.core.guidance.guide import Guide
 from app.ui.presenters.services import Services
 
 _LOOPS: Final = 8  # seconds of the steady tone, which loops without a click
-_EARLY_S: Final = 0.04  # replays slightly early, as an overlap is less noticeable than a gap
+_EARLY_S: Final = 0.04  # replays slightly early, because an overlap is less noticeable than a gap
 
 
 class BeepPlayer:

@@ -54,8 +54,9 @@ class Guidance:
     Attributes:
         number: Turn in whole degrees, or None to show a sentence instead.
         number_words: "to go", "to the best" or an empty string.
-        walk, company: "Walk to your left" and "The sitter turns with you." Either may be empty.
-        pill, pill_icon: Text such as "Not in the light yet", which is empty for no pill, and an
+        walk, company: Texts such as "Walk to your left" and "The sitter turns with you." Either may
+            be empty.
+        pill, pill_icon: Text such as "Not in the light yet", or an empty string for no pill, and an
             icon.
         inside: Whether the sitter is in the light, which turns the column green.
         spoken, announced: The same guidance for a screen reader. `announced` changes at most once

@@ -120,7 +120,7 @@ class LeftColumn(QWidget):
         inner = width - 2 * self._side
         fixed = self._fixed_height(self.tools.fit(inner))
         if self._aligning:
-            # The single picture fills the remaining height; if that is too low, the column scrolls.
+            # The single picture fills the remaining height. If it is too small, the column scrolls.
             fixed -= px(_SCALE + 24 + 8)
             fits = round((self._room.height() - fixed) * aspect)
             well_w = inner if fits < _SCROLLED * inner else min(inner, fits)
@@ -139,7 +139,7 @@ class LeftColumn(QWidget):
         least = min(natural, px(_LOWEST_STRIP))
         well_w = (inner - px(16)) // 2
         well_h = min(round(well_w / aspect), max(rest - least, px(_LOWEST_WELL)))
-        # In a low window the pictures are cropped slightly more to fill the width.
+        # In a short window the pictures are cropped slightly more to fill the width.
         well_w = min(well_w, round(well_h * aspect * _WIDER))
         tallest = max(natural, min(_STRIP[1], rest - well_h))
         strip_h = max(min(tallest, rest - well_h), least)

@@ -30,7 +30,9 @@ _NOW: Final = "turn-now"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pictures:
-    """Pictures, (h, w, 3) uint8 sRGB, or None until rendered. Each new picture is a new array.
+    """The pictures as (h, w, 3) uint8 sRGB arrays, each None until it is rendered.
+
+    Each new picture is a new array.
 
     Attributes:
         live, goal: Pictures for the wells, mirrored in selfie mode.
@@ -50,7 +52,7 @@ class TurnImages:
 
     Attributes:
         pictures: The newest version of each picture.
-        views: The goal and the strip, or None until rendered.
+        views: The goal and the strip, or None until they are rendered.
     """
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:

@@ -47,7 +47,7 @@ def style_words(model: Model, now: int | None, check: Check | None = None) -> St
     """Return the text beside the portraits.
 
     Args:
-        now: Turn in whole degrees, or None while unknown.
+        now: Turn in whole degrees, or None while it is unknown.
         check: Check of the sitter's face in the live picture.
     """
     result, own, plan = model.goal_result, model.own_style, model.lamp_plan
@@ -73,7 +73,7 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
 
     Args:
         goal_deg: The user's own goal in degrees, or None for the best turn.
-        now: Turn in whole degrees, or None while unknown.
+        now: Turn in whole degrees, or None while it is unknown.
 
     Returns:
         "Match now 90" and "96 at the goal", rounded down, or "Match 96" and "at the goal" if there
@@ -95,7 +95,7 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
 
 
 def face_words(check: Check | None, goal_yaw_deg: float = 0.0) -> str:
-    """Describe how well the sitter's own face shows the style, or that the face is turned away.
+    """Describe how well the sitter's face shows the style, or report that it is turned away.
 
     Args:
         goal_yaw_deg: Yaw of the goal in degrees. Unless this is 0, the guidance reports the yaw of

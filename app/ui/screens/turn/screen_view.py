@@ -1,4 +1,4 @@
-"""The Turn screen, with pictures on the left, guidance on the right and a timer."""
+"""The view of the Turn screen: pictures on the left, guidance on the right, and a timer."""
 
 from __future__ import annotations
 

@@ -33,7 +33,8 @@ class TurnState:
         empty, empty_action: The reason why there is no goal, and the label of a button, which are
             shown instead of everything else.
         mode: Who moves: ``walk`` or ``selfie``.
-        stale: Whether the goal and match are out of date, and therefore dimmed under "Computing…".
+        stale: Whether the goal and match are out of date and are therefore dimmed under
+            "Computing…".
         demo_deg: Direction of the demo's camera in whole degrees of turn, or None for a real
             camera.
     """

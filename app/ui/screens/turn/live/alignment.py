@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _ALIGN: Final = "turn-align"
 _BLINK_S: Final = 0.6
-BESIDE: Final = tr("Live alone until the background is found")
+BESIDE: Final = tr("Live picture only, until the background is found")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class AlignmentState:
         mode: ``overlay``, ``split`` or ``blink``.
         swaps: Whether a button swaps Live and Goal, because blinking is switched off.
         opacity: Opacity of Live over Goal in per cent, or the percentage of the width that Live
-            takes in a split.
+            takes up in a split.
     """
 
     on: bool = False

@@ -317,13 +317,13 @@ class LiveCamera:
 
     @property
     def distance_m(self) -> float:
-        """Distance from the sitter in metres, from the camera or else from the settings."""
+        """Distance from the sitter in metres, reported by the camera or else set by the user."""
         own = getattr(self._webcam, "distance_m", None)
         return float(own) if own else self._services.model.settings.camera_distance_m
 
     @property
     def looks(self) -> str:
-        """The person that the camera faces: ``sitter``, ``me``, or ``ask`` while unknown."""
+        """The person that the camera faces: ``sitter``, ``me``, or ``ask`` if it is unknown."""
         hint = getattr(self._webcam, "looks_at", "")
         if hint in ("sitter", "me"):
             return str(hint)

@@ -31,7 +31,8 @@ class LiveWords:
     Attributes:
         live, goal: Text beside the two headings, such as "webcam".
         name: The camera's name.
-        message, brief: What is wrong and what to do about it, and only what is wrong.
+        message: What is wrong and what to do about it.
+        brief: Only what is wrong.
         tag: State of the comparison of Live with Goal.
         dim: Whether the picture is out of date.
         asking: Whether to ask which way the camera faces.

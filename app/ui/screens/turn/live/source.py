@@ -34,8 +34,10 @@ _CHECK: Final = "turn-source-check"
 _STATUS_S: Final = 0.5
 _LONGEST: Final = 128
 _BOTH: Final = tr("Enter both the user name and the password.")
-_UNSOUND: Final = tr("The user name or password has invalid characters or is too long.")
-_OVERHEARD: Final = tr("Others on this Wi-Fi network could read it: the camera does not encrypt.")
+_UNSOUND: Final = tr("The user name or password contains invalid characters or is too long.")
+_OVERHEARD: Final = tr(
+    "Others on this Wi-Fi network could read it, because the connection is not encrypted."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,7 +329,7 @@ def _learnt(learnt_deg: float | None) -> str:
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
-    """Return the resolutions. Webcams can change theirs, and other pictures are scaled down."""
+    """Return the resolutions. Webcams can change theirs; pictures of others are scaled down."""
     exact = kind == "webcam"
     sizes = (
         (str(w), _SIZES[w] if exact else tr("At most {pixels} px wide", pixels=w)) for w in WIDTHS

@@ -11,7 +11,7 @@ class SourceWords(NamedTuple):
     """The text for one kind of live source.
 
     Attributes:
-        noun: For example "webcam".
+        noun: Noun such as "webcam".
         starting, lost, missing: Text for the states of the source, such as "Starting the webcam",
             "Webcam disconnected" and "No webcam".
         remedy: What to do when the source is lost.

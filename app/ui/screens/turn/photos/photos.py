@@ -63,11 +63,12 @@ class ShotRow:
     """One row of the list.
 
     Attributes:
-        sentence: For example "In the light, 3° short of the best".
+        sentence: Text such as "In the light, 3° short of the best".
         face: Results for the face and the style's prediction, or an empty string.
         new: Whether this is the photo checked last.
         again: Whether the photo missed the light, so that another turn may help.
-        pictured: Whether there is a thumbnail, (h, w, 3) uint8 sRGB.
+        pictured: Whether there is a thumbnail.
+        thumbnail: (h, w, 3) uint8 sRGB, or None. It is ignored in comparisons.
     """
 
     key: str
@@ -89,7 +90,7 @@ class ShotsState:
 
     Attributes:
         busy: The task in progress, or an empty string if there is none.
-        before, after: The last two photos of one style.
+        before, after: The last two photos taken for the same style.
         mirrored: Whether a new photo counts as mirrored if its background is inconclusive.
     """
 
@@ -174,7 +175,7 @@ class Shots:
     # -- opening -------------------------------------------------------------------------------
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Check photos that were dropped or chosen. If one is a panorama, they open as a place.
+        """Check photos that were dropped or chosen. If one is a panorama, all open as a place.
 
         Returns:
             Whether the files are photos or a video, and there is a goal to check them against.
@@ -295,7 +296,7 @@ class Shots:
     # -- removing ------------------------------------------------------------------------------
 
     def remove(self, key: str) -> None:
-        """Remove a photo from the list, which the user can undo."""
+        """Remove a photo from the list. The user can undo this."""
         shot = next((one for one in self._shots if one.key == key), None)
         folder = self._folder
         if shot is None or folder is None:
