@@ -1,4 +1,7 @@
-"""The registry of screens, in the order of the rail; each is imported when first shown."""
+"""The registry of screens, in the order of the rail.
+
+The code of a screen is imported when the screen is first shown.
+"""
 
 from __future__ import annotations
 
@@ -42,11 +45,12 @@ class ScreenSpec:
         key: Name of the package, and the value of `Model.step` that shows the screen. For "probe",
             the classes are `screen.ProbePresenter` and `screen_view.ProbeScreen`.
         title, tip, command, icon: Label on the rail, its tooltip, the entry in "Find anything" and
-        the icon. A screen without a title is not on the rail.
+            the icon. A screen without a title is not on the rail.
         in_front: Returns whether the screen should be visible, or is None if `Model.step` alone
             decides.
         done: Returns whether the rail marks the screen as done.
-        note: Returns the decision made on the screen twice: briefly for the rail, and in full.
+        note: Returns the decision made on the screen as two texts: a short one for the rail, and
+            the full one.
     """
 
     key: str
