@@ -126,7 +126,7 @@ _GRADED: Final = {
 
 
 def verdict_at(match: float, strength: float) -> tuple[Verdict, str]:
-    """Return the verdict for a match and a strength, with its text."""
+    """Return the verdict for a match and a strength, and the text of the verdict."""
     if match < LIMITS.match:
         return "out", tr("out of reach, under {limit:.0f}", limit=LIMITS.match)
     if strength < LIMITS.strength:

@@ -101,7 +101,7 @@ class LampHold:
         )
 
     def lamp(self) -> Lamp | None:
-        """Return the lamp in use, or None if none is in use or can be compared with the place."""
+        """Return the lamp in use if it can be compared with the place, or else None."""
         key = self._lamps.key
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self.stop])

@@ -89,7 +89,7 @@ class LampList:
 
     @property
     def usual_m(self) -> float | None:
-        """Usual distance of the lamp in use, in metres."""
+        """Usual distance of the lamp in use from the head, in metres, or None if there is none."""
         if self.own is not None:
             return self.own.distance_m
         return KINDS[self.key].distance_m if self.key in KINDS else None

@@ -101,7 +101,7 @@ class PaintFiles:
         self.saving = False
 
     def attach(self, view: FilesView | None) -> None:
-        """Ask this view for names and files from now on, or ask nothing if `view` is None."""
+        """Ask `view` for names and files from now on, or stop asking if it is None."""
         self._view = view
 
     def take(self, document: PaintDocument) -> None:

@@ -133,7 +133,7 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
     """Return the colour for each pair of a grey value and a weight.
 
     Args:
-        plus, minus: sRGB of positive and negative weights.
+        plus, minus: sRGB colours of positive and negative weights.
 
     Returns:
         (256, 255) uint32. 0xffRRGGBB by grey value (sRGB byte) and weight (127 + 127 w).
@@ -153,7 +153,7 @@ class CanvasColours:
     """The colours of the canvas, at the resolution of the canvas.
 
     Args:
-        plus, minus: sRGB of positive and negative weights.
+        plus, minus: sRGB colours of positive and negative weights.
 
     Attributes:
         pixels: (S, S) uint32. 0xffRRGGBB. The array object stays the same until the size changes,

@@ -31,7 +31,7 @@ _DRAFT_KEPT: Final = tr("Draft saved. Every stroke is kept.")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaintState:
-    """The state of the Paint screen by panel, apart from the canvas itself."""
+    """The state of the Paint screen, panel by panel, without the canvas itself."""
 
     tools: ToolsState = field(default_factory=ToolsState)
     canvas: CanvasState = field(default_factory=CanvasState)

@@ -38,8 +38,8 @@ _SLIDERS: Final = (
     ("strength", tr("Strength"), 5.0, 100.0, 30.0, 5.0, 100.0, "%"),
     ("softness", tr("Softness"), 0.0, 100.0, 70.0, 5.0, 100.0, "%"),
 )
-"""Field of the brush, name, minimum, maximum, initial value, step, units per 1 of the field, and
-unit.
+"""Field of the brush, name, minimum, maximum, initial value, step, displayed units per 1 of the
+field, and the unit.
 """
 
 _START_WIDTH: Final = 280

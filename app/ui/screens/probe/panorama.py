@@ -26,7 +26,7 @@ class PlacePanorama:
             no place is open.
         findings: Lamps and clip mask, or None until they are computed.
         frames: One picture per frame of the capture, (h, 2 h, 3) uint8 sRGB, or None if there is
-            none. Empty until loaded.
+            none. Empty until they are loaded.
         target_ev: Exposure chosen by the user, in stops.
     """
 

@@ -360,7 +360,7 @@ def gain_lines(result: StyleResult) -> list[str]:
 
 
 def close_style(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return the title of the style that the picture is close to, or "" if it is mentioned."""
+    """Return the title of the style that the picture is close to, or "" for none to mention."""
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
@@ -368,7 +368,7 @@ def close_style(result: StyleResult, snapshot: Snapshot) -> str:
 
 
 def close_to(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return a sentence about the style that the picture is close to, or "" if it is redundant."""
+    """Return a sentence about the style that the picture is close to, or "" for none to mention."""
     title = close_style(result, snapshot)
     return verdict.close_to(title) if title else ""
 

@@ -1,4 +1,6 @@
-"""The cards of the gallery. Each is painted in one pass because a window shows twenty.
+"""The cards of the gallery.
+
+Each card is painted in one pass, because a window shows twenty of them.
 
 `CompareSheet` shows several styles side by side. `TurnWords` shows the turn in large figures with
 its direction, and `Facts` shows the numbers beside the turn.

@@ -180,7 +180,7 @@ class StyleFiles:
         self._view: StyleFilesView | None = None
 
     def attach(self, view: StyleFilesView | None) -> None:
-        """Ask this view for names and files from now on, or ask nothing if `view` is None."""
+        """Ask `view` for names and files from now on, or stop asking if it is None."""
         self._view = view
 
     def actions(self) -> Sequence[Action]:

@@ -176,7 +176,8 @@ class LensChoice:
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
         """Require the background at a panorama azimuth in degrees, or allow any if that is None.
 
-        A lens straight in front of the face allows only one background, so this frees the lens.
+        A lens straight in front of the face allows only one background, so such a lens is then free
+        to move.
         """
         lens = self._services.model.lens
         if middle_deg is None:

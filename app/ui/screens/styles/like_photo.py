@@ -100,7 +100,7 @@ class LikeState:
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Azimuth and altitude of the key in degrees before it was moved, or None if not moved."""
+        """Azimuth and altitude of the key as read, in degrees, or None if it was not moved."""
         read = self.read
         if read is None or read is self.light:
             return None
@@ -137,7 +137,7 @@ class LikePhoto:
         """Read a photo that was dropped or chosen, ignoring other files.
 
         Returns:
-            Whether the files are handled, including a panorama, which opens as a place.
+            Whether the files were accepted. A panorama is accepted too, and opens as a place.
         """
         if len(paths) != 1 or paths[0].suffix.lower() not in PHOTO_ENDINGS:
             return False

@@ -17,8 +17,8 @@ class Scale:
 
     Attributes:
         now_deg: Current turn, or None while it is unknown.
-        camera_deg: Turn at which the camera's axis points, or None unless an off-centre sitter
-            makes it differ from `now_deg`.
+        camera_deg: Turn of the camera's axis, or None unless an off-centre sitter makes it differ
+            from `now_deg`.
         fov_deg: Width of the frames in degrees of the panorama.
         arc_deg: Start and end of the arc in the light, clockwise, or None if there is no arc.
         goal_words, now_words, arc_words: Texts such as "goal", "now" and "green: in the light".
@@ -49,7 +49,7 @@ def scale_of(
 
     Args:
         fov_deg: Angle of the panorama that fills the camera's picture, in degrees.
-        camera_deg: Turn at which the camera's axis points, or None if the sitter is centred.
+        camera_deg: Turn of the camera's axis, or None if the sitter is centred.
     """
     arc = goal.arc_deg
     if arc is not None and arc[1] - arc[0] < 360.0:

@@ -86,7 +86,7 @@ class GuidanceController:
     Attributes:
         guide: The latest guidance, or None while there is no goal.
         asked_deg: Remaining turn to the light, in degrees, whether displayed or not, or None while
-            unknown.
+            it is unknown.
         from_deg: Turn at the last photo, in degrees, or 0 for the start. Without a heading, the
             displayed turn is measured from here.
     """

@@ -115,7 +115,7 @@ class LeftColumn(QWidget):
         self.arranged.emit()
 
     def _shared_out(self, width: int) -> tuple[QSize, QSize, int]:
-        """Return the sizes of a well and of the strip for a width, and the total height."""
+        """Return the sizes of a well and of the strip for a given width, and the total height."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
         fixed = self._fixed_height(self.tools.fit(inner))

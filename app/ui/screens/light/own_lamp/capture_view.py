@@ -17,7 +17,7 @@ from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import grid, row
 
-_ALONE: Final = tr("Without a distance, the lamp can be held anywhere. Measure it if you can.")
+_ALONE: Final = tr("Measure the distance if you can. Without it, the lamp can be held anywhere.")
 
 
 class CaptureSheet(KeysSheet):

@@ -43,7 +43,7 @@ class MaskState:
     Attributes:
         picture: The capture with raised shadows, (H, 2 H, 3) uint8 sRGB.
         alpha: The mask as currently painted, (H, 2 H) float32.
-        centre: Azimuth and elevation of the lamp in degrees, where the view starts.
+        centre: Azimuth and elevation of the lamp in degrees. The view starts there.
         gives: Sentence such as "The lamp produces 640 lx at the camera."
     """
 

@@ -1,4 +1,4 @@
-"""The questions that the sheets about a captured lamp ask."""
+"""The questions asked by the sheets about a captured lamp."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ class Answers:
     """The best position of a lamp for each style.
 
     Attributes:
-        is_open: Whether each placement can be reached, (576,) bool.
+        is_open: (576,) bool. Whether each placement can be reached.
     """
 
     hand: InHand
@@ -179,7 +179,7 @@ def take_in_hand(
 
 
 def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
-    """Find the best position of a lamp for each of some styles, or for all styles by default."""
+    """Find the best position of a lamp for each of the given styles, by default for all."""
     is_open = _open_spots(question)
     placements = place_all(
         hand.head.pack,

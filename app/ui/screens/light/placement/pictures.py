@@ -95,7 +95,7 @@ def result_with(answers: Answers, name: str, position: LampPosition, match: floa
 
 
 def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64:
-    """Return the matches, (64,), with the lamp fixed and the sitter facing azimuth 5.625° * k."""
+    """Return 64 matches with the lamp fixed and the sitter facing azimuth 5.625° * index."""
     hand, question = answers.hand, answers.question
     transport = hand.head.transport
     lamp, hidden = _of_lamp(hand, position)
@@ -112,7 +112,7 @@ def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64
 
 
 def _matches(head: Head, name: str, grey: Float64) -> Float64:
-    """Return the matches, (n,), over the face region of pictures given as (P, n) luminance."""
+    """Return the matches of n pictures over the face region, given their (P, n) luminance."""
     root = np.sqrt(head.pack.region_on(head.transport))
     flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
     target = less_mean(luminance(flat), root)

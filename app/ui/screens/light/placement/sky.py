@@ -81,7 +81,7 @@ def sky_of(
 
 
 def _finer(values: Float64) -> tuple[Float64, Float64, Float64]:
-    """Return the interpolated map, its azimuths from −180° upward, and its altitudes upward."""
+    """Return the interpolated map, its azimuths from −180° and its altitudes, both ascending."""
     step, rise = 360.0 / _COLUMNS, float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
     fine_columns = _FINER * 2 * _COLUMNS
     azimuths = -180.0 + (np.arange(fine_columns) + 0.5) * 360.0 / fine_columns

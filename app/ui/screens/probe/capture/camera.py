@@ -196,7 +196,7 @@ class CameraFinder:
                 self._changed()
 
     def give_password(self, user: str, password: str) -> None:
-        """Try a password and, if it is correct, save it only in the system's keyring."""
+        """Try a password. If it is correct, save it, but only in the system's keyring."""
         camera = self._services.model.camera
         if camera is None:
             return

@@ -45,7 +45,8 @@ class Running:
     """A capture in progress.
 
     Attributes:
-        stopping: Whether the capture was asked to stop and is restoring the camera's settings.
+        stopping: Whether the capture has been asked to stop and is restoring the camera's
+            settings.
     """
 
     rough: str = ""

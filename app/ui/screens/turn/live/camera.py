@@ -268,7 +268,7 @@ class LiveCamera:
 
     @property
     def source(self) -> HeadingSource:
-        """State of the source, as the guidance needs it."""
+        """State of the source, in the form that the guidance needs."""
         if not self._is_on or self._webcam is None:
             return HeadingSource.NONE if self.looked or not self._is_on else HeadingSource.STARTING
         state = self._webcam.state

@@ -329,7 +329,7 @@ def _learnt(learnt_deg: float | None) -> str:
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
-    """Return the resolutions. Webcams can change theirs; pictures of others are scaled down."""
+    """Return the resolutions. Pictures from sources other than webcams are scaled down."""
     exact = kind == "webcam"
     sizes = (
         (str(w), _SIZES[w] if exact else tr("At most {pixels} px wide", pixels=w)) for w in WIDTHS

@@ -25,7 +25,7 @@ class SourceWords(NamedTuple):
 
     @property
     def lost_sentence(self) -> str:
-        """A sentence that reports the loss of the source and what to do."""
+        """A sentence that reports the loss of the source and says what to do."""
         return f"{self.lost}. {self.remedy}"
 
 

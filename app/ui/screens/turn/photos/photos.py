@@ -385,7 +385,7 @@ class Shots:
 
 
 def _face_words(shot: Shot) -> str:
-    """Return the results for the face and the style's prediction as text, or "" without them."""
+    """Describe the results for the face and the style's prediction, or return "" for none."""
     parts = []
     if shot.grade is not None:
         grade = grade_words(shot.grade, attainable=True)
