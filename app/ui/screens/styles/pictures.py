@@ -70,7 +70,7 @@ class StylesPictures:
 
     @property
     def needle_deg(self) -> float | None:
-        """Displayed turn in degrees relative to the displayed answers, or None for the best turn."""
+        """Displayed turn in degrees relative to the displayed answers, or None for the best one."""
         needle, shift_deg = self._services.model.needle_deg, self.moved_deg
         # Until new answers arrive after a move of the marker, keep the same direction in the
         # panorama.

@@ -36,8 +36,8 @@ class Notice:
     buttons: tuple[tuple[str, str], ...] = ()
 
 
-CARDS_SHOW_TURNS: Final = tr("The style cards show which turns depend on it.")
-CARDS_SHOW_ANSWERS: Final = tr("The style cards show which answers depend on it.")
+CARDS_SHOW_TURNS: Final = tr("The style cards show which turns are affected.")
+CARDS_SHOW_ANSWERS: Final = tr("The style cards show which answers are affected.")
 DISK_FULL: Final = tr("No space left on this disk.")
 DISCONNECTED: Final = tr("Camera disconnected after frame {here} of {total}.")
 FRAMES_SAVED: Final = {1: tr("That frame is saved."), 2: tr("Both frames are saved.")}
