@@ -145,7 +145,7 @@ class LightPresenter(Presenter[LightView]):
         return (
             Action("lamp-move", tr("Move the lamp"), self.focus_lamp, "bulb", "", works,
                    hint=move, keys=tr("Arrows")),
-            Action("lamp-best", tr("Back to the best place of the lamp"), self.go_best, "target",
+            Action("lamp-best", tr("Return the lamp to its best place"), self.go_best, "target",
                    "", works, hint=best, keys="Home"),
             Action("lamp-turn", tr("Turn first, then hold the lamp"), self.turn, way,
                    "T; Return; Enter", works, hint=turn, keys="T"),

@@ -137,7 +137,7 @@ class LightScreen(SheetHost):
             self.question.show_state(state.bright)
             page = self.question
         elif state.empty or state.heads.shape is None:
-            sentence = state.empty or tr("The lamp is being tried all around the head…")
+            sentence = state.empty or tr("Trying the lamp all around the head…")
             self._actions = state.actions if state.empty else ()
             self.empty.set(sentence, *(words for _, words in self._actions))
             page = self.empty

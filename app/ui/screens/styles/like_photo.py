@@ -145,7 +145,7 @@ class LikePhoto:
         self._services.runner.submit(
             _JOB,
             lambda *_: None if is_panorama(path) else _read(path),
-            title=tr("Reading the light of {name}", name=path.name),
+            title=tr("Reading the light in {name}", name=path.name),
             done=lambda reading: self._take_reading(path, reading),
             failed=self._services.notify.tell_error,
         )

@@ -49,7 +49,9 @@ class _LampMap(SkyMap):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Position of the key"))
-        self.setToolTip(tr("Drag the key. Arrow keys move it 1°, with Shift 10°. Home resets it."))
+        self.setToolTip(
+            tr("Drag the key. Arrow keys move it by 1°, or by 10° with Shift. Home resets it.")
+        )
         self.show_sky(_Sky())
 
     def lamp_moved(self) -> None:
@@ -109,7 +111,7 @@ class LikeSheet(KeysSheet):
         self._controls = QWidget()
         label = Text(tr("Lighting ratio"), 12, 600)
         choices = row((self._size, 1), column(label, row(self._ratio, ...), gap=6), gap=24)
-        hint = Text(tr("Drag the key to the direction its light comes from"), 12, 600)
+        hint = Text(tr("Drag the key to where its light comes from"), 12, 600)
         plot = column(hint, self._lamps, gap=4)
         column(self._note, plot, choices, into=self._controls, gap=12)
         self._mirrored, self._hint = Toggle(tr("Mirrored")), Text("", 14, wrap=True)

@@ -178,7 +178,7 @@ class LightWork:
     def _stopped(self) -> None:
         """Report that the user cancelled, unless a newer lamp is being prepared."""
         if not self._services.runner.running(_LAMP):
-            self.trouble = tr("Stopped before all places were tried.")
+            self.trouble = tr("Stopped before all positions were tried.")
             self._changed()
 
     def _ask(self, hand: InHand, question: LampQuestion) -> None:

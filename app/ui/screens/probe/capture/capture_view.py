@@ -156,7 +156,7 @@ class CameraColumn(Surface):
         self.capture.set_tip(tr("Meter, take the frames and merge them"), "Space")
         icon = "" if self._compact else "camera"
         self.again = Button(tr("Capture again"), icon, size="main", do=presenter.capture)
-        self.again.set_tip(tr("Measure this spot once more"), "Space")
+        self.again.set_tip(tr("Measure this spot again"), "Space")
         self.styles = Button(tr("See the styles"), "", "primary", "main", trailing="chevron-right")
         self.styles.set_tip(tr("Continue to the styles"), "Enter")
         self.styles.clicked.connect(presenter.see_styles)

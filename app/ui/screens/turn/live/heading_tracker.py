@@ -183,7 +183,7 @@ class HeadingTracker:
             self.error = error
         else:
             self.error = CoreError(
-                tr("The background cannot be learnt."), tr("Turn by the number.")
+                tr("The background cannot be learnt."), tr("Turn by the number shown.")
             )
             self._services.notify.tell_error(error)
         self._changed()

@@ -125,7 +125,7 @@ class LivePanel:
             return LiveWords(tr("last picture"), goal, message=message, brief=words.lost, dim=True)
         if source is HeadingSource.STARTING:
             return LiveWords(words.starting, goal)
-        message = tr("{trouble}. Turn by the number.", trouble=words.missing)
+        message = tr("{trouble}. Turn by the number shown.", trouble=words.missing)
         brief = words.missing
         if error is not None and error.code != "no-webcam":
             message, brief = str(error), error.message

@@ -200,7 +200,7 @@ class Shots:
             self._read(context.folder, shots, messages)
             self._ended()
 
-        title = tr("Looking at the film {name}", name=video.name)
+        title = tr("Checking the film {name}", name=video.name)
         self._run(partial(check_film, video, context), done, title)
         return True
 
