@@ -80,7 +80,8 @@ def test_the_places_own_light_comes_from_its_side(facing: float, aside: float) -
     panorama = (facing - aside + 180.0) % 360.0 - 180.0
     found = main_light(lamp_place(panorama), facing)
     assert found == pytest.approx(aside, abs=1.5)
-    assert (LEFT if aside > 0 else RIGHT) in place_words(found)
+    side = "left side (camera right)" if aside > 0 else "right side (camera left)"
+    assert f"sitter’s {side}" in place_words(found)
 
 
 def test_even_light_has_no_side() -> None:
