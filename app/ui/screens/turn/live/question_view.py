@@ -30,8 +30,8 @@ LEAST_HEIGHT: Final = 136
 _FLAT: Final = 1.9  # in a wider widget the text goes beside the picture
 _ROOMY: Final = 184  # minimum height with room for the note
 NAMES: Final = {
-    "sitter": (tr("Toward the sitter"), tr("The camera faces the sitter")),
-    "me": (tr("Toward me"), tr("The camera faces me, the photographer")),
+    "sitter": (tr("Towards the sitter"), tr("The camera faces the sitter")),
+    "me": (tr("Towards me"), tr("The camera faces me, the photographer")),
 }
 
 
