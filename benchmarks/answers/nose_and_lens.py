@@ -148,7 +148,7 @@ def lit_otherwise(result: StyleResult, halves: Float64) -> bool:
     stops = float(halves[result.turn_index])
     if result.lighting == "front" or abs(stops) < LIT_STOPS:
         return False
-    # A face turned toward its own left shows more of its right half.
+    # A face turned towards its own left shows more of its right half.
     far_is_brighter = (stops > 0) == (result.yaw_deg > 0)
     return far_is_brighter != (result.lighting == "short")
 

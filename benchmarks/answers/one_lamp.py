@@ -91,7 +91,7 @@ def main() -> None:
     text = f"""# One lamp, both objectives
 
 An environment with one small lamp ({DIAMETER_DEG:g} degrees across) at panorama azimuth p and at
-the height of the style's key should give the turn p + the lamp's azimuth (positive toward the
+the height of the style's key should give the turn p + the lamp's azimuth (positive towards the
 sitter's left). Errors below are found minus expected turn, in degrees, over {LAMPS} azimuths p on
 and between texels; the grid alone is worth up to 2.8. Lamp: azimuth, elevation from the face.
 

@@ -81,7 +81,7 @@ def taken(
     shape = (32, 64)
     azimuth, elevation = texel_grid(shape)
     front = (np.abs(azimuth) <= BEHIND_DEG) * solid_angles(shape)[:, None]
-    # A turn of half a texel moves everything half a texel toward the sitter's left.
+    # A turn of half a texel moves everything half a texel towards the sitter's left.
     half = 180 / shape[1]
     for file in sorted(people.glob("*.npz")):
         with np.load(file, allow_pickle=False) as known:

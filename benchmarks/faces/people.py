@@ -49,7 +49,7 @@ class Person:
 
     Attributes:
         pictures: (pixels, lamps) float64. Linear luminance.
-        lamps_deg: (lamps, 2) azimuth toward the sitter's left and elevation.
+        lamps_deg: (lamps, 2) azimuth towards the sitter's left and elevation.
         areas: (A, pixels) float64. Areas inside the crop; rows of others are nan.
     """
 
@@ -103,7 +103,7 @@ def lamp_shares(lamps_deg: Floats, toward: Floats) -> Floats:
 
 
 def texel_grid(shape: tuple[int, int]) -> tuple[Floats, Floats]:
-    """Return azimuth, toward the sitter's left, and elevation of texels at turn 0, (H, W) deg."""
+    """Return azimuth, towards the sitter's left, and elevation of texels at turn 0, (H, W) deg."""
     height, width = shape
     azimuth = -((np.arange(width) + 0.5) / width - 0.5) * 360.0
     elevation = 90.0 - (np.arange(height) + 0.5) / height * 180.0

@@ -46,7 +46,7 @@ WORK: Final = Path("/tmp/turned-faces")
 
 
 def held(pose: Pose) -> Floats:
-    """Return the rotation from the head's frame to x right, y up, z toward the lens, (3, 3)."""
+    """Return the rotation from the head's frame to x right, y up, z towards the lens, (3, 3)."""
     yaw, pitch = np.radians(pose)
     across = [[math.cos(yaw), 0, math.sin(yaw)], [0, 1, 0], [-math.sin(yaw), 0, math.cos(yaw)]]
     up = [[1, 0, 0], [0, math.cos(pitch), math.sin(pitch)], [0, -math.sin(pitch), math.cos(pitch)]]

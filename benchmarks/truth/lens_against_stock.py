@@ -46,7 +46,7 @@ PLACES: Final = ("drachenfels_cellar", "brown_photostudio_02", "leadenhall_marke
 STYLES: Final = ("butterfly", "left-loop", "left-rembrandt", "left-split")
 SHOWN: Final = (-45.0, -30.0, 15.0, 30.0, 45.0)
 NOSES: Final = (8, 40)
-"""Columns that the nose points to in the pictures: toward 45 deg, and away from there."""
+"""Columns that the nose points to in the pictures: towards 45 deg, and away from there."""
 SEEDS: Final = 2
 SMALL: Final = 50  # pixels, of the pictures of the search
 BESIDE: Final = 2  # pixels, so that the area behind the outline is known

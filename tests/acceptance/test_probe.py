@@ -141,7 +141,7 @@ def test_what_is_black_in_all_frames_is_dark(tmp_path: Path) -> None:
 def test_one_clipped_channel_does_not_paint_a_lamp(
     colour: tuple[float, float, float], tmp_path: Path
 ) -> None:
-    """A warm lamp stays at its hue or goes toward white; it never turns to another hue."""
+    """A warm lamp stays at its hue or goes towards white; it never turns to another hue."""
     shape = (256, 512)
     radiance = np.full((*shape, 3), 50.0, np.float32)
     place = sphere.directions(shape) @ sphere.direction(40.0, 20.0) > np.cos(np.radians(8.0))

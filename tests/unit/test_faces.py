@@ -32,7 +32,7 @@ HEADS = sample_first(["generic", "female", "male"], 1)
 
 
 def lamp(azimuth_deg: float, elevation_deg: float, size_deg: float = 10.0) -> Floats:
-    """A black place with one round lamp, seen from the face at turn 0; toward the sitter's left."""
+    """A black place with one round lamp, seen from the face at turn 0; towards the sitter's left."""
     rows, columns = 256, 512
     around = np.radians(180 - 360 * (np.arange(columns) + 0.5) / columns)[None]
     up = np.radians(90 - 180 * (np.arange(rows) + 0.5) / rows)[:, None]
@@ -143,7 +143,7 @@ def test_no_face_in_a_place_without_people() -> None:
 @pytest.mark.parametrize("pitch", [-15.0, 10.0])
 @pytest.mark.parametrize("aside_cm", [0.0, 25.0])
 def test_pose_of_a_projected_head(yaw: float, pitch: float, aside_cm: float) -> None:
-    """By hand: the canonical face, turned toward the lens, a metre away, through a pinhole."""
+    """By hand: the canonical face, turned towards the lens, a metre away, through a pinhole."""
     y, p = math.radians(yaw), math.radians(pitch)
     up = np.array([[1, 0, 0], [0, math.cos(p), math.sin(p)], [0, -math.sin(p), math.cos(p)]])
     around = np.array([[math.cos(y), 0, math.sin(y)], [0, 1, 0], [-math.sin(y), 0, math.cos(y)]])
@@ -240,7 +240,7 @@ def mixed(ratio: float, fill: Floats, *keys: Floats) -> Floats:
 
 
 def sky(*toward: float) -> Floats:
-    """Light from all around, brighter toward one side: the sitter's left, up, front."""
+    """Light from all around, brighter towards one side: the sitter's left, up, front."""
     around = np.radians(180 - 360 * (np.arange(512) + 0.5) / 512)[None]
     up = np.radians(90 - 180 * (np.arange(256) + 0.5) / 256)[:, None]
     ways = np.sin(around) * np.cos(up), np.sin(up) + 0 * around, np.cos(around) * np.cos(up)
@@ -250,7 +250,7 @@ def sky(*toward: float) -> Floats:
 
 @pytest.mark.parametrize("name", HEADS)
 @pytest.mark.parametrize(
-    "toward", [(0.0, 0.0, 0.0), (0.12, 0.0, 0.0), (-0.12, 0.05, 0.1), (0.0, 0.0, 0.2)]
+    "towards", [(0.0, 0.0, 0.0), (0.12, 0.0, 0.0), (-0.12, 0.05, 0.1), (0.0, 0.0, 0.2)]
 )
 def test_even_light_has_no_direction(name: str, toward: tuple[float, float, float]) -> None:
     found = read(shown_in(name, sky(*toward)))

@@ -118,7 +118,7 @@ def test_any_yaw_is_never_worse_than_none() -> None:
         for name, one in straight.items():
             before, now = (GRADES.index(each.grade or "no") for each in (one, free[name]))
             if one.looks_more_like is None and free[name].looks_more_like is None:
-                # Each lies toward the middle of its own arc, which costs up to a point.
+                # Each lies towards the middle of its own arc, which costs up to a point.
                 assert (now, free[name].match) >= (before, one.match - PRICE), name
 
 
@@ -163,7 +163,7 @@ def test_backgrounds_may_wrap_around() -> None:
 
 
 def test_short_and_broad_are_never_swapped() -> None:
-    """One lamp anywhere: the side away from the lens is lit, or the side toward it."""
+    """One lamp anywhere: the side away from the lens is lit, or the side towards it."""
     rng, wrong, named = np.random.default_rng(2), [], 0
     for _ in range(60):
         azimuth = rng.uniform(-180, 180)

@@ -99,7 +99,7 @@ def test_a_few_points_say_nothing() -> None:
 
 @pytest.mark.parametrize("scale", [0.85, 1.0, 1.2])
 def test_a_lens_that_is_not_known_is_not_drawn_to_either_side(scale: float) -> None:
-    """Seen toward the sitter, every lens explains the picture alike: what was likely stays."""
+    """Seen towards the sitter, every lens explains the picture alike: what was likely stays."""
     rays, bearings = seen_from((0.0, 0.0, -1.5), 33.0)
     _, line = lined(rays * scale, bearings, 0.12)
     assert heading_of(line.rotation) == pytest.approx(33.0, abs=0.3)

@@ -215,7 +215,7 @@ def test_frames_of_both_kinds_are_refused_by_name() -> None:
     small = cv2.resize(light, (672, 336), interpolation=cv2.INTER_AREA)
     seen, _ = fisheyes(light, RIGS["beside each other"])
     frames = [coded(seen, 0), coded(small, -1), coded(seen, -2)]
-    with pytest.raises(ProbeError, match=r"a\.jpg and c\.jpg, but not b\.jpg"):
+    with pytest.raises(ProbeError, match=r"a\.jpg and c\.jpg\. Others do not: b\.jpg"):
         recognise(frames, ["a.jpg", "b.jpg", "c.jpg"])
 
 

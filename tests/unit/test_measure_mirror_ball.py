@@ -138,7 +138,7 @@ def test_light_is_what_the_place_has_where_the_ball_shows_it() -> None:
     true = np.asarray(cv2.resize(place(), (128, 64), interpolation=cv2.INTER_AREA))
     areas = np.repeat(solid_angles((64, 128))[:, None], 128, axis=1)
     seen = (side.weight > 0.1) * areas
-    # The tracer's mirror reflects 66 % at every angle, a metal a little less toward the rim.
+    # The tracer's mirror reflects 66 % at every angle, a metal a little less towards the rim.
     ratio = (luminance(side.texels[..., :3]) * seen).sum() / (luminance(true) * seen).sum()
     assert ratio == pytest.approx(1.0, abs=0.04)
     blind = float(areas[side.weight == 0].sum()) / (4.0 * math.pi)

@@ -91,7 +91,7 @@ def test_a_start_answers_like_the_style_itself() -> None:
 
 def test_what_does_not_fit_is_refused() -> None:
     transport = lambert_sphere_transport()
-    with pytest.raises(StyleError, match="another head"):
+    with pytest.raises(StyleError, match="a different head"):
         from_style(synthetic_pack(20, (16, 32)), transport, "butterfly")
     with pytest.raises(StyleError, match="no target"):
         from_style(synthetic_pack(), transport, "disco")

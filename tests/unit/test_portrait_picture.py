@@ -169,7 +169,7 @@ def test_light_adds_up(generic: tuple[PortraitHead, PortraitSkin]) -> None:
 def test_a_lamp_in_front_is_one_catchlight_where_a_ball_would_show_it(
     generic: tuple[PortraitHead, PortraitSkin], azimuth: float, elevation: float, clock: float
 ) -> None:
-    """On a mirror ball the spot lies toward the half-way direction between lens and lamp."""
+    """On a mirror ball the spot lies towards the half-way direction between lens and lamp."""
     lamp = StyleLamp(azimuth, elevation, 10.0, 3.0, 2.0)
     light = lamps_light([lamp])
     picture = portrait_picture(*generic, light, 0.0)
@@ -188,7 +188,7 @@ def test_catchlight_has_the_name_and_letter_of_its_lamp(
     lamps = [StyleLamp(azimuth, 35.0, 8.0, 1.0, 2.0) for azimuth in (10.0, 170.0)]
     light = lamps_light(lamps)
     found = lamps_in(lamps)
-    # Azimuths of a style grow toward the sitter's left, those of a panorama toward the right.
+    # Azimuths of a style grow towards the sitter's left, those of a panorama towards the right.
     (front,) = [lamp for lamp in found.lamps if abs(lamp.azimuth_deg + 10.0) < 5.0]
     named = tuple(replace(one, kind=kind) if one is front else one for one in found.lamps)
     picture = portrait_picture(*generic, light, 0.0)

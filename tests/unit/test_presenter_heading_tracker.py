@@ -527,7 +527,7 @@ def test_a_sitter_who_looks_away_is_noticed(
 
 @pytest.fixture
 def aside(monkeypatch: pytest.MonkeyPatch, faces: list[Check]) -> Rig:
-    """A style that is seen from beside the nose: by 30 deg toward the sitter's right."""
+    """A style that is seen from beside the nose: by 30 deg towards the sitter's right."""
     monkeypatch.setattr(Head, "turned", lambda head, yaw: head)
     rig = face_rig(monkeypatch)
     turned = tuple(replace(one, yaw_deg=30.0) for one in rig.model.results)

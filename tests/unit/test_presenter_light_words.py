@@ -58,7 +58,7 @@ def test_there_is_no_line_for_quality_nor_where_nothing_reaches_the_limit() -> N
 
 def test_what_is_closed_lies_where_the_map_says() -> None:
     allowed = np.ones((9, 64), bool)
-    allowed[0, 16] = False  # 67.5° down, 90° toward the sitter's left
+    allowed[0, 16] = False  # 67.5° down, 90° towards the sitter's left
     closed = sky_of(peak_at(0.0, 0.0), 45.0, allowed.ravel()).closed
     assert closed is not None
     rows, columns = np.nonzero(closed)
@@ -96,4 +96,4 @@ def test_moves_name_the_side_that_the_lamp_comes_to() -> None:
     # Around the back it comes to the other side as well.
     assert RIGHT in move_words(LampPosition(170.0, 0.0), LampPosition(-160.0, 0.0))
     back = move_words(LampPosition(-60.0, 0.0), LampPosition(-90.0, 0.0))
-    assert "30° toward the back" in back
+    assert "30° towards the back" in back

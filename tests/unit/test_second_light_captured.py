@@ -67,7 +67,7 @@ def test_energy_is_kept_and_the_middle_is_where_the_lamp_is_held(lamp: Lamp) -> 
         assert alpha.min() >= 0.0
         assert alpha.max() <= 1.0
         there, height = centroid(light)
-        # The panorama grows toward the sitter's right. Texels are 5.6 deg.
+        # The panorama grows towards the sitter's right. Texels are 5.6 deg.
         off = (there + azimuth + 180.0) % 360.0 - 180.0
         assert abs(off) * np.cos(np.radians(height)) < 0.2
         assert height == pytest.approx(altitude, abs=0.6)

@@ -122,7 +122,7 @@ def test_mirrored_placements_give_mirrored_pictures(word: str) -> None:
     twin = np.searchsorted(TRANSPORT.pixels, mirrored)
     here, there = (near_picture(_near(), parse(word), a, 20.0) for a in (50.0, -50.0))
     np.testing.assert_allclose(there[twin], here, rtol=1e-3, atol=1e-3 * here.max())
-    # Toward the sitter's left is image right.
+    # Towards the sitter's left is image right.
     x = synthetic_shape().positions[:, 0]
     assert here[x > 0.03].mean() > 2 * here[x < -0.03].mean()
 
@@ -190,7 +190,7 @@ def test_what_is_hidden_stands_where_the_lamp_is() -> None:
     for number in (256, 256 + 16, 5 * 64 + 40, 2 * 64 + 60):
         azimuth, altitude = placement(number)
         row, column = np.unravel_index(int(np.argmax(hidden[number])), (32, 64))
-        # Toward the sitter's left is toward the left of the panorama.
+        # Towards the sitter's left is towards the left of the panorama.
         assert abs((360 * ((column + 0.5) / 64 - 0.5) + azimuth + 180) % 360 - 180) < 6.0
         assert abs(90 - 180 * (row + 0.5) / 32 - altitude) < 12.0
     upright = [hidden[row * 64] for row in range(len(ALTITUDES_DEG))]

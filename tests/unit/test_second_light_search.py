@@ -299,7 +299,7 @@ def test_dimming_finds_the_power_that_fits() -> None:
         assert one.power in powers
         assert one.attainable or not at_full.attainable
         if one.attainable == at_full.attainable:
-            # A turn toward the middle of its arc costs up to a point.
+            # A turn towards the middle of its arc costs up to a point.
             assert one.match >= at_full.match - 0.5 - PRICE
         picture = _picture(added, place, one.turn_index, one.placement, one.power)
         plain = 100 * _correlation(picture, one.name)

@@ -130,7 +130,7 @@ def test_a_parabola_is_refined_exactly() -> None:
     assert spot == LampSpot(20, 4 * 64 + 40)
     allowed = np.ones((64, 576), bool)
     assert refine(objective, spot, allowed) == pytest.approx((0.3, -0.4, 0.2), abs=1e-9)
-    # A gate that closes toward the maximum holds the move back.
+    # A gate that closes towards the maximum holds the move back.
     gate = (20.1 - turn).reshape(64, 576).astype(float)
     assert refine(objective, spot, allowed, gate)[0] <= 0.1 + 1e-9
     assert refine(objective[[20]], LampSpot(0, spot.number), allowed[[20]])[0] == 0.0

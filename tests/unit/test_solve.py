@@ -56,7 +56,7 @@ def _scene(seed: int) -> Float:
 def test_one_lamp_sets_the_turn_and_its_sign(
     style: object, azimuth: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One lamp at panorama azimuth p: turn p + the lamp's azimuth toward the sitter's left."""
+    """One lamp at panorama azimuth p: turn p + the lamp's azimuth towards the sitter's left."""
     lamp = style.lamps[0]  # type: ignore[attr-defined]
     light = lamp_environment(azimuth, lamp.elevation_deg)
     result = _by_name(light)[style.name]  # type: ignore[attr-defined]

@@ -36,7 +36,7 @@ def _where(vector: np.ndarray) -> tuple[float, float]:
 
 
 def test_the_axes_are_those_of_the_head_at_turn_0() -> None:
-    assert np.allclose(direction(0, 0), [0, 0, 1])  # out of the face, toward the photographer
+    assert np.allclose(direction(0, 0), [0, 0, 1])  # out of the face, towards the photographer
     assert np.allclose(direction(0, 90), [0, 1, 0])  # up
     assert np.allclose(direction(-90, 0), [1, 0, 0])  # the sitter's left
     axes = np.stack([direction(-90, 0), direction(0, 90), direction(0, 0)])

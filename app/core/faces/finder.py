@@ -89,7 +89,7 @@ class FaceMesh:
     """The canonical face model.
 
     Attributes:
-        points: (468, 3) float32, cm. x toward the sitter's left, y up, z out of the face.
+        points: (468, 3) float32, cm. x towards the sitter's left, y up, z out of the face.
         triangles: (T, 3) intp. Indices of points.
         mirrored: (468,) intp. Index of each point's twin on the other side.
         on_head: (468, 2) float32. Positions in the transport's picture of the generic head, 0 to 1.

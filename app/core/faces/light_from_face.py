@@ -70,7 +70,7 @@ class FaceLight:
 
     Attributes:
         azimuth_deg, elevation_deg: Direction of the key. Azimuth from the front of the face,
-            positive toward the sitter's left; elevation from level. Both are None for a key from
+            positive towards the sitter's left; elevation from level. Both are None for a key from
             behind or an unknown key.
         key: "behind" for light from beyond about 95 degrees, since a face does not show its
             direction; "flat" for light that shades the face too little to have a direction.

@@ -26,12 +26,12 @@ class HeadPose:
     """Pose of a head relative to the lens, in degrees.
 
     Attributes:
-        yaw_deg: Positive when the face turns toward the sitter's own left, which is right in the
+        yaw_deg: Positive when the face turns towards the sitter's own left, which is right in the
             picture.
         pitch_deg: Positive with the chin up.
-        roll_deg: Positive when the head leans toward the right of the picture.
+        roll_deg: Positive when the head leans towards the right of the picture.
         facing_rotation: (3, 3) float64. Rotation from the head's frame to axes with x to the right
-            in the picture, y up, and z toward the lens along the line from head to lens.
+            in the picture, y up, and z towards the lens along the line from head to lens.
     """
 
     yaw_deg: float

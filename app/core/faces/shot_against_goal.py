@@ -34,7 +34,7 @@ class Promise:
         pack, name: Pack of the generic head that grades the style, and the style's name. `pack` is
             None for a style without grades.
         place: Light of the place, or None for the studio.
-        goal_deg: Panorama azimuth toward which the face should look.
+        goal_deg: Panorama azimuth towards which the face should look.
         arc_deg: Panorama azimuths (from, to), clockwise, between which the face is in the light.
         transport: Transport of the head on screen, or None for the generic head.
     """
@@ -128,7 +128,7 @@ class Check:
 
     Attributes:
         light: Light on the face, read without regard to the place.
-        facing_deg: Panorama azimuth toward which the face looks, or None if unknown.
+        facing_deg: Panorama azimuth towards which the face looks, or None if unknown.
         turn_error_deg: Angle from `facing_deg` to the goal, positive clockwise, or None if
             unreliable.
         key_difference_deg: Azimuth of the key light minus that of the promised key light.

@@ -1,6 +1,6 @@
 """Sounds of the guidance, synthesised from sine waves as 16-bit mono samples, without files.
 
-During a turn, beeps get faster and slightly higher toward the goal. Inside the arc they come in
+During a turn, beeps get faster and slightly higher towards the goal. Inside the arc they come in
 pairs, and within two degrees of the goal they become a steady tone, so that the photographer can
 keep looking at the sitter.
 """
@@ -44,7 +44,7 @@ class Cue:
     Attributes:
         sound: ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (a loop) or ``none``.
         every_s: Time between the starts of two beeps, in seconds, or 0 for ``steady`` and ``none``.
-        step: Pitch, 0 to 8, which rises toward the goal.
+        step: Pitch, 0 to 8, which rises towards the goal.
     """
 
     sound: Sound

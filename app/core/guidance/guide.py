@@ -88,7 +88,7 @@ class Goal:
             within `HOLD_DEG`.
         lamp: Instruction for the second light, such as "hold the LED panel in front, raised 28°, at
             full power", or an empty string if the light of the place is enough.
-        yaw_deg: Turn of the face toward the sitter's own left, away from the lens, in degrees.
+        yaw_deg: Turn of the face towards the sitter's own left, away from the lens, in degrees.
     """
 
     turn_deg: float
@@ -186,7 +186,7 @@ class Guide:
         until_light: Whole degrees to the arc in the direction on screen. It is 0 inside the arc,
             and stays 0 until the arc counts as left.
         lamp: As in `Goal`.
-        nose: Whole degrees that the nose still has to turn toward the sitter's left, or None if the
+        nose: Whole degrees that the nose still has to turn towards the sitter's left, or None if the
             nose should point at the lens or no face was read.
         yaw: As in `Goal`, but in whole degrees.
         start: Turn, in whole degrees, from which the whole turn is counted if there is no heading.
@@ -211,7 +211,7 @@ class Guide:
     @property
     def further(self) -> int:
         """Degrees that the face alone still has to turn to the sitter's left, or 0 to hold."""
-        # Toward the sitter's left is counter-clockwise.
+        # Towards the sitter's left is counter-clockwise.
         number = self.number or 0
         return -number if self.direction == "clockwise" else number
 
@@ -406,7 +406,7 @@ def _aside(guidance: Guide, off: int) -> Guide:
         guidance,
         phase=Phase.NOSE,
         number=abs(off),
-        # Toward the sitter's left is counter-clockwise.
+        # Towards the sitter's left is counter-clockwise.
         direction=direction_of(-off),
         inside=False,
         hold=False,

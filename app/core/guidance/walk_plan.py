@@ -41,7 +41,7 @@ class PlanDrawing:
         lens_deg: Turn of the lens.
         way: The remaining walk: the turn that it starts from, and its signed angle.
         arc_deg: Range of the turns in the light, (from, to) clockwise.
-        yaw_deg: Turn of the nose at the goal, from the lens toward the sitter's left.
+        yaw_deg: Turn of the nose at the goal, from the lens towards the sitter's left.
     """
 
     marks: tuple[PlanMark, ...] = ()

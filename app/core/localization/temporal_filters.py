@@ -3,7 +3,7 @@
 A number should not move when nothing moves, and should follow at once when something does. An
 average long enough to remove the jitter of a measurement lags behind a motion; a shorter one
 jitters. So the number on screen is held on a *leash*: it is never further behind the measurement
-than the length of the leash, and within that length it only creeps toward the measurement. The
+than the length of the leash, and within that length it only creeps towards the measurement. The
 leash, three times the jitter, shortens while the measurement keeps moving one way. The leash limits
 the lag at any speed and with any pause between two measurements.
 

@@ -72,7 +72,7 @@ def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) 
     pitch, azimuth = math.radians(pitch_deg), math.radians(azimuth_deg)
     front = math.cos(pitch) - y * math.sin(pitch)
     up = y * math.cos(pitch) + math.sin(pitch)
-    east = x * math.cos(azimuth) + front * math.sin(azimuth)  # toward azimuth 90
+    east = x * math.cos(azimuth) + front * math.sin(azimuth)  # towards azimuth 90
     north = front * math.cos(azimuth) - x * math.sin(azimuth)
     rays = np.stack([-east, up, north], axis=1)
     return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))

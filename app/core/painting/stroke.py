@@ -1,6 +1,6 @@
 """One stroke of the brush, from pen down to pen up.
 
-Within a stroke, coverage only grows toward its maximum along the path, as in paint programs: a
+Within a stroke, coverage only grows towards its maximum along the path, as in paint programs: a
 second pass over an area in the same stroke does not make it stronger.
 
 A pixel's coverage is the brush's profile at its distance from the path, so it does not depend on
@@ -44,7 +44,7 @@ class Brush:
 
     tool: Tool = Tool.BRIGHTER
     diameter: float = 64.0  # canvas pixels
-    strength: float = 0.3  # 0 to 1: how far one stroke goes toward the tool's goal
+    strength: float = 0.3  # 0 to 1: how far one stroke goes towards the tool's goal
     softness: float = 0.7  # 0 to 1: fraction of the radius over which the brush fades out
     mirror: bool = False
     pen_pressure: bool = False

@@ -332,7 +332,7 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
     energy = glow * np.cos(elevation)
     energy /= max(float(energy.sum()), 1e-30)
     level = energy * np.cos(elevation)
-    # Azimuth grows clockwise, toward the right of a sitter who faces azimuth 0.
+    # Azimuth grows clockwise, towards the right of a sitter who faces azimuth 0.
     left = -float((level * np.sin(azimuth)).sum())
     front = float((level * np.cos(azimuth)).sum())
     up = float((energy * np.sin(elevation)).sum())

@@ -215,7 +215,7 @@ def _let_in(nodes: SkinNodes, ways: Float32, openness: Float32) -> Float32:
 
 
 def scattered(nodes: SkinNodes, skin: PortraitSkin, values: Float32) -> Float32:
-    """Return the light leaving each visible node toward the camera, (M, 6) float32."""
+    """Return the light leaving each visible node towards the camera, (M, 6) float32."""
     sources = [values]
     for order, starts, size in nodes.patch_shares:
         per_node = np.take(values, order, axis=0, mode="clip")
@@ -232,7 +232,7 @@ def scattered(nodes: SkinNodes, skin: PortraitSkin, values: Float32) -> Float32:
 
 
 def _toward(head: PortraitHead, light: Float32) -> Float32:
-    """Return the skin's light toward the camera at each visible node, (M, n), from the lit nodes.
+    """Return the skin's light towards the camera at each visible node, (M, n), from the lit nodes.
 
     Args:
         light: (L, 6) float32. Light that leaves the lit nodes.

@@ -81,7 +81,7 @@ class Head:
     studios: Mapping[str, Studio] = field(default_factory=dict)
     # the same head under the styles' own lamps, if that is a different object
     published: Head | None = field(default=None, repr=False)
-    # turn of the face toward its own left from the line to the lens: lights are counted from the
+    # turn of the face towards its own left from the line to the lens: lights are counted from the
     # nose's direction
     yaw_deg: float = 0.0
     # the same head with its nose to the lens, if that is a different object

@@ -1,6 +1,6 @@
 """Views of a turned head.
 
-Yaw is the turn of the face toward the sitter's own left, from the line to the camera. The light on
+Yaw is the turn of the face towards the sitter's own left, from the line to the camera. The light on
 the skin does not depend on the camera: all views of a head are transports over the same functions
 of texels, in light at the turn of the *nose*. Views of a symmetric head are baked to one side; the
 others are their mirror images.

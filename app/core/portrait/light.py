@@ -22,7 +22,7 @@ from app.core.measure.finish.lamp_detection import components
 from app.core.styles.style import StyleLamp
 
 ROWS: Final = 24
-"""Rows of the soft light's grid, which has fewer columns toward the poles."""
+"""Rows of the soft light's grid, which has fewer columns towards the poles."""
 COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
@@ -115,7 +115,7 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
     kept_lamps, rest = [], np.zeros((*_FINE, 3), np.float32)
     for lamp in lamps:
         radius = max(math.radians(lamp.diameter_deg / 2), _LEAST_RADIUS)
-        # A style's azimuth increases toward the sitter's left, a panorama's toward the right.
+        # A style's azimuth increases towards the sitter's left, a panorama's towards the right.
         at = math.radians(-lamp.azimuth_deg), math.radians(lamp.elevation_deg)
         one = Lamp(*at, radius, np.full(3, lamp.power, np.float32))
         if radius <= _WIDEST:

@@ -58,7 +58,7 @@ def load_portrait(
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.
-        yaw_deg: Turn of the face toward the sitter's left, in degrees: a yaw of the baked views,
+        yaw_deg: Turn of the face towards the sitter's left, in degrees: a yaw of the baked views,
             with either sign.
 
     Returns:

@@ -31,7 +31,7 @@ SPREAD: Final = 12.0
 
 @dataclass(frozen=True, eq=False)
 class Hair:
-    """Hair, brows, lashes and collar: their light toward the camera, pixel by pixel.
+    """Hair, brows, lashes and collar: their light towards the camera, pixel by pixel.
 
     Attributes:
         pixel: (Q,) intp. Flat positions in the left half.
@@ -162,10 +162,10 @@ class SeenNodes:
             nodes.
         normals: (M, 3) float32. Normals of the surface.
         view: (M, 3) float32. Unit vector to the camera.
-        gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects toward the
+        gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects towards the
             camera, and its direction.
         eye: (M,) bool. Nodes on the eyes.
-        passes: (M, 3) float32. The skin's light toward this camera, divided by that toward the
+        passes: (M, 3) float32. The skin's light towards this camera, divided by that towards the
             bake's camera.
     """
 
@@ -221,7 +221,7 @@ class PortraitHead:
         glass: (G,) intp. Samples on the eyes.
         glass_gain, glass_way: (G,), (G, 3) float32. Reflection of these samples, as in `SeenNodes`.
         hair: The hair, or None for a bald head without details.
-        yaw_deg: Turn of the face toward the sitter's left. If the yaw is not 0, "half" is the whole
+        yaw_deg: Turn of the face towards the sitter's left. If the yaw is not 0, "half" is the whole
             picture. If the yaw is negative, both light and picture are mirrored.
     """
 

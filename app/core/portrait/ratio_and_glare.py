@@ -202,7 +202,7 @@ class Flow:
     """The flow of light past a face.
 
     Attributes:
-        azimuth_deg: Main direction of the light relative to the face, positive toward the sitter's
+        azimuth_deg: Main direction of the light relative to the face, positive towards the sitter's
             left, in degrees. 0 for even light.
         elevation_deg: Elevation of this direction, positive up, in degrees. 0 for even light.
         strength: Length of the light vector divided by the scalar illuminance, 0 to 4.
@@ -265,7 +265,7 @@ class Glare:
     """Glare in the sitter's eyes at one turn."""
 
     level: Level
-    # azimuth of the worst lamp from the face's direction, positive toward the sitter's left, in
+    # azimuth of the worst lamp from the face's direction, positive towards the sitter's left, in
     # degrees
     azimuth_deg: float
     elevation_deg: float  # positive up, in degrees

@@ -37,7 +37,7 @@ class HeadPicture:
     Attributes:
         linear: (H, W, 3) float32. Linear Rec. 709, in the unit of the environment.
         gain: Factor that exposes the face as a photographer would.
-        yaw_deg: Yaw of the rendered view, positive toward the sitter's own left.
+        yaw_deg: Yaw of the rendered view, positive towards the sitter's own left.
         catchlights: Reflections in the eyes, or an empty tuple for the thumbnail.
     """
 
@@ -67,7 +67,7 @@ def render_head(
         turn_deg: Azimuth of the panorama that the sitter faces, in degrees, positive clockwise seen
             from above.
         head: A built-in head, or the path of a baked ``T.npz``.
-        yaw_deg: Turn of the face toward the sitter's own left, in degrees. The nearest baked view
+        yaw_deg: Turn of the face towards the sitter's own left, in degrees. The nearest baked view
             is used.
         height: Height of a portrait in pixels, 64 to 2048, or None for the thumbnail of the
             transport, on black.

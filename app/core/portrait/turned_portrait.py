@@ -2,7 +2,7 @@
 
 The light on the skin does not depend on the camera: the nodes are those of the head, plus some that
 only views from the side show. Their positions in a picture, their reflections and the skin's light
-toward the camera are computed here; a file stores the nodes around each sample and the sample's
+towards the camera are computed here; a file stores the nodes around each sample and the sample's
 colour.
 """
 

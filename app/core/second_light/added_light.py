@@ -93,7 +93,7 @@ def near_picture(
     """Return the picture of a head under a near lamp alone.
 
     Args:
-        azimuth_deg, altitude_deg: Placement of the lamp, in degrees, positive toward the sitter's
+        azimuth_deg, altitude_deg: Placement of the lamp, in degrees, positive towards the sitter's
             left and up.
 
     Returns:
@@ -146,7 +146,7 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
     for row, altitude in enumerate(ALTITUDES_DEG):
         ahead = _hides(lamp, float(altitude), shape)
         for column in range(width):
-            # Azimuths toward the sitter's left are panorama azimuths to the left.
+            # Azimuths towards the sitter's left are panorama azimuths to the left.
             shares[row * width + column] = np.roll(ahead, -column, axis=1)
     return shares
 
@@ -204,7 +204,7 @@ def _count(size_m: float, away_m: float) -> int:
 
 
 def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Float64]:
-    """Return unit vectors toward the lamp, along its width (level), and along its height."""
+    """Return unit vectors towards the lamp, along its width (level), and along its height."""
     toward = direction(azimuth_deg, altitude_deg)
     angle = math.radians(azimuth_deg)
     side = np.array([math.cos(angle), 0.0, -math.sin(angle)])

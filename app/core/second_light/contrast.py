@@ -76,7 +76,7 @@ def find_hidden(alpha: Floats) -> HiddenTexels:
     """
     views, own, shares = [], [], []
     for rows in alpha.reshape(len(ALTITUDES_DEG), TURNS, *SHAPE):
-        # Toward the sitter's left is toward the left of the panorama.
+        # Towards the sitter's left is towards the left of the panorama.
         still = np.stack([np.roll(a, k, axis=1) for k, a in enumerate(rows)])
         row, column = np.nonzero((still > _LEAST_HIDDEN).any(axis=0))
         if len(row) > _MOST:

@@ -45,7 +45,7 @@ def seen_aside(
     """Choose the permitted lens position with the best match. Each view takes half a second.
 
     Args:
-        placements: Results of `place_all` with the nose toward the lens.
+        placements: Results of `place_all` with the nose towards the lens.
         radiance: As in `place_all`.
         lamp: The lamp if it is described by numbers, and therefore near, or None.
         wish: Permitted positions of the lens. Its background is counted from the same azimuth as
@@ -100,7 +100,7 @@ def _under(one: LampPlacement, radiance: Floats, lamp_light: AddedLight) -> Floa
 
 
 def _key(pack: StylePack, one: LampPlacement, light: Float64) -> float:
-    """Return the azimuth of the main light, from the nose toward the sitter's left."""
+    """Return the azimuth of the main light, from the nose towards the sitter's left."""
     style = pack.styles[pack.index(one.name)]
     if style.side != "none" and one.attainable:
         return max(style.lamps, key=lambda each: each.power).azimuth_deg

@@ -30,7 +30,7 @@ def best_spot(objective: Float64, eligible: Bools | None = None) -> LampSpot:
     """Return the spot with the largest value.
 
     Values within a millionth of the largest are equal. Of equal values, the smaller turn is chosen,
-    clockwise first; then the smaller azimuth of the lamp, toward the sitter's left first; then the
+    clockwise first; then the smaller azimuth of the lamp, towards the sitter's left first; then the
     smaller altitude, upward first.
 
     Args:

@@ -128,7 +128,7 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment, linear Rec. 709 radiance or luminance.
-        azimuth_deg: Panorama azimuth toward which the face looks, in degrees.
+        azimuth_deg: Panorama azimuth towards which the face looks, in degrees.
     """
     luminance = luminance_of(light)
     height, width = luminance.shape

@@ -44,7 +44,7 @@ def within_arm(distance_m: float) -> Bools:
 
 
 AZIMUTHS_DEG: Final[Float64] = np.arange(TURNS, dtype=np.float64) * (360.0 / TURNS)
-"""Azimuths, (64,) in degrees, from the front toward the sitter's left."""
+"""Azimuths, (64,) in degrees, from the front towards the sitter's left."""
 
 ALTITUDES_DEG: Final[Float64] = np.arange(-4, 5, dtype=np.float64) * 16.875
 """Altitudes, (9,) in degrees, from below to above, as in the paper."""

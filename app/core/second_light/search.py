@@ -62,7 +62,7 @@ class LampPlacement:
     turn_deg: float
     turn_refined_deg: float
     # lamp_azimuth_deg, lamp_altitude_deg: placement of the lamp on the grid, in degrees, positive
-    # toward the sitter's left and up
+    # towards the sitter's left and up
     lamp_azimuth_deg: float
     lamp_altitude_deg: float
     lamp_azimuth_refined_deg: float

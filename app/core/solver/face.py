@@ -1,7 +1,7 @@
 """The face on a head: the region that is judged, and its named areas.
 
 Positions use the face's own units, so that they mean the same on every head: across in half eye
-distances from the centre line, positive toward the sitter's left; down as fractions of the distance
+distances from the centre line, positive towards the sitter's left; down as fractions of the distance
 from the eyes to the lower edge of the chin. Both are derived from three points on the mesh: between
 the eyes, the tip of the nose, and the chin.
 """
@@ -242,7 +242,7 @@ def _away(across: Float64, down: Float64, oval: _Oval) -> Float64:
 def _facing_deg(transport: Transport, shape: HeadShape) -> tuple[Float64, Float64]:
     """Return the azimuth and the elevation of the skin's normals, (P,) each, in degrees.
 
-    The azimuth is positive toward the sitter's left. Both angles are nan at the outline.
+    The azimuth is positive towards the sitter's left. Both angles are nan at the outline.
     """
     size = transport.size
     flat = np.full((size * size, 3), np.nan)

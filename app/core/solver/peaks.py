@@ -211,7 +211,7 @@ def find_peak(
     """Refine a maximum between grid turns, and find its tolerance arc and the turn to offer.
 
     Without a price, the maximum itself is offered, as in the paper. With a price, the middle of the
-    arc is offered if it costs less than the price. Otherwise the turn is as far toward the middle
+    arc is offered if it costs less than the price. Otherwise the turn is as far towards the middle
     as the price allows, and at least `MARGIN` of the arc's width from its nearer end, unless the
     gate closes there.
 

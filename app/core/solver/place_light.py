@@ -142,11 +142,11 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
         facing_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
-        The azimuth relative to the face, positive toward the sitter's left, in degrees, or None if
+        The azimuth relative to the face, positive towards the sitter's left, in degrees, or None if
         light comes evenly from all around.
     """
     azimuth = main_azimuth(light.searched)
-    # The panorama's azimuth grows toward the sitter's right.
+    # The panorama's azimuth grows towards the sitter's right.
     return None if azimuth is None else wrap(facing_deg - azimuth)
 
 

@@ -73,11 +73,11 @@ class StyleResult:
         same_picture: Names of the attainable styles with the same turn.
         neighbour: Name of the style that explains the picture second best, for which it may be
             mistaken. It is never the mirrored style.
-        yaw_deg: Angle of the face toward the sitter's own left from the line to the lens; the turn
+        yaw_deg: Angle of the face towards the sitter's own left from the line to the lens; the turn
             is that of the lens. Match and its curve are for the picture as seen from there.
         yaw_arc_deg: Yaws (from, to) at which the picture is about as good, at the same direction of
             the nose.
-        lighting: Whether the side of the face away from the lens is lit, or the side toward it.
+        lighting: Whether the side of the face away from the lens is lit, or the side towards it.
         gains: Gains of a turned face: a better grade, or the same grade with a better match.
             Empty if the style stays out of reach.
     """

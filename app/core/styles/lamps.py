@@ -192,7 +192,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     """Return the environment of one distant lamp of a style, at turn 0.
 
     Args:
-        lamp: The lamp. Its azimuth is positive toward the sitter's left, unlike the panorama's.
+        lamp: The lamp. Its azimuth is positive towards the sitter's left, unlike the panorama's.
         shape: (H, W) of the environment.
 
     Returns:

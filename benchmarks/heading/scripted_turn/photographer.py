@@ -94,9 +94,9 @@ class _Shown:
         return sign * (self.guide.number or 0)
 
     def nose_deg(self, told: bool) -> float:
-        """Return the rest of the nose's turn toward the sitter's left, as on screen."""
+        """Return the rest of the nose's turn towards the sitter's left, as on screen."""
         if self.guide.phase is Phase.NOSE:
-            # Toward the sitter's left is counter-clockwise.
+            # Towards the sitter's left is counter-clockwise.
             return self.guide.further
         asked = self.guide.inside and not told and self.guide.nose is None
         return self.guide.yaw if asked else 0
@@ -106,7 +106,7 @@ class Poser:
     """Turns the nose on instruction, late and roughly; the eyes stay on the lens.
 
     Attributes:
-        yaw_deg: Turn of the face toward the sitter's own left of the lens, without the sway.
+        yaw_deg: Turn of the face towards the sitter's own left of the lens, without the sway.
     """
 
     def __init__(self, chance: np.random.Generator) -> None:
@@ -150,7 +150,7 @@ class Photographer:
 
     Args:
         chance: Randomness of stops and tremble.
-        sitter: Turns the nose on his instruction; None for a nose toward the lens.
+        sitter: Turns the nose on his instruction; None for a nose towards the lens.
 
     Attributes:
         turn_deg: His position, unwrapped deg.

@@ -186,7 +186,7 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
         circled = [names[k] for k, one in enumerate(all_circles) if one is not None]
         raise ProbeError(
             tr(
-                "Only some frames show unstitched fisheye circles: {circled} do, but {odd} do not.",
+                "Some frames show unstitched fisheye circles: {circled}. Others do not: {odd}.",
                 circled=listed(circled),
                 odd=listed(odd),
             ),

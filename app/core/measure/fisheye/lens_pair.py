@@ -84,7 +84,7 @@ def looked_up(
     Args:
         index: 0 for the front lens, 1 for the back lens.
         vectors: (..., 3) float32. Directions in the frame of the pair.
-        toward, around: (...) float32. Positions of the directions, from `about_seam`.
+        towards, around: (...) float32. Positions of the directions, from `about_seam`.
 
     Returns:
         The columns, the rows and the factors that correct the falloff, (...) float32 each.

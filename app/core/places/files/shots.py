@@ -105,7 +105,7 @@ class Shot:
     by_face: bool = False
     mirrored: bool = False  # whether the photo was read as a mirror image
     grade: str | None = None  # grade of the style on the face
-    # key_deg, key_promised_deg: azimuths of the key from the face, positive toward the sitter's
+    # key_deg, key_promised_deg: azimuths of the key from the face, positive towards the sitter's
     # left
     key_deg: float | None = None
     key_promised_deg: float | None = None

@@ -7,7 +7,7 @@ paper composites it over the light L of a place:
     L_add + (1 - alpha) L
 
 L_add is rotated so that the centre of its energy is straight in front of the face, then raised by
-the altitude and turned by the azimuth toward the sitter's left: R = R_y R_x. The lamp is rotated
+the altitude and turned by the azimuth towards the sitter's left: R = R_y R_x. The lamp is rotated
 at full size and then reduced to the size of the search.
 """
 
@@ -213,7 +213,7 @@ def place_lamp(
         raised = rotation(0.0, float(altitude)) @ ahead_of_face
         ahead, hidden = _rotate(fine, mask, raised, shape)
         for column in range(columns):
-            # Toward the sitter's left is to the left in the panorama.
+            # Towards the sitter's left is to the left in the panorama.
             light[row * columns + column] = np.roll(ahead, -column, axis=1)
             alpha[row * columns + column] = np.roll(hidden, -column, axis=1)
     has_white = lamp.white_cd_m2 is not None

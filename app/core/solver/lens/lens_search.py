@@ -50,7 +50,7 @@ def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
     """Return the lighting of a turned face, as indices of `LIGHTINGS`.
 
     Args:
-        keys_deg: (...) float64. Azimuth of the main light from the nose, positive toward the
+        keys_deg: (...) float64. Azimuth of the main light from the nose, positive towards the
             sitter's left, or NaN if there is no main light.
 
     Examples:
@@ -58,7 +58,7 @@ def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
         ['short', 'broad', 'front']
     """
     keys = (keys_deg + 180.0) % 360.0 - 180.0
-    # A face turned toward its own left shows more of its right side.
+    # A face turned towards its own left shows more of its right side.
     aside = np.where((keys > 0) == (yaw_deg > 0), 1, 2)
     # Light from straight behind is also equal on both sides.
     middle = np.minimum(np.abs(keys), 180.0 - np.abs(keys)) < _FRONT_DEG

@@ -37,7 +37,7 @@ _LEFT_OUT: Final = 1e-5  # fraction of the contrast that a view's search basis l
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewTables:
-    """Search tables of one view, toward the sitter's own left.
+    """Search tables of one view, towards the sitter's own left.
 
     Attributes:
         tables: Targets and basis over the face pixels of the view.

@@ -221,7 +221,7 @@ class LightPresenter(Presenter[LightView]):
         """Move the lamp, and update the drawings, the text and the pictures.
 
         Args:
-            azimuth_deg: Azimuth in degrees, positive toward the sitter's left.
+            azimuth_deg: Azimuth in degrees, positive towards the sitter's left.
             altitude_deg: Altitude in degrees, positive upward, clamped to the searched range.
         """
         position = self._now

@@ -101,7 +101,7 @@ def place_words(azimuth_deg: float | None) -> str:
     """Describe the direction from which the place lights the face after the turn.
 
     Args:
-        azimuth_deg: Azimuth relative to the face, positive toward the sitter's left, or None for
+        azimuth_deg: Azimuth relative to the face, positive towards the sitter's left, or None for
             light from all around.
     """
     if azimuth_deg is None:
@@ -129,7 +129,7 @@ def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
         >>> move_words(LampPosition(107.0, 20.0), LampPosition(107.2, 0.0))
         'Lower the lamp by 20°.'
         >>> move_words(LampPosition(107.0, 0.0, 1.0), LampPosition(80.0, 5.0, 0.5))
-        'Move the lamp 27° toward the camera, raise it by 5° and set it to half power.'
+        'Move the lamp 27° towards the camera, raise it by 5° and set it to half power.'
     """
     across = whole(wrap(best.azimuth_deg - now.azimuth_deg))
     up = whole(best.altitude_deg) - whole(now.altitude_deg)
@@ -150,7 +150,7 @@ def _way(now_deg: float, best_deg: float) -> str:
         if best_deg > 0:
             return tr("to the sitter’s left (camera right)")
         return tr("to the sitter’s right (camera left)")
-    return tr("toward the camera") if abs(best_deg) < abs(now_deg) else tr("toward the back")
+    return tr("towards the camera") if abs(best_deg) < abs(now_deg) else tr("towards the back")
 
 
 def hold_of(result: LampResult, heads: HeadsState) -> HoldState:

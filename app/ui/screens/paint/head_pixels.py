@@ -46,7 +46,7 @@ class HeadLook:
         grey: (N, N) float32. The head in soft grey light as sRGB values from 0 to 1, extended
             beyond its edge.
         coverage: (N, N) float32. Fraction of each pixel that the head covers.
-        yaw_deg: Angle in degrees by which the face is turned from the lens toward its own left.
+        yaw_deg: Angle in degrees by which the face is turned from the lens towards its own left.
         places: (N, N, 3) float32, or None from the front. Position of each pixel's skin in the
             front view (see `PaintedHead.places_on_front`).
     """

@@ -90,7 +90,7 @@ class LikeState:
 
     @property
     def azimuth_deg(self) -> float:
-        """Azimuth of the key, positive toward the sitter's left, in degrees."""
+        """Azimuth of the key, positive towards the sitter's left, in degrees."""
         return 0.0 if self.light is None else self.light.azimuth_deg or 0.0
 
     @property

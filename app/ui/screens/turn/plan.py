@@ -24,7 +24,7 @@ def walk_plan(
     main = None if light is None else main_light(light, model.front_deg)
     lights: list[PlanMark] = []
     if main is not None:
-        # Azimuths are positive toward the face's left, but turns are positive clockwise.
+        # Azimuths are positive towards the face's left, but turns are positive clockwise.
         lights.append(PlanMark("light", wrap(-main)))
     if lamp is not None:
         nose = guide.goal - goal.yaw_deg

@@ -54,7 +54,7 @@ def sky_of(
 
     Args:
         values: (9, 64) float. Objective at one turn, with altitudes upward and azimuths from the
-            front toward the sitter's left.
+            front towards the sitter's left.
         limit: Value of the contour, or None for no contour.
         is_open: (576,) bool or None. Placements that can be reached.
     """

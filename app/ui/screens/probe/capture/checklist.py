@@ -18,7 +18,7 @@ class ChoiceRow:
 
 CHECKS = (
     ChoiceRow("head-height", tr("Camera where the head will be")),
-    ChoiceRow("front-lens", tr("Front lens toward you")),
+    ChoiceRow("front-lens", tr("Front lens towards you")),
     ChoiceRow("kneel", tr("Kneel under the camera")),
     ChoiceRow("no-obstacle", tr("Nothing in front of the lights")),
 )
