@@ -27,8 +27,11 @@ def run(module: str, *arguments: str) -> int:
 
 
 def environment() -> dict[str, str]:
-    """Return the environment for tests: hundreds of processes must not each compile everything."""
-    return {name: text for name, text in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    """Return the environment for tests, which start hundreds of processes."""
+    # Each would compile every module again.
+    inherited = {k: text for k, text in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    # Large pages save a tenth of the time; only the GNU C library reads this.
+    return {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1", **inherited}
 
 
 def run_checks() -> list[int]:

@@ -25,7 +25,8 @@ from app.ui.shell.jobs import give_back, keep_little
 from tests.plugins.workers import WORKER_BYTES
 
 _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
-_MUCH: Final = 560_000_000  # a test may take the rest
+_MUCH: Final = 500_000_000  # a test may take the rest
+_MORE: Final = 620_000_000  # from here on what the tests themselves keep is freed as well
 _LITTLE: Final = 30_000_000  # not worth a collection
 _STEP: Final = 100_000_000  # what a file may add before it is freed once more
 _PROCESS: Final = psutil.Process()
@@ -97,10 +98,11 @@ def release_some() -> None:
     """Free memory in the middle of a file: not its windows, and its heads only if need be."""
     gc.collect()
     give_back()
-    if used_bytes() > _MUCH:
-        empty_caches("app.")
-        gc.collect()
-        give_back()
+    for owner, much in (("app.", _MUCH), ("", _MORE)):
+        if used_bytes() > much:
+            empty_caches(owner)
+            gc.collect()
+            give_back()
 
 
 def close_windows() -> None:

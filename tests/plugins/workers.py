@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 import psutil
+import pytest
 
 WORKER_BYTES: Final = 1_000_000_000  # what one process may hold, see `tests.plugins.memory`
 SPARE_BYTES: Final = 1_000_000_000  # for the other programs, and for the programs that tests start
@@ -43,10 +44,12 @@ def cores() -> int:
     return len(allowed(0)) if allowed else os.cpu_count() or 1
 
 
-def pytest_xdist_auto_num_workers() -> int:
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Answer `-n auto`; one worker means no second process at all."""
     named = os.environ.get("PYTEST_XDIST_AUTO_NUM_WORKERS", "")
-    count = int(named) if named.isdecimal() else worker_count(cores(), free_memory())
+    # Long tests often wait for other processes: one more test uses the processors meanwhile.
+    spare = int(config.option.markexpr.startswith("slow"))
+    count = int(named) if named.isdecimal() else worker_count(cores() + spare, free_memory())
     return count if count > 1 else 0
 
 
