@@ -362,7 +362,7 @@ def _write_sheet(
 
     def pictures(name: str, size: tuple[int, int]) -> list[Bytes]:
         here = picture_at(head.transport, light, turns[name])
-        lights: list[LightSource] = [styles[name], Facing(light, turns[name])]
+        lights: list[LightSource] = [styles[name], Facing(light, turns[name], styles[name].expose)]
         return head.portraits([pack.target(name), here], size, lights)
 
     sheet = draw_sheet(

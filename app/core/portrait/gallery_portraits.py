@@ -23,6 +23,8 @@ from app.core.base.colour import FloatImage
 from app.core.environment.environment import SHAPE, solid_angles
 from app.core.portrait import display_pictures as pictures
 from app.core.portrait.display_pictures import WELL
+from app.core.portrait.exposure import head_exposure
+from app.core.solver.place_light import Expose, Facing
 from app.core.solver.transport import Transport, load_named
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import Style
@@ -182,8 +184,10 @@ def _medium() -> Transport:
     return load_named(_MEDIUM_HEAD)
 
 
-def _exposures(transport: Transport, lights: Sequence[Floats]) -> list[float]:
-    """Return the exposure gains of faces in several lights, in one matrix product."""
+def _exposures(
+    transport: Transport, lights: Sequence[Floats], rules: Sequence[Expose] = ()
+) -> list[float]:
+    """Return the exposure gains of heads in several lights, in one matrix product."""
     columns = np.stack(
         [np.broadcast_to(np.atleast_3d(light), (*light.shape[:2], 3)) for light in lights], axis=-1
     ).astype(np.float32)
@@ -193,7 +197,14 @@ def _exposures(transport: Transport, lights: Sequence[Floats]) -> list[float]:
         weight * (transport.pixel_basis[channel] @ np.ascontiguousarray(rows[:, channel]))
         for channel, weight in enumerate(transport.header.luminance_weights)
     )
-    return [colour.face_exposure(column) for column in np.asarray(brightness)[transport.face].T]
+    faces = np.asarray(brightness)[transport.face].T
+    rules = rules or ["face"] * len(lights)
+    return [head_exposure(face, rule) for face, rule in zip(faces, rules, strict=True)]
+
+
+def rule_of(light: LightSource) -> Expose:
+    """Return what a picture in a light is exposed for."""
+    return light.expose if isinstance(light, Style | Facing) else "face"
 
 
 def _light_values(light: LightSource) -> Floats:
@@ -226,6 +237,20 @@ def exposures(
         colour.face_exposure(colour.luminance(picture[face])) * skin
         for picture, skin in zip(values, gains or [1.0] * len(values), strict=True)
     )
+
+
+def style_exposures(
+    transport: Transport, values: Floats, coverage: FloatImage, lights: Sequence[LightSource]
+) -> tuple[float, ...]:
+    """Return display gains that expose the face as each picture's style requires.
+
+    Args:
+        values: (n, N, N, 3) float. Pictures of the transport in each of the lights, at any scale.
+        coverage: (N, N) float32. Fraction of each pixel covered by the head.
+    """
+    faces = colour.luminance(np.asarray(values)[:, coverage >= _FACE_COVERAGE])
+    each = zip(faces, lights, skin_gains(transport, lights), strict=True)
+    return tuple(head_exposure(face, rule_of(light), skin) for face, light, skin in each)
 
 
 def portraits(
@@ -300,8 +325,8 @@ def _compressed(light: Float32) -> Float32:
 def light_exposures(transport: Transport, lights: Sequence[LightSource]) -> tuple[float, ...]:
     """Return the products of `exposures` and `skin_gains` for a head in several lights."""
     other = transport.header.skin in _OTHER_SKINS
-    values = [_light_values(one) for one in lights]
-    return tuple(_exposures(_medium() if other else transport, values)) if values else ()
+    values, rules = [_light_values(one) for one in lights], [rule_of(one) for one in lights]
+    return tuple(_exposures(_medium() if other else transport, values, rules)) if values else ()
 
 
 def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:

@@ -22,16 +22,17 @@ from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlights
 from app.core.portrait.display_pictures import WELL
+from app.core.portrait.exposure import background_exposure
 from app.core.portrait.full_size_portrait import portrait_picture, portrait_pictures
 from app.core.portrait.gallery_portraits import (
     Framing,
     LightSource,
-    exposures,
     framing,
     large_portrait,
     light_exposures,
     portraits,
-    skin_gains,
+    rule_of,
+    style_exposures,
 )
 from app.core.portrait.head_views import HeadViews, load_views_of
 from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
@@ -39,7 +40,7 @@ from app.core.portrait.portrait_file import PLAIN, load_portrait
 from app.core.portrait.portrait_head import ROOM, PortraitHead, PortraitSkin
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lens.view_tables import ViewTables, tables_of, targets_in, views_of
-from app.core.solver.place_light import Facing, PlaceLight, picture_at
+from app.core.solver.place_light import Expose, Facing, PlaceLight, picture_at
 from app.core.solver.transport import Transport, render, to_image
 from app.core.styles.lamps import AS_PUBLISHED, Studio, studio_lamps
 from app.core.styles.style import Style
@@ -61,6 +62,8 @@ FULL_SIZE: Final = 64
 """Rows or columns from which a portrait is drawn from nodes of the skin, not from T."""
 SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is enough."""
+_VIEW: Final = (80, 64)  # rows and columns of the view of a background that is measured
+_CLEAR: Final = 0.05  # coverage below which a pixel shows the background alone
 _DARKEST: Final = 0.02  # of the brightest: darker values are not brightened much
 _MOST_VIEWS: Final = 6  # views cached by a head, 30 MB each with its portrait
 _MOST_STUDIOS: Final = 4  # heads in other lamps cached by a head, with their search data
@@ -174,6 +177,10 @@ class Head:
             return prepare_user_style(self.transport, style).target
         return self.front.painted().target(style, self.yaw_deg)
 
+    def expose_of(self, style: str) -> Expose:
+        """Return what a built-in style is exposed for, or "face" for any other name."""
+        return next((one.expose for one in self.pack.styles if one.name == style), "face")
+
     def studio_wanted(self, style: str) -> Studio:
         """Return the lamps chosen for a style, as opposed to those in use (`StylePack.studio`)."""
         return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
@@ -217,29 +224,52 @@ class Head:
         above = ROOM if self.may_be_full_at(size) else None
         frame = framing(self.transport.size, size, close, above=above)
         pictures = portraits(np.asarray(linear), self._coverage, frame, gains)
-        if self.in_place:
-            for picture, light, gain in zip(pictures, lights, gains, strict=True):
-                if isinstance(light, Facing):
-                    self._put_behind(picture, light, frame, gain)
+        for picture, light, gain in zip(pictures, lights, gains, strict=True):
+            if (behind := self._behind(light, frame)) is not None:
+                # A target has a scale of its own, unlike its light.
+                own = self._background_exposure(light) if isinstance(light, Style) else None
+                self._put_behind(picture, behind, frame, own or gain)
         return list(pictures)
 
     def exposures(self, linear: Pictures, lights: Sequence[LightSource]) -> tuple[float, ...]:
         """Return the gains of the transport's pictures, which also apply at full size."""
-        gains = skin_gains(self.transport, lights)
-        return exposures(np.asarray(linear), self._coverage, gains)
+        gains = list(style_exposures(self.transport, np.asarray(linear), self._coverage, lights))
+        for index, light in enumerate(lights):
+            gain = self._background_exposure(light)
+            if gain is not None and isinstance(light, Style):
+                gain *= gains[index] / light_exposures(self.transport, [light])[0]
+            gains[index] = gain or gains[index]
+        return tuple(gains)
+
+    def _background_exposure(self, light: LightSource) -> float | None:
+        """Return the gain of a light whose background decides, in the unit of the light."""
+        if rule_of(light) != "background":
+            return None
+        frame = framing(self.transport.size, _VIEW)
+        view = self._behind(light, frame)
+        assert view is not None
+        return background_exposure(view[frame.of(self._coverage[np.newaxis])[0].T < _CLEAR])
 
     @cached_property
     def _coverage(self) -> Float32:
         return self.pack.coverage.astype(np.float32)
 
-    def _behind(self, light: Facing, frame: Framing) -> Float32:
-        """Return the view of the place past the head."""
-        place = light.light.environment.radiance
-        return background(place, light.turn_deg + self.yaw_deg, frame, self.transport.header)
+    def _behind(self, light: LightSource, frame: Framing) -> Float32 | None:
+        """Return the view past the head, in the unit of the light, or None for neutral grey.
 
-    def _put_behind(self, picture: Bytes, light: Facing, frame: Framing, gain: float) -> None:
-        """Replace the grey behind a quick picture with the place."""
-        behind = self._behind(light, frame)
+        A style that is exposed for its background needs one in the studio as well.
+        """
+        bright = rule_of(light) == "background"
+        if isinstance(light, Facing) and (self.in_place or bright):
+            around, facing = light.light.environment.radiance, light.turn_deg + self.yaw_deg
+        elif isinstance(light, Style) and bright:
+            around, facing = lamps_light(light.lamps).panorama[:, 1:-1], self.yaw_deg
+        else:
+            return None
+        return background(around, facing, frame, self.transport.header)
+
+    def _put_behind(self, picture: Bytes, behind: Float32, frame: Framing, gain: float) -> None:
+        """Replace the grey behind a quick picture."""
         cover = np.clip(frame.of(self._coverage[np.newaxis])[0].T, 0, 1)
         backdrop = large_portrait(behind, np.zeros_like(behind), gain)
         mixed = picture + (1 - cover)[..., np.newaxis] * (backdrop.astype(np.float32) - WELL[0])
@@ -303,12 +333,12 @@ class Head:
         away = _away(head, frame)
         pictures: list[Bytes] = []
         for picture, light, gain in zip(linear, lights, gains, strict=True):
-            behind = None
+            behind = self._behind(light, frame)
             if isinstance(light, Facing):
-                behind = self._behind(light, frame) if self.in_place else None
                 picture = _draw(head, skin, light) if alone else next(renders[light.light])
             elif isinstance(light, Style) and light in studio:
                 lit_style, gain = studio[light]
+                behind = self._behind(lit_style, frame)
                 picture = portrait_picture(head, skin, lamps_light(lit_style.lamps), 0.0)
             else:
                 more = {"close": close, "quick": True}
@@ -335,7 +365,7 @@ class Head:
         near = portrait_picture(head, skin, portrait_light(far), 0.0)
         linear = _brought_to(_draw(head, skin, here), quick, place)
         linear += _brought_to(near, to_image(transport, render(transport, far)), lamp)
-        behind = self._behind(here, frame) if self.in_place else None
+        behind = self._behind(here, frame)
         return large_portrait(frame.cut(linear), _away(head, frame), gains[0], behind)
 
     def _in_studio(self, lights: Sequence[LightSource]) -> dict[Style, tuple[Style, float]]:
@@ -346,7 +376,11 @@ class Head:
             replace(one, lamps=studio_lamps(one, self.pack.studio(one.name))) if one in own else one
             for one in studio_styles
         ]
-        exposures = zip(styles, light_exposures(self.transport, styles), strict=True)
+        gains = light_exposures(self.transport, styles)
+        exposures = [
+            (style, self._background_exposure(style) or gain)
+            for style, gain in zip(styles, gains, strict=True)
+        ]
         return dict(zip(studio_styles, exposures, strict=True))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -85,12 +85,17 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
     return reduce_light(light.fine, shape, turn_deg)
 
 
+Expose: TypeAlias = Literal["face", "dark", "background"]
+"""What a style is exposed for (see `app.core.portrait.exposure`)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Facing:
-    """The light of a place at a turn, computed on demand."""
+    """The light of a place at a turn, computed on demand, and what a picture is exposed for."""
 
     light: PlaceLight
     turn_deg: float
+    expose: Expose = "face"
 
     def __call__(self) -> FloatImage:
         """Return the light (see `turned`)."""

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from app.core.solver.place_light import Expose
 from app.core.solver.style_signature import UNSIGNED, Signature
 
 Side: TypeAlias = Literal["left", "right", "none"]
@@ -52,6 +53,7 @@ class Style:
             gives the style, relative to the face, or None for a style that needs several lamps. A
             range from a larger to a smaller azimuth goes around the back.
         key_diameter_deg: Range of the diameter of that lamp, or None for any.
+        expose: What a photographer exposes for.
     """
 
     name: str
@@ -65,3 +67,4 @@ class Style:
     key_elevation_deg: tuple[float, float] | None = None
     key_azimuth_deg: tuple[float, float] | None = None
     key_diameter_deg: tuple[float, float] | None = None
+    expose: Expose = "face"

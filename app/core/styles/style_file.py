@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Final
+from typing import Final, get_args
 
 from app.core.base.errors import StyleError
 from app.core.solver.face import AREAS
+from app.core.solver.place_light import Expose
 from app.core.solver.shortfall import Aspect
 from app.core.solver.style_signature import UNSIGNED, Relation, Signature
 from app.core.styles.style import Style, StyleLamp
@@ -25,7 +26,7 @@ from app.core.text import tr
 _MAX_LAMPS: Final = 8
 _STYLE_KEYS: Final = (
     *("title", "side", "place", "note", "paper", "lamps", "signature"),
-    *("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg"),
+    *("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg", "expose"),
 )
 _RELATION_KEYS: Final = ("aspect", "bright", "dark", "least", "most", "nearly")
 _MAX_RELATIONS: Final = 24
@@ -53,7 +54,13 @@ def read_style(path: Path) -> Style:
         raise StyleError(tr("{where}: paper must be true or false.", where=where))
     lamps, signature = _lamps(table, where), _signature(table.get("signature"), where)
     keys = [_range(table, key, where) for key in _STYLE_KEYS if key.startswith("key_")]
-    return Style(path.stem, title, side, place, note, lamps, paper, signature, *keys)
+    expose = table.get("expose", "face")
+    if expose not in get_args(Expose):
+        raise StyleError(
+            tr("{where}: unknown exposure {expose}.", where=where, expose=quoted(expose)),
+            tr("Valid names: {names}.", names=", ".join(get_args(Expose))),
+        )
+    return Style(path.stem, title, side, place, note, lamps, paper, signature, *keys, expose)
 
 
 def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, float] | None:

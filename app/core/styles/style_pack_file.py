@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from app.core.base.errors import TransportError
 from app.core.base.paths import resources
 from app.core.solver.face import AREAS, mirror_area
 from app.core.solver.head_shape import shape_path
+from app.core.solver.place_light import Expose
 from app.core.solver.shortfall import Aspect
 from app.core.solver.style_signature import Relation, Signature
 from app.core.solver.transport import Transport, load_named
@@ -269,4 +270,7 @@ def _style(entry: Mapping[str, Any]) -> Style:
         name: entry[name] and (float(entry[name][0]), float(entry[name][1]))
         for name in ("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg")
     }
-    return Style(**{**entry, "lamps": lamps, "signature": signature, **keys})
+    expose = entry.get("expose", "face")  # missing in the packs of heads baked earlier
+    if expose not in get_args(Expose):
+        raise ValueError("an exposure is unknown")
+    return Style(**{**entry, "expose": expose, "lamps": lamps, "signature": signature, **keys})

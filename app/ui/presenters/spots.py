@@ -185,7 +185,11 @@ def _answer(
     place, light = spot_place.place, spot_place.light
     results = solve_place(head, light, own, settings, place.front_deg, place.lens)
     turns = [wrap(one.turn_refined_deg + place.front_deg) for one in results]
-    lights = [Facing(light, turn) for turn in turns]
+    origins = {one.name: one.origin for one in own}
+    lights = [
+        Facing(light, turn, head.expose_of(origins.get(one.name, one.name)))
+        for one, turn in zip(results, turns, strict=True)
+    ]
     portraits = head.portraits(pictures_at(head.transport, light, turns), _SIZE, lights)
     pictures = {
         one.name: picture if one.attainable else greyed(picture)

@@ -242,7 +242,8 @@ class LiveAnswer:
         if not self._in_stroke or answer.advice is not before.advice:
             self._resolve(document, answer)
             return False
-        facing = Facing(light, result.turn_refined_deg + self._services.model.front_deg)
+        turn = result.turn_refined_deg + self._services.model.front_deg
+        facing = Facing(light, turn, document.head.expose_of(document.start))
         (picture,) = document.head.portraits([linear], self._size, [facing], quick=True)
         state = replace(self.state, weights=answer.preintegrated, picture=picture)
         self.answer, self.state = answer, _with_result(state, result)
@@ -320,14 +321,15 @@ def _portrait(
         own: Result of the style that the canvas still equals.
     """
     result, linear, head = answer.result, answer.picture, document.head
+    expose = head.expose_of(document.start)
     if own is not None:
         head = document.head.turned(own.yaw_deg)
-        here = Facing(light, wrap(own.nose_deg + front_deg))
+        here = Facing(light, wrap(own.nose_deg + front_deg), expose)
         linear = picture_at(head.transport, light, here.turn_deg)
     elif result is None or linear is None:
         return None
     else:
-        here = Facing(light, result.turn_refined_deg + front_deg)
+        here = Facing(light, result.turn_refined_deg + front_deg, expose)
     return lambda quick: head.portraits([linear], size, [here], quick=quick)[0]
 
 

@@ -167,7 +167,8 @@ class DetailResolver:
             snapshot,
             lambda: self._portrait_parts(snapshot, state.key, light, turn),
         )
-        here = Facing(light, wrap(turn + snapshot.question.front_deg - head.yaw_deg))
+        nose = wrap(turn + snapshot.question.front_deg - head.yaw_deg)
+        here = Facing(light, nose, snapshot.styles[state.key].expose)
         return replace(
             state,
             **values,
@@ -196,7 +197,8 @@ class DetailResolver:
         warning = self._glare(light, facing, question)
         areas = self._cache.once("cheeks", 0, question.head, lambda: cheeks(transport))
         ratio = lighting_ratio(transport, straight.reshape(-1, 3)[transport.pixels], areas)
-        exposed = snapshot.exposed or head.exposures([linear], [Facing(light, nose)])
+        here = Facing(light, nose, snapshot.styles[name].expose)
+        exposed = snapshot.exposed or head.exposures([linear], [here])
         zero = self._cache.once(
             "zero",
             question.head.name,
@@ -232,7 +234,7 @@ class DetailResolver:
             turn = turn_of_index(index)
             facing = wrap(turn + snapshot.question.front_deg)
             linear = picture_at(head.transport, light, facing)
-            here = [Facing(light, facing)]
+            here = [Facing(light, facing, snapshot.styles[result.name].expose)]
             (picture,) = head.portraits(
                 [linear], sizes.portrait, here, quick=quick, gains=snapshot.exposed
             )

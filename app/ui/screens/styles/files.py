@@ -110,7 +110,8 @@ def save_sheet(
     style, lit_style = snapshot.styles[state.key], snapshot.lit_style(state.key)
     measured = (place.measured_at or place.made_at) if place is not None else None
     head, view_head = question.head, snapshot.head_for(state.key)
-    facing = Facing(light, wrap(wrap(state.needle + question.front_deg) - view_head.yaw_deg))
+    nose = wrap(wrap(state.needle + question.front_deg) - view_head.yaw_deg)
+    facing = Facing(light, nose, style.expose)
     target_picture = snapshot.target(state.key)
     doubt = doubt_note(snapshot, state.key) if snapshot.is_doubtful(state.key) else ""
 

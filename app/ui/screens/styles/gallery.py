@@ -174,7 +174,7 @@ class Snapshot:
         head, light, result = self.head_for(name), self.question.light, self.results[name]
         assert light is not None
         nose = wrap(result.nose_deg + self.question.front_deg)
-        lights = [Facing(light, nose)]
+        lights = [Facing(light, nose, self.styles[name].expose)]
         return head.exposures(pictures_at(head.transport, light, [nose]), lights)
 
     @cached_property
@@ -282,7 +282,10 @@ def look(
             noses = [wrap(results[name].nose_deg + question.front_deg) for name in names]
             linear = pictures_at(head.transport, question.light, noses)
             token.check()
-            lights = [Facing(question.light, nose) for nose in noses]
+            lights = [
+                Facing(question.light, nose, styles[name].expose)
+                for name, nose in zip(names, noses, strict=True)
+            ]
             exposed = draft.exposed * len(names) or head.exposures(linear, lights)
             portraits = head.portraits(
                 linear, question.size, lights, close=True, quick=quick, gains=exposed
@@ -316,7 +319,8 @@ def _prepared(
 def _style_of(own: UserStyle, built_in: Mapping[str, Style], asking: Mapping[str, Asking]) -> Style:
     """Return one of the user's styles, or the renamed built-in style for an unpainted copy."""
     if own.name in asking:
-        return own.style
+        origin = built_in.get(own.origin)
+        return own.style if origin is None else replace(own.style, expose=origin.expose)
     return replace(built_in[own.copy_of], name=own.name, title=own.title)
 
 

@@ -12,7 +12,7 @@ from app.core.base.arrays import Bytes
 from app.core.guidance.who_moves import Mode
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.head import Head
-from app.core.solver.place_light import PlaceLight
+from app.core.solver.place_light import Expose, PlaceLight
 from app.ui.presenters.services import Services
 from app.ui.presenters.window_model import LampPlan
 from app.ui.screens.turn.goal import GoalViews, TurnScene, views_of
@@ -85,6 +85,7 @@ class TurnImages:
         light: PlaceLight,
         facing_deg: float,
         size: Size,
+        expose: Expose,
         plan: LampPlan | None,
     ) -> None:
         """Render the head facing an azimuth in this place's light, plus the lamp of a plan."""
@@ -92,8 +93,8 @@ class TurnImages:
         if not self._services.runner.running(_NOW):
             self._want(
                 _NOW,
-                (head, yaw_deg, light, facing_deg, size, plan),
-                lambda: now_portrait(head.turned(yaw_deg), light, facing_deg, size, plan),
+                (head, yaw_deg, light, facing_deg, size, expose, plan),
+                lambda: now_portrait(head.turned(yaw_deg), light, facing_deg, size, expose, plan),
                 lambda picture: self._put(now=picture),
             )
 

@@ -10,7 +10,7 @@ from app.core.base.angles import difference, whole
 from app.core.base.arrays import Bytes
 from app.core.portrait.head import Head
 from app.core.solver.peaks import value_at
-from app.core.solver.place_light import Facing, PlaceLight, picture_at
+from app.core.solver.place_light import Expose, Facing, PlaceLight, picture_at
 from app.core.text import tr
 from app.ui.presenters.window_model import COMPUTING, LampPlan, Model
 from app.words.phrases.directions import SIDE_LINES
@@ -129,6 +129,7 @@ def now_portrait(
     light: PlaceLight,
     facing_deg: float,
     size: tuple[int, int],
+    expose: Expose = "face",
     plan: LampPlan | None = None,
 ) -> Bytes:
     """Render the head as this place lights it.
@@ -142,4 +143,4 @@ def now_portrait(
     if plan is not None:
         return plan.portrait(facing_deg, size)
     picture = picture_at(head.transport, light, facing_deg)
-    return head.portrait(picture, size, Facing(light, facing_deg))
+    return head.portrait(picture, size, Facing(light, facing_deg, expose))

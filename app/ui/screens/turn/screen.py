@@ -375,7 +375,8 @@ class TurnPresenter(Presenter[TurnView]):
         turn = float(guidance.goal if guidance.now is None else guidance.now)
         # The light on a face depends on the direction of the nose.
         facing = model.azimuth_of(turn - yaw)
-        self._images.want_now(head, yaw, model.light, facing, size, model.lamp_plan)
+        expose = head.expose_of(name if painted is None else painted.origin)
+        self._images.want_now(head, yaw, model.light, facing, size, expose, model.lamp_plan)
 
     def _with_film(self, style: StyleWords, guide: Guide) -> tuple[StyleWords, Pictures]:
         """Use the sitter's face from a video as Now when there is no heading."""

@@ -249,7 +249,7 @@ class LightWork:
             result = result_with(answers, name, position, match)
             head, light, lamp = answers.hand.head, answers.question.light, answers.hand.lamp
             words = (lamp_name(lamp), hold.hold, hold.hold_line)
-            portrait = partial(portrait_with, answers, position)
+            portrait = partial(portrait_with, answers, name, position)
             return LampPlan(head, light, *words, result, portrait, position.azimuth_deg)
 
         self._services.runner.submit(_PLAN, lambda *_: work(), done=done)

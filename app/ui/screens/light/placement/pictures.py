@@ -132,11 +132,14 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
     return wrap(turn_deg - float(before)), wrap(turn_deg + float(after))
 
 
-def portrait_with(answers: Answers, position: LampPosition, facing_deg: float, size: Size) -> Bytes:
-    """Render a sitter who faces an azimuth of the panorama, with the lamp at a position."""
+def portrait_with(
+    answers: Answers, name: str, position: LampPosition, facing_deg: float, size: Size
+) -> Bytes:
+    """Render a style's portrait with the lamp at a position, facing an azimuth of the panorama."""
     hand, question = answers.hand, answers.question
     parts = _parts(hand, question, position, facing_deg)
-    return _picture(hand, position, Facing(question.light, facing_deg), parts, size)
+    here = Facing(question.light, facing_deg, hand.head.expose_of(name))
+    return _picture(hand, position, here, parts, size)
 
 
 def _parts(
@@ -196,7 +199,8 @@ def look(
     picture = sum(parts) * np.float32(question.gain)
     measures = measure_picture(head.pack, head.transport, luminance(picture))
     verdict = judge(head.pack, row, measures, LIMITS)
-    portrait = _picture(hand, position, Facing(question.light, facing), parts, size)
+    here = Facing(question.light, facing, head.expose_of(name))
+    portrait = _picture(hand, position, here, parts, size)
     if before is not None and (before.answers, before.name, before.size) == (answers, name, size):
         without, target = before.without, before.target
     else:
@@ -248,4 +252,5 @@ def _without(answers: Answers, one: LampPlacement, size: Size) -> Bytes:
     """Render a portrait in the place's own light, at the style's best turn without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
-    return head.portrait(picture_at(head.transport, light, facing), size, Facing(light, facing))
+    here = Facing(light, facing, head.expose_of(one.name))
+    return head.portrait(picture_at(head.transport, light, facing), size, here)
