@@ -115,7 +115,7 @@ def test_match_and_face_are_those_with_the_lamp(way: Journey) -> None:
     assert state.style.now_tag == "With the lamp"
     expected = portrait_with(
         way.answers,
-        way.style,
+        "badger",
         way.held,
         way.turn.model.azimuth_of(float(whole(goal))),
         way.turn.presenter._sizes.portrait,

@@ -53,14 +53,34 @@ def read_style(path: Path) -> Style:
     if not isinstance(paper, bool):
         raise StyleError(tr("{where}: paper must be true or false.", where=where))
     lamps, signature = _lamps(table, where), _signature(table.get("signature"), where)
-    keys = [_range(table, key, where) for key in _STYLE_KEYS if key.startswith("key_")]
-    expose = table.get("expose", "face")
-    if expose not in get_args(Expose):
+    elevation, azimuth, diameter = (
+        _range(table, key, where) for key in _STYLE_KEYS if key.startswith("key_")
+    )
+    return Style(
+        path.stem,
+        title,
+        side,
+        place,
+        note,
+        lamps,
+        paper,
+        signature,
+        elevation,
+        azimuth,
+        diameter,
+        _expose(table, where),
+    )
+
+
+def _expose(table: Mapping[str, object], where: str) -> Expose:
+    value, rules = table.get("expose", "face"), get_args(Expose)
+    if value not in rules:
         raise StyleError(
-            tr("{where}: unknown exposure {expose}.", where=where, expose=quoted(expose)),
-            tr("Valid names: {names}.", names=", ".join(get_args(Expose))),
+            tr("{where}: unknown exposure {expose}.", where=where, expose=quoted(value)),
+            tr("Valid names: {names}.", names=", ".join(rules)),
         )
-    return Style(path.stem, title, side, place, note, lamps, paper, signature, *keys, expose)
+    expose: Expose = rules[rules.index(value)]
+    return expose
 
 
 def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, float] | None:
