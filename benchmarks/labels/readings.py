@@ -40,7 +40,7 @@ class Labels:
     @property
     def majority(self) -> NDArray[np.int8]:
         """The label of every picture for every style, (pictures, styles)."""
-        return np.median(self.seen, axis=0).astype(np.int8)
+        return np.asarray(np.median(self.seen, axis=0), np.int8)
 
     def own(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return the index of each picture and of the style that it was chosen for."""

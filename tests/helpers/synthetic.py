@@ -143,7 +143,7 @@ def lamp_target(
     lamps: tuple[tuple[float, float, float], ...],
     diameter_deg: float = 8.0,
 ) -> NDArray[np.float32]:
-    """(P, 3) picture under far lamps, each (azimuth towards the sitter's left, elevation, power)."""
+    """(P, 3) picture under far lamps: (azimuth towards the sitter's left, elevation, power)."""
     shape = transport.environment_shape
     light = sum(
         power * lamp_environment(-azimuth, elevation, diameter_deg, shape)

@@ -32,7 +32,7 @@ HEADS = sample_first(["generic", "female", "male"], 1)
 
 
 def lamp(azimuth_deg: float, elevation_deg: float, size_deg: float = 10.0) -> Floats:
-    """A black place with one round lamp, seen from the face at turn 0; towards the sitter's left."""
+    """A black place with one round lamp, towards the left of a sitter at turn 0."""
     rows, columns = 256, 512
     around = np.radians(180 - 360 * (np.arange(columns) + 0.5) / columns)[None]
     up = np.radians(90 - 180 * (np.arange(rows) + 0.5) / rows)[:, None]

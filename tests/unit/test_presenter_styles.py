@@ -713,5 +713,8 @@ def _exposures(table: Table) -> dict[str, float]:
     assert light is not None
     turns = [result.turn_refined_deg for result in results]
     linear = [picture_at(head().transport, light, turn) for turn in turns]
-    found = head().exposures(linear, [Facing(light, turn) for turn in turns])
+    lights = [
+        Facing(light, result.turn_refined_deg, head().expose_of(result.name)) for result in results
+    ]
+    found = head().exposures(linear, lights)
     return {result.name: gain for result, gain in zip(results, found, strict=True)}

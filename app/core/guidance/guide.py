@@ -186,8 +186,8 @@ class Guide:
         until_light: Whole degrees to the arc in the direction on screen. It is 0 inside the arc,
             and stays 0 until the arc counts as left.
         lamp: As in `Goal`.
-        nose: Whole degrees that the nose still has to turn towards the sitter's left, or None if the
-            nose should point at the lens or no face was read.
+        nose: Whole degrees that the nose still has to turn towards the sitter's left, or None if
+            the nose should point at the lens or no face was read.
         yaw: As in `Goal`, but in whole degrees.
         start: Turn, in whole degrees, from which the whole turn is counted if there is no heading.
     """

@@ -162,8 +162,8 @@ class SeenNodes:
             nodes.
         normals: (M, 3) float32. Normals of the surface.
         view: (M, 3) float32. Unit vector to the camera.
-        gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects towards the
-            camera, and its direction.
+        gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects towards
+            the camera, and its direction.
         eye: (M,) bool. Nodes on the eyes.
         passes: (M, 3) float32. The skin's light towards this camera, divided by that towards the
             bake's camera.
@@ -221,8 +221,8 @@ class PortraitHead:
         glass: (G,) intp. Samples on the eyes.
         glass_gain, glass_way: (G,), (G, 3) float32. Reflection of these samples, as in `SeenNodes`.
         hair: The hair, or None for a bald head without details.
-        yaw_deg: Turn of the face towards the sitter's left. If the yaw is not 0, "half" is the whole
-            picture. If the yaw is negative, both light and picture are mirrored.
+        yaw_deg: Turn of the face towards the sitter's left. If the yaw is not 0, "half" is the
+            whole picture. If the yaw is negative, both light and picture are mirrored.
     """
 
     nodes: SkinNodes = field(repr=False)

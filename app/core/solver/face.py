@@ -1,9 +1,9 @@
 """The face on a head: the region that is judged, and its named areas.
 
 Positions use the face's own units, so that they mean the same on every head: across in half eye
-distances from the centre line, positive towards the sitter's left; down as fractions of the distance
-from the eyes to the lower edge of the chin. Both are derived from three points on the mesh: between
-the eyes, the tip of the nose, and the chin.
+distances from the centre line, positive towards the sitter's left; down as fractions of the
+distance from the eyes to the lower edge of the chin. Both are derived from three points on the
+mesh: between the eyes, the tip of the nose, and the chin.
 """
 
 from __future__ import annotations

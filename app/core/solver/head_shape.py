@@ -38,8 +38,8 @@ class HeadShape:
         pixels: (P,) int32. The transport's pixels.
         positions: (P, 3) float32. Mean position on the head behind each pixel.
         skin: (M, 3) float32. Points all over the skin, about 6 mm apart.
-        above: (N, 2) float32. Closed outline seen from above: x towards the sitter's left, z towards
-            the front.
+        above: (N, 2) float32. Closed outline seen from above: x towards the sitter's left, z
+            towards the front.
         side: (K, 2) float32. Closed outline seen from the sitter's left: z towards the front, y up.
         eye_point: (3,) float32. Point midway between the eyes.
     """
