@@ -86,7 +86,7 @@ def test_masks_of_the_command_line_are_read(text: str, spec: MaskSpec) -> None:
         ("nadir:-95", "outside -90 to 90"),
         ("nadir:nan", "outside -360 to 360"),
         ("box:1,2,3", "needs 4 numbers"),
-        ("box:0,10,-20,-40", "ends below"),
+        ("box:0,10,-20,-40", "not above"),
         ("0,1;2,3;4,5", "not valid"),
     ],
 )

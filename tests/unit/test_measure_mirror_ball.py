@@ -254,7 +254,7 @@ def test_a_second_side_shows_what_the_first_hides() -> None:
     hidden = (first.weight == 0) & (both.weight > 0.2)
     stops = np.log2(luminance(both.texels[..., :3]) / luminance(true))[hidden]
     assert abs(float(np.median(stops))) < 0.15
-    with pytest.raises(ProbeError, match="does not match"):
+    with pytest.raises(ProbeError, match="from another side"):
         join_sides(first, second, -100.0)
 
 
