@@ -245,7 +245,7 @@ def test_a_finished_session_gives_its_camera_back_what_it_owes(
     )
     with camera(scene, "--model", "V") as url:
         words = ("--camera", url, "-o", folder)
-        assert "Another camera" in refused(capsys, 3, *words)
+        assert "A different camera" in refused(capsys, 3, *words)
         session.update(serial="")
         assert main(["capture", *map(str, words)]) == 0
         told = capsys.readouterr()

@@ -25,10 +25,10 @@ from app.ui.shell.jobs import give_back, keep_little
 from tests.plugins.workers import WORKER_BYTES
 
 _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
-_MUCH: Final = 500_000_000  # a test may take the rest
+_MUCH: Final = 450_000_000  # a test may take the rest
 _MORE: Final = 620_000_000  # from here on what the tests themselves keep is freed as well
 _LITTLE: Final = 30_000_000  # not worth a collection
-_STEP: Final = 100_000_000  # what a file may add before it is freed once more
+_STEP: Final = 60_000_000  # what a file may add before it is freed once more
 _PROCESS: Final = psutil.Process()
 _freeze: Final = gc.freeze
 _frozen: Final[list[Any]] = []  # caches of the modules that were read before the first test

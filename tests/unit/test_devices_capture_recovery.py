@@ -262,7 +262,7 @@ def test_another_camera_is_not_taken_for_this_one() -> None:
     client = Client()
     camera = contact(client)
     camera.serial = "2"
-    with pytest.raises(CameraNotReady, match="Another camera"):
+    with pytest.raises(CameraNotReady, match="A different camera"):
         camera.reconnect()
 
 

@@ -250,7 +250,7 @@ def sky(*toward: float) -> Floats:
 
 @pytest.mark.parametrize("name", HEADS)
 @pytest.mark.parametrize(
-    "towards", [(0.0, 0.0, 0.0), (0.12, 0.0, 0.0), (-0.12, 0.05, 0.1), (0.0, 0.0, 0.2)]
+    "toward", [(0.0, 0.0, 0.0), (0.12, 0.0, 0.0), (-0.12, 0.05, 0.1), (0.0, 0.0, 0.2)]
 )
 def test_even_light_has_no_direction(name: str, toward: tuple[float, float, float]) -> None:
     found = read(shown_in(name, sky(*toward)))
