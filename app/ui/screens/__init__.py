@@ -1,1 +1,1 @@
-"""The screens, one package each: a presenter resolves the state, and a view shows it."""
+"""Screens, one per package: a presenter resolves the state and a view shows it."""

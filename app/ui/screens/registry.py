@@ -1,6 +1,6 @@
-"""The registry of screens, in the order of the rail.
+"""The registry of screens, in the order in which they appear on the rail.
 
-The code of a screen is imported when the screen is first shown.
+The code for each screen is imported when that screen is first shown.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from app.words.phrases.turns import size_words, turn_words
 
 
 class ScreenPresenter(Protocol):
-    """The interface that the window needs of every screen's presenter."""
+    """The interface that the window requires of every screen's presenter."""
 
     def attach(self, view: Any) -> None:
-        """Show the state in `view` from now on."""
+        """Start showing the state in `view`."""
 
     def detach(self) -> None:
         """Stop showing the state because the view is being removed."""
 
     def enter(self) -> None:
-        """Start work, because the screen has become visible."""
+        """Start work now that the screen is visible."""
 
     def leave(self) -> None:
-        """Pause, because the screen is no longer visible."""
+        """Pause work now that the screen is hidden."""
 
     def actions(self) -> Sequence[Action]:
-        """Return the available actions, whose shortcuts work while the screen is visible."""
+        """Return the available actions. Their shortcuts work while the screen is visible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +44,13 @@ class ScreenSpec:
     Attributes:
         key: Name of the package, and the value of `Model.step` that shows the screen. For "probe",
             the classes are `screen.ProbePresenter` and `screen_view.ProbeScreen`.
-        title, tip, command, icon: Label on the rail, its tooltip, the entry in "Find anything" and
-            the icon. A screen without a title is not on the rail.
-        in_front: Returns whether the screen should be visible, or is None if `Model.step` alone
-            decides.
-        done: Returns whether the rail marks the screen as done.
-        note: Returns the decision made on the screen as two texts: a short one for the rail, and
-            the full one.
+        title, tip, command, icon: Label on the rail, tooltip, entry in "Find anything" and icon. A
+            screen without a title does not appear on the rail.
+        in_front: Function that returns whether the screen should be visible, or None if
+            `Model.step` alone decides.
+        done: Function that returns whether the rail marks the screen as done.
+        note: Function that returns the decision made on the screen in two forms: a short text for
+            the rail, and the full text.
     """
 
     key: str
@@ -74,7 +74,7 @@ class ScreenSpec:
         return presenter
 
     def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
-        """Create the view, a `QWidget`, which is rebuilt after a change of theme or layout."""
+        """Create the view, a `QWidget`. It is rebuilt whenever the theme or the layout changes."""
         return self._part("screen_view", "Screen")(presenter, compact)
 
     def read_in(self) -> None:
@@ -152,7 +152,7 @@ SCREENS: Final = (
 
 
 def screen(key: str) -> ScreenSpec:
-    """Return a screen by its key."""
+    """Return the screen with the given key."""
     return next(spec for spec in SCREENS if spec.key == key)
 
 

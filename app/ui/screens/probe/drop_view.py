@@ -1,4 +1,4 @@
-"""The row for files: a drop area, and buttons to open files or watch a folder."""
+"""The file row: a drop area, and buttons for opening files and watching a folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DROP_SHORT: Final = tr("Drop files here")
 
 
 class DropRow(QWidget):
-    """Shows where to drop files, or which folder is watched."""
+    """Shows where to drop files, or which folder is being watched."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class DropRow(QWidget):
             widget.setFixedHeight(height)
 
     def show_watching(self, folder: str) -> None:
-        """Show the name of the watched folder, or the drop area if the name is empty."""
+        """Show the name of the watched folder, or the drop area if `folder` is empty."""
         self._watching = bool(folder)
         watching = tr("Watching {folder}: new brackets open here", folder=folder)
         self._words.set_text(watching if folder else self._idle)

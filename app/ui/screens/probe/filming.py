@@ -1,7 +1,7 @@
-"""Films a turn with the live camera, shows the progress and creates a place from the film.
+"""Films a turn with the live camera, shows the progress and creates a place from the video.
 
-The camera's newest picture enters a queue a few times a second. A job analyses each picture and
-appends it to a video, which becomes the source of the place.
+A few times a second, the camera's newest picture is added to a queue. A job analyses each picture
+and appends it to a video, which becomes the source of the place.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _TURN: Final = tr("Turn around once, slowly, with the face in the picture. Then 
 
 @dataclass(slots=True, eq=False)
 class _Roll:
-    """Pictures queued for the job that reads them, and the job's message."""
+    """The queue of pictures for the analysis job, and the job's latest message."""
 
     pictures: queue.Queue[tuple[float, Bytes]]
     over: threading.Event = field(default_factory=threading.Event)
@@ -46,7 +46,7 @@ class _Roll:
 
 
 class Filming:
-    """Films a turn and creates a place from the film."""
+    """Films a turn and creates a place from the video."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
@@ -57,7 +57,7 @@ class Filming:
         self.live: Live | None = None
 
     def toggle(self) -> None:
-        """Start a film, or end the running film and compute its light."""
+        """Start filming, or finish the current video and compute the light from it."""
         if self.live is not None:
             self._find_light(self.live)
             return
@@ -75,7 +75,7 @@ class Filming:
         self._changed()
 
     def stop(self) -> None:
-        """Discard the film, if one is running."""
+        """Stop filming and discard the video, if a turn is being filmed."""
         if self.live is not None:
             self._services.runner.cancel(KEY)
 
@@ -122,7 +122,7 @@ class Filming:
 def _take(
     roll: _Roll, token: Token, report: PhraseReport
 ) -> tuple[Film, Path, tempfile.TemporaryDirectory[str]]:
-    """Read the pictures of a film, and return the film with its video in a temporary folder."""
+    """Read the queued pictures, and return the film, its video file and the temporary folder."""
     folder = tempfile.TemporaryDirectory(prefix="turnlight-")
     video = Path(folder.name) / "film.mp4"
     due_s = _TOLD_S

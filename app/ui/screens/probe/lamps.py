@@ -1,4 +1,4 @@
-"""The lamps of the place, as rows of the table under the panorama."""
+"""The lamps at the place, as rows of the table below the panorama."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class LampRow:
     """A lamp in the table and on the panorama.
 
     Attributes:
-        letter, name: Texts such as "A" and "Window".
-        azimuth, elevation, share: Texts such as "47°", "30° up" and "at least 64%".
+        letter, name: Display text such as "A" and "Window".
+        azimuth, elevation, share: Display text such as "47°", "30° up" and "at least 64%".
         azimuth_deg, elevation_deg: Direction in the original panorama, in degrees.
-        spoken: The whole row as text for a screen reader.
+        spoken: Text of the whole row for screen readers.
     """
 
     letter: str
@@ -36,7 +36,7 @@ class LampRow:
 
 
 def lamp_rows(findings: Findings, front_deg: float, *, rough: bool = False) -> tuple[LampRow, ...]:
-    """Return the rows of the table. In a `rough` place, clipped light is an estimate."""
+    """Return the rows of the table. If the place is `rough`, clipped light is only an estimate."""
     return tuple(_lamp_row(lamp, front_deg, rough) for lamp in findings.lamps)
 
 

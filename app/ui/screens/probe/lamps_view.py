@@ -47,7 +47,7 @@ class _WholeRows(Scroll):
 
 
 class LampTable(QWidget):
-    """A row for each lamp, or a note that explains why there are none."""
+    """A table with a row for each lamp, or a note explaining why there are no lamps."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -64,7 +64,7 @@ class LampTable(QWidget):
         column(head, (scroll, 1), into=self)
 
     def show_lamps(self, lamps: tuple[LampRow, ...], note: str) -> None:
-        """Show the lamps, and a note unless it is empty."""
+        """Show the lamps, and the note if it is not empty."""
         while len(self.rows) > len(lamps):
             row = self.rows.pop()
             row.hide()

@@ -77,7 +77,7 @@ class LightColumn(QWidget):
         return self._stack
 
     def resizeEvent(self, event: object) -> None:
-        """Keep the panorama at 2:1."""
+        """Keep the panorama's aspect ratio at 2:1."""
         self._give_height()
 
     def _give_height(self) -> None:
@@ -99,11 +99,11 @@ class LightColumn(QWidget):
         self._body.setContentsMargins(margins)
 
     def widest(self) -> int:
-        """Return the width beyond which nothing in the column grows."""
+        """Return the maximum useful width, beyond which nothing in the column grows."""
         return px(_WIDEST) + 2 * self._side
 
     def _most_height(self) -> int:
-        """Return the maximum height of the panorama, with room for two rows of lamps."""
+        """Return the maximum height of the panorama that leaves room for two rows of lamps."""
         margins = self._body.contentsMargins()
         lower = 88 if self._lower.currentIndex() < 2 else 160
         lower = -28 if self._lower.isHidden() else lower  # the scale is hidden too
@@ -111,7 +111,7 @@ class LightColumn(QWidget):
         return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
-        """Stack the table of lamps, the recent places and the cards of the live preview."""
+        """Stack the lamp table, the recent places and the live preview's cards."""
         self.lamps = LampTable(self._compact)
         self.recent = RecentPlaces(self._presenter.places.open)
         self.rough = RoughCards(self._compact)
@@ -126,7 +126,7 @@ class LightColumn(QWidget):
         return line
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state, leaving unchanged parts alone."""
+        """Show the state, updating only the parts that have changed."""
         before, self._state = self._state, state
         self.tools.show_state(state)
         self._show_panorama(state, before)

@@ -1,7 +1,8 @@
 """The live preview on the way to a spot: the camera's picture and the three best styles.
 
-One job reads the camera and puts the newest picture into a mailbox. A second job evaluates the
-newest picture, one at a time, so a slow computer produces fewer results but never late ones.
+One job reads pictures from the camera and puts the newest into a mailbox. A second job evaluates
+the newest picture, one at a time. A slow computer therefore produces fewer results, but never
+outdated ones.
 """
 
 from __future__ import annotations
@@ -37,10 +38,10 @@ class RoughCard:
     """One of the best styles in the live preview.
 
     Attributes:
-        title, side, turn, direction, grade: Texts such as "Rembrandt", "sitter's left (camera
-            right)", "96°", "clockwise" and "in reach".
+        title, side, turn, direction, grade: Display text such as "Rembrandt", "sitter's left
+            (camera right)", "96°", "clockwise" and "in reach".
         arrow: Icon of the direction.
-        note: "rough", and whether the style needs the full bracket.
+        note: The word "rough", with a remark if the style needs the full bracket.
         unsure: Whether the turn depends on parts of the picture that are clipped in the preview.
     """
 
@@ -60,7 +61,7 @@ class Live:
     """The camera's live preview.
 
     Attributes:
-        picture: (h, 2 h, 3) uint8 sRGB, or None before the first picture.
+        picture: Newest picture, (h, 2 h, 3) uint8 sRGB, or None before the first one arrives.
         trouble: Whether `message` reports a problem.
     """
 
@@ -90,7 +91,7 @@ ROUGH: Final = tr("Rough, from the live preview")
 
 
 class LivePreview:
-    """Runs the preview of the camera in use."""
+    """Runs the live preview from the camera in use."""
 
     def __init__(
         self, services: Services, cameras: CameraFinder, changed: Callable[[], None]
@@ -106,7 +107,7 @@ class LivePreview:
         self.live: Live | None = None
 
     def toggle(self) -> None:
-        """Start or stop the preview of the camera in use."""
+        """Start or stop the preview from the camera in use."""
         camera = self._services.model.camera
         if self.live is not None:
             self.stop()
@@ -139,7 +140,7 @@ class LivePreview:
             self._changed()
 
     def tick(self) -> None:
-        """Evaluate the newest picture, unless a job is running. The view calls this regularly."""
+        """Evaluate the newest picture unless a job is running. The view calls this regularly."""
         if self.live is None or self._answering:
             return
         now, jpeg = self._services.clock.now(), self._pictures.get()

@@ -66,7 +66,7 @@ class RoughCards(QWidget):
         self.setAccessibleName(tr("Best styles here, roughly"))
 
     def show_live(self, live: Live) -> None:
-        """Show the styles of the preview."""
+        """Show the styles in the preview."""
         self.message.set_text(live.message)
         self._icon.set(*(("warning", "err") if live.trouble else ("eye", "text")))
         if not self.views:  # created on first use, to open the screen faster

@@ -24,9 +24,9 @@ class PlacePanorama:
     Attributes:
         picture: The panorama at the latest rendered exposure, (h, 2 h, 3) uint8 sRGB, or None if
             no place is open.
-        findings: Lamps and clip mask, or None until they are computed.
-        frames: One picture per frame of the capture, (h, 2 h, 3) uint8 sRGB, or None if there is
-            none. Empty until they are loaded.
+        findings: Lamps and clip mask, or None until they have been computed.
+        frames: One picture per frame of the capture, each (h, 2 h, 3) uint8 sRGB, or None for a
+            frame without a picture. The tuple is empty until the pictures are loaded.
         target_ev: Exposure chosen by the user, in stops.
     """
 
@@ -68,7 +68,7 @@ class PlacePanorama:
             )
 
     def expose(self, stops: float) -> None:
-        """Change the exposure of the panorama by a number of stops, positive for brighter."""
+        """Change the panorama's exposure by a number of stops. Positive numbers brighten it."""
         self.target_ev = stops
         self._expose()
         self._changed()
@@ -91,7 +91,7 @@ class PlacePanorama:
             self._changed()
 
     def _expose(self) -> None:
-        """Render the picture at the exposure chosen last, running only one job at a time."""
+        """Render the picture at the latest chosen exposure, running only one job at a time."""
         light, stops = self._light, self.target_ev
         if light is None or self._exposing or stops == self._exposure_ev:
             return

@@ -1,4 +1,4 @@
-"""Tiles of recent places."""
+"""Tiles for recent places."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _WIDEST_ROW: Final = 304
 
 
 class _Tile(Card):
-    """A place: its thumbnail, its name, and its time or the parts that are missing."""
+    """A place, with its thumbnail, its name, and either its time or a list of its missing parts."""
 
     preferred_size = (_WIDEST_ROW, _HIGH)
 
@@ -63,7 +63,7 @@ class _Tile(Card):
 
 
 class RecentPlaces(QWidget):
-    """Tiles of recent places under a heading, hidden when there are none.
+    """Tiles for recent places under a heading. They are hidden when there are no recent places.
 
     Attributes:
         open_place: Called with the folder of the selected place.

@@ -1,4 +1,4 @@
-"""The Probe screen: measures the light of a place with a camera, files or a folder."""
+"""The Probe screen, which measures the light at a place with a camera, files or a folder."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class ProbeState:
 
     Attributes:
         picture: Panorama at the chosen exposure, (h, 2 h, 3) uint8 sRGB, or None if there is none.
-        findings: Lamps and clip mask, or None until they are computed.
+        findings: Lamps and clip mask, or None until they have been computed.
         front_deg: Azimuth at which the photographer stands, in degrees.
-        exposure_ev: Exposure of the picture in stops.
+        exposure_ev: Exposure of the picture, in stops.
     """
 
     picture: NDArray[np.uint8] | None = field(default=None, repr=False)
@@ -78,19 +78,19 @@ class ProbeView(Protocol):
     """A view that shows a `ProbeState`."""
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state, leaving unchanged parts alone."""
+        """Show the state, updating only the parts that have changed."""
 
     def zoom_by(self, steps: float) -> None:
-        """Zoom the panorama by a number of steps, positive to zoom in."""
+        """Zoom the panorama by a number of steps. A positive number zooms in."""
 
     def take_marker(self) -> None:
-        """Focus the marker."""
+        """Give the marker the keyboard focus."""
 
     def ask_folder(self) -> None:
         """Ask for the folder to watch."""
 
     def ask_measured(self, way: str) -> None:
-        """Ask for the files that one of `WAYS` needs."""
+        """Ask for the files needed for one of the `WAYS`."""
 
 
 BEAT_MS: Final = 100
@@ -116,7 +116,7 @@ _FIELDS: Final = frozenset(
 
 
 class ProbePresenter(Presenter[ProbeView]):
-    """Measures the light of a place."""
+    """Measures the light at a place."""
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
@@ -149,13 +149,13 @@ class ProbePresenter(Presenter[ProbeView]):
         self._refresh()
 
     def leave(self) -> None:
-        """Stop the search and the preview, but let a capture continue."""
+        """Stop the search and the preview, but let a running capture continue."""
         self.cameras.pause()
         self.live.stop()
         self.filming.stop()
 
     def tick(self) -> None:
-        """Update the preview, the progress of the capture and the age of the light."""
+        """Update the preview, the capture's progress and the age of the light measurement."""
         now = self._services.clock.now()
         self.live.tick()
         self.filming.tick()
@@ -189,7 +189,7 @@ class ProbePresenter(Presenter[ProbeView]):
         )  # fmt: skip
 
     def _on_view(self, act: Callable[[ProbeView], None]) -> Callable[[], None]:
-        """Return an action that runs on the attached view, or does nothing if none is attached."""
+        """Return a function that calls `act` with the view, or does nothing if none is attached."""
         return lambda: None if self._view is None else act(self._view)
 
     # -- state ---------------------------------------------------------------------------------
@@ -286,11 +286,11 @@ class ProbePresenter(Presenter[ProbeView]):
             self.open_demo()
 
     def see_styles(self) -> None:
-        """Continue to the styles."""
+        """Continue to the Styles screen."""
         self._services.model.update(step=Step.STYLES, painting=None)
 
     def capture(self) -> None:
-        """Capture with the chosen plan, or ask for the files that the chosen way needs."""
+        """Start a capture with the chosen plan, or ask for the files that the chosen way needs."""
         settings = self._services.model.settings
         if settings.measure_with != "camera" and not self.taking.active:
             self._on_view(lambda view: view.ask_measured(settings.measure_with))()
@@ -298,7 +298,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.taking.start(settings.plan, self.resolve().timer_s)
 
     def preview(self) -> None:
-        """Start or stop the live preview, or the film."""
+        """Start or stop the live preview, or start or finish filming a turn."""
         if self._services.model.settings.measure_with == "film" or self.filming.live is not None:
             self.filming.toggle()
         else:
@@ -315,7 +315,7 @@ class ProbePresenter(Presenter[ProbeView]):
             self.taking.press(key, settings.plan, self.resolve().timer_s)
 
     def set(self, key: str, value: object) -> None:
-        """Change a setting, such as the plan, and save it."""
+        """Change and save a setting, such as the plan."""
         self._services.model.set(key, value)
 
     def set_timer(self, seconds: int) -> None:
@@ -335,7 +335,7 @@ class ProbePresenter(Presenter[ProbeView]):
     # -- internal ------------------------------------------------------------------------------
 
     def _watch_as_set(self) -> None:
-        """Watch the folder from the settings, starting once for each new folder."""
+        """Watch the folder named in the settings, starting only once for each new folder."""
         folder = self._services.model.settings.watch_folder
         if folder and folder != self._watched:
             self._watched = folder
@@ -353,7 +353,7 @@ class ProbePresenter(Presenter[ProbeView]):
             self._refresh()
 
     def _look_for_places(self) -> None:
-        """List the places that can be opened while none is open."""
+        """While no place is open, list the places that can be opened."""
         if self._services.model.light is None:
             self.places.attach(self)
 
@@ -372,7 +372,7 @@ class ProbePresenter(Presenter[ProbeView]):
 
 
 def _kind(place: Place, findings: Findings | None) -> Kind:
-    """Return the kind of light at the place, which determines how soon the light is out of date."""
+    """Return the kind of light at the place. It determines how soon the light is out of date."""
     location = place.location
     if location.sun:
         return "sun"

@@ -1,4 +1,4 @@
-"""The view of the Probe screen: the light on the left, and the camera on the right."""
+"""The view of the Probe screen, with the light on the left and the camera on the right."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class ProbeScreen(QWidget):
         self._beat.timeout.connect(presenter.tick)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Widen the right-hand column by the space that the panorama leaves free."""
+        """Widen the right-hand column to use the space that the panorama leaves free."""
         super().resizeEvent(event)
         self.camera.take_width(self.width() - self.light.widest())
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state, leaving unchanged parts alone."""
+        """Show the state, updating only the parts that have changed."""
         self.light.show_state(state)
         self.camera.show_state(state)
         self._left.setCurrentIndex(0 if state.running is None else 1)
@@ -56,7 +56,7 @@ class ProbeScreen(QWidget):
     def _keep_time(self) -> None:
         """Update often only while the camera is busy and the screen is visible.
 
-        At other times only the age of the light changes, so slow updates are enough.
+        At other times only the age of the light measurement changes, so infrequent updates suffice.
         """
         visible = self.isVisible()
         if self._busy or visible:
@@ -65,26 +65,26 @@ class ProbeScreen(QWidget):
             self._beat.stop()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Update at once, and restart the timer."""
+        """Update immediately and restart the timer."""
         super().showEvent(event)
         self._presenter.tick()
         self._keep_time()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Slow the timer down, or stop it."""
+        """Slow down the timer or stop it."""
         super().hideEvent(event)
         self._keep_time()
 
     def zoom_by(self, steps: float) -> None:
-        """Zoom the panorama by a number of steps, positive to zoom in."""
+        """Zoom the panorama by a number of steps. A positive number zooms in."""
         self.light.panorama.zoom_by(steps)
 
     def take_marker(self) -> None:
-        """Focus the marker."""
+        """Give the marker the keyboard focus."""
         self.light.panorama.take_marker()
 
     def ask_measured(self, way: str) -> None:
-        """Ask for the files that one of `WAYS` needs."""
+        """Ask for the files needed for one of the `WAYS`."""
         paths = ask_files(self, tr("Open files"), WAYS[way].files)
         if paths:
             self._presenter.open_files(paths)

@@ -1,4 +1,4 @@
-"""The start page: three ways to begin while there is no light."""
+"""The start page, which offers three ways to begin before any light has been measured."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.ui.widgets.paint import box
 
 
 class _WayButton(Pressable):
-    """A button for one way to begin, with its icon, its name and its requirements."""
+    """A button for one way to begin, showing its icon, its name and its requirements."""
 
     def __init__(
         self, title: str, words: str, icon: str, do: Callable[[], None], compact: bool
@@ -51,7 +51,7 @@ class _WayButton(Pressable):
 
 
 class Start(QWidget):
-    """The purpose of the program in one sentence, and three ways to begin."""
+    """The program's purpose in one sentence, followed by three ways to begin."""
 
     def __init__(
         self,

@@ -17,7 +17,7 @@ KEY: Final = "watch"
 
 
 class _Relay(Token):
-    """A token that relays the current job's token, because one wait spans several jobs."""
+    """A token that forwards to the current job's token, because one wait spans several jobs."""
 
     __slots__ = ("brackets", "job")
 
@@ -32,7 +32,7 @@ class _Relay(Token):
         return self.job.cancelled
 
     def check(self) -> None:
-        """Raise if the waiting job was cancelled."""
+        """Raise an exception if the waiting job has been cancelled."""
         self.job.check()
 
 

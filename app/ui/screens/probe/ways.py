@@ -14,10 +14,10 @@ class Way:
 
     Attributes:
         steps: Instructions, in order.
-        button, files: Label of the button that asks for files, and the filter for those files. Not
-            used for the camera.
-        live: Labels of the button that starts and stops the live camera, and its tip. Empty if
-            this way does not use a live camera.
+        button, files: Label of the button that asks for files, and the filter for those files.
+            Neither is used for the camera.
+        live: Labels for starting and stopping the live camera, followed by the button's tooltip.
+            The tuple is empty if this way does not use a live camera.
     """
 
     title: str
@@ -83,4 +83,4 @@ WAYS: Final = {
         tr("Panoramas and photos (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"),
     ),
 }
-"""The ways to measure, by the value of the setting `measure_with`."""
+"""The ways to measure, keyed by the value of the `measure_with` setting."""

@@ -1,4 +1,4 @@
-"""Finds and selects the 360 camera, and reads its status with a password if needed."""
+"""Finds and selects the 360 camera, and reads its status, using a password if necessary."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class CameraBlock:
     """The camera, and the panel for choosing another camera.
 
     Attributes:
-        title, second: Texts such as "RICOH THETA V" and "Wi-Fi, battery 82%, 1.9 GB free".
+        title, second: Display text such as "RICOH THETA V" and "Wi-Fi, battery 82%, 1.9 GB free".
         missing: Whether there is no camera, in which case `second` says what to do.
     """
 
@@ -61,7 +61,7 @@ def is_loopback(host: str) -> bool:
 
 
 def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
-    """Return the status, such as "Wi-Fi, battery 82%, 1.9 GB free" or "82%, 1.9 GB free"."""
+    """Return a camera's status, such as "Wi-Fi, battery 82%, 1.9 GB free" or "82%, 1.9 GB free"."""
     parts = []
     if not short:
         # Every 360 camera is on Wi-Fi, but a simulated one runs on this computer.
@@ -122,12 +122,12 @@ class CameraFinder:
         )
 
     def _say(self, **changes: Any) -> None:
-        """Change fields of the `CameraBlock` and show it."""
+        """Change fields of the `CameraBlock` and show the result."""
         self._block = replace(self._block, **changes)
         self._changed()
 
     def credentials(self, camera: FoundCamera) -> Credentials | None:
-        """Return the stored user name and password for a camera, or None, without blocking."""
+        """Return a camera's stored user name and password, or None. This never blocks."""
         return self._keys.get(_account(camera))
 
     # -- user actions --------------------------------------------------------------------------
@@ -142,7 +142,7 @@ class CameraFinder:
         self.search()
 
     def ask_password(self, error: Exception) -> None:
-        """Ask for a password because the camera needs one or refused the last one."""
+        """Ask for a password because the camera requires one or rejected the last one."""
         camera = self._services.model.camera
         again = camera is not None and self.credentials(camera.device) is not None
         wrong = getattr(error, "message", str(error)) if again else ""
@@ -164,11 +164,11 @@ class CameraFinder:
         self._services.runner.submit("cameras", work, done=done, failed=failed, cancelled=on_cancel)
 
     def pause(self) -> None:
-        """Stop searching when the list is closed."""
+        """Stop searching because the list has been closed."""
         self._services.runner.cancel("cameras")
 
     def begin(self) -> None:
-        """Search if there is no camera yet, or else refresh the camera's status."""
+        """Refresh the camera's status, or search for a camera if there is none yet."""
         if self._services.model.camera is None:
             if not self._services.runner.running("cameras"):
                 self.search()
@@ -196,7 +196,7 @@ class CameraFinder:
                 self._changed()
 
     def give_password(self, user: str, password: str) -> None:
-        """Try a password. If it is correct, save it, but only in the system's keyring."""
+        """Try a password. If it is correct, save it in the system's keyring and nowhere else."""
         camera = self._services.model.camera
         if camera is None:
             return
@@ -214,7 +214,7 @@ class CameraFinder:
             self._read(camera.device)
 
     def worked(self, camera: FoundCamera) -> None:
-        """Remember a camera that has captured a bracket, for use at the next start."""
+        """Remember a camera that has captured a bracket, so that the next session can find it."""
         # A simulated camera on this computer will not exist after a restart.
         if not is_loopback(camera.endpoint.host):
             home = self._services.folders.home
@@ -336,7 +336,7 @@ def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: To
 
 
 def _ask(client: OscClient, camera: FoundCamera) -> CameraSeen:
-    """Read a camera's model, battery and free space, leaving out whatever is not reported."""
+    """Read a camera's model, battery level and free space, omitting whatever it does not report."""
     info = client.info()
     with contextlib.suppress(DeviceError):
         client.use_api_2()

@@ -67,7 +67,7 @@ class CameraPanel(QWidget):
         self.hide()
 
     def _build(self) -> None:
-        """Create the controls on demand: they are never needed if a camera is found at once."""
+        """Create the controls on demand. They are not needed if a camera is found at once."""
         cameras = self._cameras
         self.trouble = Text("", 14, wrap=True)
         self.note = Text("", 12, role="dim", wrap=True)
@@ -95,7 +95,7 @@ class CameraPanel(QWidget):
         self._cameras.give_password(self.user.text(), self.password.text())
 
     def show_block(self, block: CameraBlock) -> None:
-        """Show the cameras, leaving typed text alone."""
+        """Show the cameras without disturbing any text that is being typed."""
         before, self._block = self._block, block
         if before == block or not (block.open or self.layout()):
             return

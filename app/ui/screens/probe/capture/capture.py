@@ -63,7 +63,7 @@ _STOPPING: Final = tr("Restoring the camera’s settings")
 
 @dataclass(frozen=True, slots=True)
 class _CarryOver:
-    """The data that a new capture of the same spot takes over from the last capture."""
+    """Data that a new capture at the same spot takes over from the previous capture."""
 
     folder: Path
     place: Place
@@ -74,7 +74,7 @@ class _CarryOver:
 
 
 class CaptureControl:
-    """Controls the running capture, and provides the notice about the last capture."""
+    """Controls the running capture and provides the notice about the last one."""
 
     def __init__(
         self,
@@ -113,7 +113,7 @@ class CaptureControl:
 
     @property
     def notice(self) -> Notice | None:
-        """The notice about an error or about a capture that can be resumed, or None."""
+        """The notice about an error or a capture that can be resumed, or None if there is neither."""
         if self._trouble is not None:
             return self._trouble
         offers = self._open_offers()
@@ -125,7 +125,7 @@ class CaptureControl:
         return [each for each in self._offers if (each.session or each.folder) not in self._skips]
 
     def running(self) -> Running | None:
-        """Return the running capture, or None."""
+        """Return the running capture, or None if there is none."""
         recording, progress = self._recording, self._progress
         if recording is None:
             return None
@@ -160,12 +160,12 @@ class CaptureControl:
     # -- user actions --------------------------------------------------------------------------
 
     def start(self, plan: str, delay_s: int, *, back: bool = False) -> None:
-        """Start a capture, which takes over the name, spot and notes of an open place.
+        """Start a capture. If a place is open, the capture takes over its name, spot and notes.
 
         Args:
             plan: Key of the plan.
             delay_s: Length of the self-timer in seconds.
-            back: Whether to return to the styles afterwards.
+            back: Whether to return to the Styles screen afterwards.
         """
         model = self._services.model
         if self.active or model.camera is None:
@@ -198,7 +198,7 @@ class CaptureControl:
             self._take_offer(key)
 
     def finish(self, offer: UnfinishedPlace) -> None:
-        """Resume a capture, or first offer a choice if frames are missing."""
+        """Resume a capture. If frames are missing, first offer the user a choice."""
         if self.active or offer.session is None:
             return
         self._trouble = None
@@ -220,7 +220,7 @@ class CaptureControl:
         )
 
     def tick(self) -> bool:
-        """Read the capture's progress and return whether anything has changed."""
+        """Read the capture's progress, and return whether anything has changed."""
         recording, now = self._recording, self._services.clock.now()
         if recording is None:
             return False

@@ -1,4 +1,4 @@
-"""The right-hand column, from the ways to measure and the camera down to the buttons."""
+"""The right-hand column, from the ways to measure at the top to the buttons at the bottom."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class CameraColumn(Surface):
         self.banner.pressed.connect(lambda number: presenter.press(self._keys[number]))
 
     def take_width(self, free: int) -> None:
-        """Grow into the free width, given in logical pixels."""
+        """Grow to fill the free width, which is given in logical pixels."""
         least = px(_COMPACT_WIDTH if self._compact else _WIDTH)
         most = least if self._compact else px(_WIDEST)
         self.setFixedWidth(min(max(free, least), most))
@@ -120,7 +120,7 @@ class CameraColumn(Surface):
         return content
 
     def _headed(self, words: str, *parts: Item) -> QWidget:
-        """Put widgets under a heading, which the narrow layout leaves out."""
+        """Put widgets under a heading. The narrow layout omits the heading."""
         head = [] if self._compact else [Text(words, 12, 600, "dim")]
         return boxed(column(*head, *parts, gap=6))
 

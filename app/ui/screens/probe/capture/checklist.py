@@ -1,4 +1,4 @@
-"""The checklist before a capture, and the row used for its items, the plans and the cameras."""
+"""The checklist for a capture, and the row type shared by its items, the plans and the cameras."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True)
 class ChoiceRow:
-    """A checklist item, a plan ("Quick", "3 frames, 9 s") or a camera."""
+    """A row for a checklist item, a camera or a plan (such as "Quick", "3 frames, 9 s")."""
 
     key: str
     title: str

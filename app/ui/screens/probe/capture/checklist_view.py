@@ -1,4 +1,4 @@
-"""The tiles of the checklist."""
+"""Tiles for the items on the checklist."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TILE: Final = 48
 
 
 class CheckTile(Pressable):
-    """A checklist item with its drawing, which the user can tick."""
+    """A checklist item that the user can tick, illustrated by a drawing."""
 
     def __init__(self, check: ChoiceRow, compact: bool) -> None:
         super().__init__(check.title, tip=check.title if compact else "")
@@ -44,7 +44,7 @@ class CheckTile(Pressable):
         self.setAccessibleDescription(tr("done") if ticked else tr("not yet done"))
 
     def nextCheckState(self) -> None:
-        """Leave the tick to the presenter."""
+        """Do nothing, because the presenter sets the tick."""
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint the tile in the current theme."""

@@ -20,9 +20,9 @@ class DistantSign:
 
     Attributes:
         kind: Meaning of the colours: "wait", "act" (kneel and stay) or "move".
-        big, caption: Texts such as "Frame 3 of 6" and "Stay down".
+        big, caption: Display text such as "Frame 3 of 6" and "Stay down".
         fraction: Fraction of the exposures taken, from 0 to 1, or None before the first exposure.
-        spoken: Sentence to speak when it changes, or an empty string for silence.
+        spoken: Sentence that is spoken whenever it changes, or an empty string for silence.
         picture: The panorama taken for metering, (h, 2 h, 3) uint8 sRGB, or None if there is none.
     """
 
@@ -46,7 +46,7 @@ _SHOOTING: Final = (Stage.METERING, Stage.EXPOSING)
 
 
 def sign_of(status: Status, count: int, delay_s: int) -> DistantSign:
-    """Build the sign.
+    """Build the sign for the status of a capture.
 
     Args:
         count: Number of seconds left on the self-timer.

@@ -30,7 +30,7 @@ _BAR: Final = 16
 
 
 class _Face(PaintedWidget):
-    """The sign's text, as large as will fit, on a background colour with the same meaning."""
+    """The sign's text, as large as will fit, on a background whose colour has the same meaning."""
 
     least = (240, 160)
 

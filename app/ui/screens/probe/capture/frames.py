@@ -20,9 +20,10 @@ class FrameTile:
     """One exposure.
 
     Attributes:
-        ev, shutter, clipped: Texts such as "+2 EV", "1/15 s" and "41% clipped". Each is an empty
-            string if its value is unknown.
-        picture: Thumbnail, (h, 2 h, 3) uint8 sRGB, or None. It is ignored in comparisons.
+        ev, shutter, clipped: Display text such as "+2 EV", "1/15 s" and "41% clipped". Each is an
+            empty string if its value is unknown.
+        picture: Thumbnail, (h, 2 h, 3) uint8 sRGB, or None if there is none. It is ignored in
+            comparisons.
         arrived: Fraction of the file received, from 0 to 1.
     """
 
@@ -38,7 +39,7 @@ class FrameTile:
 def tile_of(
     ev: float, shutter_s: float, clipped: float | None, picture: object = None, arrived: float = 1.0
 ) -> FrameTile:
-    """Describe an exposure. Its clipped fraction, `clipped`, is None while it is unknown."""
+    """Describe an exposure. `clipped` is its clipped fraction, or None while that is unknown."""
     words = ev_words(ev), shutter_words(shutter_s) if shutter_s else ""
     clip, brief = ("", "") if clipped is None else _clip_words(clipped)
     return FrameTile(
@@ -62,7 +63,7 @@ def _clip_words(share: float) -> tuple[str, str]:
 
 
 def frames_note(place: Place, today: datetime) -> str:
-    """Return how the frames were taken, such as "ISO 100, f/2, taken 14:05"."""
+    """Return a note on how the frames were taken, such as "ISO 100, f/2, taken 14:05"."""
     capture = place.capture
     if capture is None or not capture.frames:
         return ""

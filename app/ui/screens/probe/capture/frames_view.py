@@ -14,7 +14,7 @@ from app.ui.widgets.layouts import clear, column, grid, row
 
 
 class _FrameView(QWidget):
-    """One exposure: thumbnail, EV, shutter speed and clipped percentage."""
+    """One exposure, with its thumbnail, EV, shutter speed and clipped percentage."""
 
     def __init__(self, narrow: bool) -> None:
         super().__init__()
@@ -75,7 +75,7 @@ class FramesGrid(QWidget):
             view.picture.setFixedHeight(max(width // 2, 8))
 
     def show_tiles(self, tiles: tuple[FrameTile, ...]) -> None:
-        """Show all the frames."""
+        """Show a tile for each frame."""
         columns = 3 if len(tiles) <= 3 else 4
         if len(tiles) != len(self.views):
             clear(self._grid)

@@ -1,4 +1,4 @@
-"""The notice in the right-hand column: errors, advice and captures to resume."""
+"""The notice in the right-hand column about errors, advice or captures that can be resumed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Notice:
     """A message in the right-hand column, with buttons.
 
     Attributes:
-        buttons: Key for `ProbePresenter.press` and label of each button.
+        buttons: For each button, the key to pass to `ProbePresenter.press` and the label.
     """
 
     tone: Tone
@@ -68,7 +68,7 @@ _AGAIN: Final = ("again", tr("Try again"))
 
 @dataclass(frozen=True, slots=True)
 class HowFar:
-    """The progress of a failed capture."""
+    """How far a failed capture had progressed."""
 
     here: int = 0
     total: int = 0
@@ -93,7 +93,7 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
 
 
 def offer_notice(offer: UnfinishedPlace, when: str) -> Notice:
-    """Build the notice that offers to finish an interrupted place."""
+    """Build the notice that offers to finish measuring a place after an interrupted capture."""
     here, total = offer.here, offer.total
     whole = bool(offer.files) or (total > 0 and here == total)
     frames = tr("The capture stopped before the first frame.")

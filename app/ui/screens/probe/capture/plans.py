@@ -1,4 +1,4 @@
-"""The number of frames and the time that each plan takes."""
+"""The number of frames in each plan and the time that they take."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from app.ui.presenters.window_model import CameraSeen
 from app.ui.screens.probe.capture.checklist import ChoiceRow
 
 _USUAL: Final = Exposure(1.0 / 60.0, 100.0, 2.0)
-"""Exposure of a bright room, used to estimate a plan before metering."""
+"""Exposure for a bright room, used to estimate the length of a plan before metering."""
 
 _LIKELY: Final = tuple(Exposure(1.0 / part, 100.0, 2.0) for part in (1000, 250, 60, 15, 4))
-"""Exposures from full sun to a dim room."""
+"""Exposures for light levels from full sun to a dim room."""
 
 PLAN_TITLES: Final[dict[str, str]] = {"paper": tr("Quick"), "full": tr("Full range")}
 
@@ -65,7 +65,7 @@ def _estimate(model: str, auto_exposure: Exposure, kind: Literal["paper", "full"
 
 
 def metered_of(capture: CaptureFacts | None) -> Exposure | None:
-    """Return the metered exposure from the frames, or None if it is not among them."""
+    """Return the exposure of the frame taken as metered, or None if there is no such frame."""
     for frame in () if capture is None else capture.frames:
         if abs(frame.ev) < 0.1 and frame.iso > 0 and frame.aperture > 0 and frame.shutter_s > 0:
             return Exposure(frame.shutter_s, frame.iso, frame.aperture)
