@@ -1,1 +1,1 @@
-"""The Turn screen: the way to the light, the live picture and the photos taken there."""
+"""The Turn screen: guidance to the light, the live picture and the photos taken there."""

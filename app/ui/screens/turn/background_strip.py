@@ -1,4 +1,4 @@
-"""The positions of the goal, the camera and the light on the background strip."""
+"""Positions of the goal, the camera and the light on the background strip."""
 
 from __future__ import annotations
 
@@ -17,12 +17,14 @@ class Scale:
 
     Attributes:
         now_deg: Current turn, or None while it is unknown.
-        camera_deg: Turn of the camera's axis, or None unless an off-centre sitter makes it differ
-            from `now_deg`.
-        fov_deg: Width of the frames in degrees of the panorama.
-        arc_deg: Start and end of the arc in the light, clockwise, or None if there is no arc.
-        goal_words, now_words, arc_words: Texts such as "goal", "now" and "green: in the light".
-        mirrored: Whether clockwise runs to the left, as in the pictures of selfie mode.
+        camera_deg: Turn of the camera's axis, or None while it is unknown. It differs from
+            `now_deg` if the sitter is off-centre.
+        fov_deg: Width of the frames, as an angle of the panorama in degrees.
+        arc_deg: Start and end of the arc within the light, taken clockwise, or None if there is no
+            arc.
+        goal_words, now_words, arc_words: Display text such as "goal", "now" and "green: in the
+            light".
+        mirrored: Whether clockwise turns run to the left, as they do in selfie mode.
     """
 
     goal_deg: float = 0.0
@@ -38,7 +40,7 @@ class Scale:
 
     @property
     def frame_deg(self) -> float | None:
-        """Turn in the middle of the camera's frame, which is not always behind the sitter."""
+        """Turn at the centre of the camera's frame, which is not always behind the sitter."""
         return self.now_deg if self.now_deg is None or self.camera_deg is None else self.camera_deg
 
 
@@ -48,8 +50,8 @@ def scale_of(
     """Place the goal, the camera and the arc on the strip.
 
     Args:
-        fov_deg: Angle of the panorama that fills the camera's picture, in degrees.
-        camera_deg: Turn of the camera's axis, or None if the sitter is centred.
+        fov_deg: Horizontal angle of the panorama that fills the camera's picture, in degrees.
+        camera_deg: Turn of the camera's axis, or None if it is unknown.
     """
     arc = goal.arc_deg
     if arc is not None and arc[1] - arc[0] < 360.0:

@@ -1,4 +1,4 @@
-"""The background strip, painted directly so that its frames, arrow and tags avoid each other."""
+"""The background strip. It is painted directly to keep its frames, arrow and tags apart."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ _NEAREST_DEG: Final = 5.0  # minimum distance that leaves room for an arrow
 
 
 class BackgroundStrip(Plot):
-    """A strip with 150° of background around the goal, above a scale of the remaining turn."""
+    """A strip showing 150° of background around the goal, above a scale of the remaining turn."""
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     stepped = Signal(float)
-    """Emitted for an arrow key with a step of 1 degree, or 10 with Shift, positive clockwise."""
+    """Emitted for an arrow key with a step of 1°, or 10° with Shift. Clockwise steps are positive."""
 
     def __init__(self) -> None:
         super().__init__(tr("Background of this place"))
@@ -65,8 +65,8 @@ class BackgroundStrip(Plot):
         """Show a state, or an empty strip if the state is None.
 
         Args:
-            picture: (h, w, 3) uint8 sRGB, 150° of background centred behind the sitter at the goal,
-                or None until rendered.
+            picture: The 150° of background centred behind the sitter at the goal, (h, w, 3) uint8
+                sRGB, or None until it is rendered.
         """
         if picture is not self._picture:
             self._picture = picture
@@ -77,7 +77,7 @@ class BackgroundStrip(Plot):
 
     @property
     def picture_rect(self) -> QRectF:
-        """Area of the picture in logical pixels."""
+        """Area of the picture, in logical pixels."""
         height = max(self.height() - px(_SCALE), 1)
         return QRectF(0.0, 0.0, float(self.width()), float(height))
 
@@ -88,11 +88,11 @@ class BackgroundStrip(Plot):
         return StripScale(float(self.width()), state.goal_deg, mirrored=state.mirrored)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the rectangle and the corner radius of the focus ring."""
+        """Return the rectangle of the focus ring and its corner radius."""
         return self.picture_rect.toRect(), px(6)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Emit `stepped` for an arrow key."""
+        """Emit `stepped` when an arrow key is pressed."""
         if step := arrow_step(event):
             # The camera's frame moves in the direction of the arrow.
             across = -step[0] if self.scale.mirrored else step[0]
@@ -225,7 +225,7 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw a tag at the edge with an arrow towards the camera, and return the tag's area."""
+        """Draw a tag at the edge with an arrow pointing to the camera, and return the tag's area."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)
@@ -279,7 +279,7 @@ class BackgroundStrip(Plot):
         markers: tuple[float, ...],
         spans: Sequence[tuple[float, float]],
     ) -> None:
-        """Draw the scale, leaving out numbers that would touch a label or another number."""
+        """Draw the scale, omitting any number that would touch a label or another number."""
         apart = float(px(8))
         wide = [(left - apart, right + apart) for left, right in spans]
         bottom = self.picture_rect.bottom()
@@ -326,7 +326,7 @@ class BackgroundStrip(Plot):
 
 
 def _draw_frame(painter: QPainter, frame: QRectF, *pens: QPen) -> None:
-    """Draw a frame with one pen on top of the other."""
+    """Draw a frame with each of the pens, one on top of the other."""
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for one in pens:
         painter.setPen(one)
@@ -334,7 +334,7 @@ def _draw_frame(painter: QPainter, frame: QRectF, *pens: QPen) -> None:
 
 
 def _filled(picture: Bytes, width: int, height: int) -> Bytes:
-    """Scale a picture to a width, then crop its height or repeat its edge rows."""
+    """Scale a picture to a width, then crop it or repeat its edge rows to fit the height."""
     rows = max(round(picture.shape[0] * width / picture.shape[1]), 1)
     shrink = picture.shape[1] > width
     method = cv2.INTER_AREA if shrink else cv2.INTER_CUBIC

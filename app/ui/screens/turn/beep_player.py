@@ -15,7 +15,7 @@ _EARLY_S: Final = 0.04  # replays slightly early, because an overlap is less not
 
 
 class BeepPlayer:
-    """The sounds of the guidance, played if the settings allow them."""
+    """Plays the sounds of the guidance if the settings allow it."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -23,7 +23,7 @@ class BeepPlayer:
         self._next_s = 0.0
 
     def tick(self, guidance: Guide | None) -> None:
-        """Play the next sound when it is due, or stop if `guidance` is None."""
+        """Play the next sound if it is due, or stop the sound if `guidance` is None."""
         settings = self._services.model.settings
         target_cue = Cue("none") if guidance is None or not settings.sounds else cue(guidance)
         if target_cue.sound == "none":

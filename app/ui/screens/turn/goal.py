@@ -1,4 +1,4 @@
-"""The view that the camera should have at the goal, and the background around it."""
+"""The camera's intended view at the goal, and the background around it."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ STRIP_DEG: Final = 150.0
 """Width of the background strip, in degrees."""
 
 TARGET_WIDTH: Final = 720
-"""Width in pixels of the goal picture that the live picture is aligned with."""
+"""Width, in pixels, of the goal picture with which the live picture is aligned."""
 
 
 @dataclass(frozen=True, slots=True)
 class TurnScene:
-    """Everything besides the panorama that determines the goal picture and the strip.
+    """Everything, apart from the panorama, that determines the goal picture and the strip.
 
     Attributes:
         goal_deg: Turn at the goal, in whole degrees.
         front_deg: Panorama azimuth, in degrees, at which the photographer stands at turn 0.
-        well, strip: Rows and columns of the two pictures.
+        well, strip: Size of the goal picture and of the strip, in rows and columns.
     """
 
     goal_deg: float
@@ -50,13 +50,13 @@ class TurnScene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoalViews:
-    """Views of a panorama for one scene, all (h, w, 3) uint8 sRGB.
+    """Views of a panorama for one scene, each (h, w, 3) uint8 sRGB.
 
     Attributes:
-        goal: The view that the camera should have, at the size of the well and not mirrored.
+        goal: The camera's intended view, at the size of the well and not mirrored.
         goal_view: The same view for display, mirrored in selfie mode.
         target: The same view for alignment, `TARGET_WIDTH` pixels wide and not mirrored.
-        strip: 150° of background centred on the goal, mirrored like `goal_view`.
+        strip: The 150° of background centred on the goal, mirrored in the same way as `goal_view`.
     """
 
     scene: TurnScene
@@ -92,5 +92,5 @@ def _goal(light: PlaceLight, scene: TurnScene, size: tuple[int, int]) -> Bytes:
 
 
 def mirrored(picture: Bytes, mode: Mode) -> Bytes:
-    """Mirror a picture in selfie mode, as in a wall mirror."""
+    """Mirror a picture in selfie mode, as a wall mirror would."""
     return np.asarray(cv2.flip(picture, 1), np.uint8) if mode is Mode.SELFIE else picture

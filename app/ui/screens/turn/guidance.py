@@ -1,4 +1,4 @@
-"""The right-hand column: how far to turn, which way to walk, and whether the light is reached."""
+"""The right-hand column, which shows the turn, the way to walk and whether the light is reached."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.live.heading_tracker import HeadingTracker
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
-"""The arrow, or the check mark that replaces it."""
+"""Direction of the arrow, or the check mark that replaces it."""
 
 Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
-"""The reason why there is no heading: the index of the panorama is being built, no picture has been
-located yet, it is unknown which way the camera faces, or the panorama has no usable features.
+"""The reason why there is no heading. The panorama's index is still being built, no picture has
+been located yet, it is unknown which way the camera faces, or the panorama has no usable features.
 """
 
 PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
@@ -52,14 +52,14 @@ class Guidance:
     """The contents of the right-hand column.
 
     Attributes:
-        number: Turn in whole degrees, or None to show a sentence instead.
+        number: Turn in whole degrees, or None if a sentence is shown instead.
         number_words: "to go", "to the best" or an empty string.
-        walk, company: Texts such as "Walk to your left" and "The sitter turns with you." Either may
-            be empty.
-        pill, pill_icon: Text such as "Not in the light yet", or an empty string for no pill, and an
-            icon.
-        inside: Whether the sitter is in the light, which turns the column green.
-        spoken, announced: The same guidance for a screen reader. `announced` changes at most once
+        walk, company: Display text such as "Walk to your left" and "The sitter turns with you."
+            Either may be empty.
+        pill, pill_icon: Text of the pill, such as "Not in the light yet", and its icon. If the text
+            is empty, there is no pill.
+        inside: Whether the sitter is in the light. If so, the column turns green.
+        spoken, announced: The same guidance for screen readers. `announced` changes at most once
             every 3 s.
     """
 
@@ -81,14 +81,14 @@ class Guidance:
 
 
 class GuidanceController:
-    """Works out the next step from the current heading and the previous guidance.
+    """Determines the next step from the current heading and the previous guidance.
 
     Attributes:
         guide: The latest guidance, or None while there is no goal.
-        asked_deg: Remaining turn to the light, in degrees, whether displayed or not, or None while
-            it is unknown.
-        from_deg: Turn at the last photo, in degrees, or 0 for the start. Without a heading, the
-            displayed turn is measured from here.
+        asked_deg: Remaining turn to the light in degrees, whether or not it is displayed, or None
+            while it is unknown.
+        from_deg: Turn at which the last photo was taken, in degrees, or 0 for the start. If there
+            is no heading, the displayed turn is measured from this turn.
     """
 
     def __init__(self, services: Services, camera: LiveCamera, tracker: HeadingTracker) -> None:
@@ -104,7 +104,7 @@ class GuidanceController:
 
     @property
     def mode(self) -> Mode:
-        """Who moves: the photographer and sitter together, or the sitter alone."""
+        """Who moves: the photographer and the sitter together, or the sitter alone."""
         return Mode(self._services.model.settings.mode)
 
     @property
@@ -114,7 +114,7 @@ class GuidanceController:
 
     @property
     def asking(self) -> bool:
-        """Whether to ask which way the camera faces.
+        """Whether to ask the user which way the camera faces.
 
         In a selfie the photographer is the sitter, so the answer makes no difference.
         """
@@ -137,10 +137,10 @@ class GuidanceController:
         self._memory, self.asked_deg, self.from_deg = FRESH, None, 0.0
 
     def advance(self, goal: Goal, yaw_deg: float | None = None) -> Guide:
-        """Update and return the guidance for the current moment.
+        """Update the guidance to the current moment and return it.
 
         Args:
-            yaw_deg: Yaw of the sitter's face in degrees, or None if it is unknown.
+            yaw_deg: Yaw of the sitter's face, in degrees, or None if it is unknown.
         """
         self.hindrance, reading = self._reading()
         reading = replace(reading, yaw_deg=yaw_deg)
@@ -240,7 +240,7 @@ class GuidanceController:
         return replace(base, direction=TAKE, walk=walk, company=company)
 
     def _sentence(self, guidance: Guide) -> Guidance:
-        """Build the column with a sentence and no number. A problem with the camera comes first."""
+        """Build the column with a sentence instead of a number. Camera problems come first."""
         error = self._camera.error
         if error is not None and guidance.phase is Phase.LOST:
             message, icon = str(error), "warning"
@@ -253,7 +253,7 @@ class GuidanceController:
         return Guidance(guidance.phase, sentence=message, sentence_icon=icon, spoken=message)
 
     def _whole_turn(self, guidance: Guide) -> Guidance:
-        """Build the column for the whole turn, which is made by eye when there is no heading."""
+        """Build the column for the whole turn, made by eye if there is no heading."""
         source = self._source_words
         starting = guidance.phase is Phase.STARTING
         missing = (source.starting if starting else source.missing, "webcam")
@@ -274,7 +274,7 @@ class GuidanceController:
         )
 
     def _advice(self, guidance: Guide) -> str:
-        """Return advice for when the heading is lost: usually to compare Live with Goal."""
+        """Return advice on a lost heading, which is usually to compare Live with Goal."""
         if guidance.phase is Phase.LEFT:
             return tr("This camera isn't moving with you, so the turn can't be measured.")
         if guidance.phase is not Phase.LOST:

@@ -1,4 +1,4 @@
-"""The right-hand column: the arrow, degrees, direction, walk and portraits."""
+"""The right-hand column: the arrow, the degrees, the direction, the walk and the portraits."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MIDDLE: Final = Qt.AlignmentFlag.AlignHCenter
 
 
 def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
-    """Return the largest font, up to the given size, in which the text fits the width."""
+    """Return the largest font, up to the given size, at which the text fits the width."""
     t = theme()
     while size > _LEAST and text_width(t.font(size, weight), text) > width:
         size -= 1
@@ -36,7 +36,7 @@ def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
 
 
 class LargeWords(PaintedWidget):
-    """A centred line of text at its designed size, or smaller if needed to fit."""
+    """A centred line of text, at its designed size or as much smaller as it takes to fit."""
 
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class LargeWords(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
-        """Set the text, its colour role and its size. None keeps the current role or size."""
+        """Set the text, its colour role and its size. A role or size of None changes nothing."""
         new = (text, role or self._role, size or self._size)
         if new != (self.words, self._role, self._size):
             self.words, self._role, self._size = new
@@ -59,7 +59,7 @@ class LargeWords(PaintedWidget):
         return QSize(text_width(font, self.words), self.height())
 
     def minimumSizeHint(self) -> QSize:
-        """Return a minimum that lets the text shrink to the available width."""
+        """Return a minimum size that lets the text shrink to the available width."""
         return QSize(0, self.height())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -70,7 +70,7 @@ class LargeWords(PaintedWidget):
 
 
 class Pill(PaintedWidget):
-    """A rounded box that shows whether the light is reached."""
+    """A rounded box that shows whether the sitter has reached the light."""
 
     def __init__(self, factor: float) -> None:
         super().__init__()
@@ -116,7 +116,7 @@ _MODES: Final = (
     (tr("I walk around"), tr("I turn myself")),
     (tr("I walk"), tr("Selfie")),
 )
-"""Names of the two modes, followed by shorter names for narrow columns."""
+"""Names of the two modes, in order of decreasing length, for narrower and narrower columns."""
 
 _KEYS: Final = ("walk", "selfie")
 _LONG_DIRECTION: Final = 11  # letters; a longer direction gets a smaller font
@@ -139,7 +139,7 @@ class GuideColumn(QWidget):
         column(*upper, *lower, into=self, margins=self._gap(24, 12))
 
     def _gap(self, length: float, least: float = 0.0) -> float:
-        """Return a designed length scaled to the size of the column."""
+        """Return a designed length, scaled to the size of the column."""
         return max(length * self._factor, least)
 
     def _px(self, length: float, least: float = 0.0) -> int:

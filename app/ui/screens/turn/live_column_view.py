@@ -45,7 +45,7 @@ class LeftColumn(QWidget):
     """The left-hand column, which sizes its pictures to fit the available space."""
 
     arranged = Signal()
-    """Emitted when the sizes of the pictures have changed."""
+    """Emitted after the sizes of the pictures have changed."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
@@ -69,7 +69,7 @@ class LeftColumn(QWidget):
         self.question: CameraQuestion | None = None
 
     def _walk_row(self) -> QWidget:
-        """Lay out the strip and the plan, which are hidden during the alignment."""
+        """Lay out the strip and the plan. Both are hidden during the alignment."""
         self._walk = QWidget()
         strip = column(self._strip_row(), self.strip, gap=8)
         self._walks = row((strip, 1), self.plan, into=self._walk, gap=16)
@@ -81,7 +81,7 @@ class LeftColumn(QWidget):
         return row(title, ..., self._arc, gap=8)
 
     def _with_demo(self) -> LabelledSlider:
-        """Return the slider of the demo's camera, creating it on first use."""
+        """Return the slider for the demo's camera, creating it on first use."""
         if self.demo is None:
             self.demo = LabelledSlider(DEMO_CAMERA, -179, 180, 0, 1, _side_words)
             self.demo.changed.connect(self._presenter.demo_turn)
@@ -115,7 +115,7 @@ class LeftColumn(QWidget):
         self.arranged.emit()
 
     def _shared_out(self, width: int) -> tuple[QSize, QSize, int]:
-        """Return the sizes of a well and of the strip for a given width, and the total height."""
+        """Return the sizes of each well and of the strip, and the total height, for a width."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
         fixed = self._fixed_height(self.tools.fit(inner))
@@ -154,16 +154,16 @@ class LeftColumn(QWidget):
 
     @property
     def well_size(self) -> QSize:
-        """Size of each well in logical pixels."""
+        """Size of each well, in logical pixels."""
         return self.wells.live.size()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the question over the picture when the size changes."""
+        """Keep the question on top of the picture when the column is resized."""
         super().resizeEvent(event)
         self._place_question()
 
     def moveEvent(self, event: QMoveEvent) -> None:
-        """Keep the question over the picture when the column moves."""
+        """Keep the question on top of the picture when the column moves."""
         super().moveEvent(event)
         self._place_question()
 
@@ -227,5 +227,5 @@ class LeftColumn(QWidget):
 
 
 def _side_words(turn_deg: float) -> str:
-    """Return the direction of the demo's camera from the start in words."""
+    """Describe in words the direction of the demo's camera relative to the start."""
     return direction_words(turn_deg) if round(turn_deg) else tr("at the start")

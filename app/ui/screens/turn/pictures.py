@@ -20,7 +20,7 @@ from app.ui.screens.turn.live.overlay import LiveOverlay, live_picture
 from app.ui.screens.turn.portraits import now_portrait, target_portrait
 
 Size: TypeAlias = tuple[int, int]
-"""Rows and columns in device pixels."""
+"""Size in rows and columns of device pixels."""
 
 T = TypeVar("T")
 
@@ -30,13 +30,13 @@ _NOW: Final = "turn-now"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pictures:
-    """The pictures as (h, w, 3) uint8 sRGB arrays, each None until it is rendered.
+    """The pictures, each an (h, w, 3) uint8 sRGB array, or None until it is rendered.
 
-    Each new picture is a new array.
+    A new picture is always a new array.
 
     Attributes:
         live, goal: Pictures for the wells, mirrored in selfie mode.
-        strip: 150° of background, mirrored in selfie mode.
+        strip: The 150° of background, mirrored in selfie mode.
         target, now: Portraits.
     """
 
@@ -51,7 +51,7 @@ class TurnImages:
     """Renders the pictures.
 
     Attributes:
-        pictures: The newest version of each picture.
+        pictures: The latest version of each picture.
         views: The goal and the strip, or None until they are rendered.
     """
 
@@ -69,7 +69,7 @@ class TurnImages:
     def want_target(
         self, head: Head, yaw_deg: float, own: UserStyle | None, name: str, size: Size
     ) -> None:
-        """Render the target portrait of a style at a yaw. `own` is only for a painted style."""
+        """Render the target portrait of a style at a yaw. Pass `own` only for a painted style."""
         self._want(
             "turn-target",
             (head, yaw_deg, own, name, size),
@@ -88,7 +88,7 @@ class TurnImages:
         expose: Expose,
         plan: LampPlan | None,
     ) -> None:
-        """Render the head facing an azimuth in this place's light, plus the lamp of a plan."""
+        """Render the head facing an azimuth, lit by this place and by the lamp in a plan."""
         # One job at a time; the next call tries again.
         if not self._services.runner.running(_NOW):
             self._want(

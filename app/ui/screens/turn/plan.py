@@ -1,4 +1,4 @@
-"""The walk from above: the sitter, the photographer, the goal and the light on the face."""
+"""The walk seen from above: the sitter, the photographer, the goal and the light on the face."""
 
 from __future__ import annotations
 

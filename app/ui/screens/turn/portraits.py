@@ -30,8 +30,9 @@ class StyleWords:
     """The text beside the portraits.
 
     Attributes:
-        match, match_at_goal: "Match now 90" and "96 at the goal". Either may be empty.
-        face: The style's effect on the sitter's own face.
+        match, match_at_goal: Display text such as "Match now 90" and "96 at the goal". Either may
+            be empty.
+        face: How well the sitter's own face shows the style.
         now_tag: Tag on the second portrait.
     """
 
@@ -48,7 +49,7 @@ def style_words(model: Model, now: int | None, check: Check | None = None) -> St
 
     Args:
         now: Turn in whole degrees, or None while it is unknown.
-        check: Check of the sitter's face in the live picture.
+        check: Result of checking the sitter's face in the live picture.
     """
     result, own, plan = model.goal_result, model.own_style, model.lamp_plan
     computing = model.goal_computing
@@ -72,7 +73,7 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
     """Return sentences for the match now and at the goal.
 
     Args:
-        goal_deg: The user's own goal in degrees, or None for the best turn.
+        goal_deg: Goal set by the user, in degrees, or None for the best turn.
         now: Turn in whole degrees, or None while it is unknown.
 
     Returns:
@@ -95,11 +96,11 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
 
 
 def face_words(check: Check | None, goal_yaw_deg: float = 0.0) -> str:
-    """Describe how well the sitter's face shows the style, or report that it is turned away.
+    """Describe how well the sitter's face shows the style, or report that the face is turned away.
 
     Args:
-        goal_yaw_deg: Yaw of the goal in degrees. Unless this is 0, the guidance reports the yaw of
-            the face itself.
+        goal_yaw_deg: Yaw at the goal, in degrees. Unless this is 0, the guidance itself reports the
+            yaw of the face.
     """
     if check is None:
         return ""
@@ -117,7 +118,7 @@ def _floored(match: float) -> int:
 
 
 def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[int, int]) -> Bytes:
-    """Render the target of a style, (rows, columns, 3) uint8 sRGB on the well's grey."""
+    """Render the target of a style as (rows, columns, 3) uint8 sRGB on the well's grey."""
     if own is not None:
         return head.portrait(head.target_of(own), size)
     style = head.pack.styles[head.pack.index(name)]
@@ -138,7 +139,7 @@ def now_portrait(
         facing_deg: Panorama azimuth of the nose, in degrees.
 
     Returns:
-        (rows, columns, 3) uint8 sRGB, in front of the place or on the well's grey.
+        The portrait, (rows, columns, 3) uint8 sRGB, in front of the place or on the well's grey.
     """
     if plan is not None:
         return plan.portrait(facing_deg, size)

@@ -48,7 +48,7 @@ class Portraits:
 
     @property
     def size(self) -> QSize:
-        """Size of each portrait in logical pixels."""
+        """Size of each portrait, in logical pixels."""
         return self._target.size()
 
     def show_style(self, words: StyleWords, pictures: Pictures) -> None:

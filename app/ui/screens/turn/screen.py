@@ -1,4 +1,4 @@
-"""The Turn screen: combines its panels and guides the sitter to the goal."""
+"""The Turn screen, which combines its panels and guides the sitter to the goal."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class TurnPresenter(Presenter[TurnView]):
         services.model.changed.connect(self._model_changed)
 
     def enter(self) -> None:
-        """Start the camera, and build the index of the place's background."""
+        """Start the camera and build the index of the place's background."""
         self._on = True
         self._place_controller.photo_taker = self.shots.take
         self._tracker.start()
@@ -189,7 +189,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._services.model.set("mode", mode)
 
     def toggle_mode(self) -> None:
-        """Switch between walking and selfie."""
+        """Switch between the two modes, walking and selfie."""
         self.set_mode("walk" if self._guidance.mode is Mode.SELFIE else "selfie")
 
     def toggle_sounds(self) -> None:
@@ -219,7 +219,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._view.ask_photos()
 
     def ask_folder(self) -> None:
-        """Open the dialog for choosing a folder to watch for photos."""
+        """Open the dialog for choosing a folder in which to watch for photos."""
         if self._view is not None:
             self._view.ask_folder()
 
@@ -229,13 +229,13 @@ class TurnPresenter(Presenter[TurnView]):
             self._place_controller.open_paths(paths)
 
     def set_mirrored(self, mirrored: bool) -> None:
-        """Set whether a new photo counts as mirrored if its background is inconclusive."""
+        """Set whether to treat a new photo as mirrored if its background is inconclusive."""
         self._services.model.set("mirrored", mirrored)
 
     def turn_again(self) -> None:
-        """Return to the guidance, with the goal of the photo checked last.
+        """Return to the guidance, with the goal of the last photo checked.
 
-        Without a heading, the displayed turn starts from where that photo was taken.
+        If there is no heading, the displayed turn is measured from the turn of that photo.
         """
         shot, model = self.shots.last(), self._services.model
         self.shots.settle()
@@ -257,7 +257,7 @@ class TurnPresenter(Presenter[TurnView]):
 
     @property
     def _origin(self) -> str:
-        """The previous screen, by default the screen where the goal was chosen."""
+        """The previous screen, or by default the screen on which the goal was chosen."""
         lamp = Step.LIGHT if self._services.model.lamp_plan is not None else Step.STYLES
         before = self._services.model.before
         return before if before in BACK else lamp
@@ -274,7 +274,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._refresh()
 
     def demo_step(self, by_deg: float) -> None:
-        """Move the demo's camera by a number of degrees, positive clockwise."""
+        """Move the demo's camera by a number of degrees. Positive numbers are clockwise."""
         here = self._demo_deg()
         if here is not None:
             self.demo_turn(float(here) + by_deg)
@@ -314,7 +314,7 @@ class TurnPresenter(Presenter[TurnView]):
         return self._state
 
     def _show_shots(self) -> None:
-        """Show the photos at once. A video frame to show as Now follows at the next tick."""
+        """Show the photos at once. A video frame that serves as Now follows at the next tick."""
         if self._state is None:
             self._refresh()
         elif self._view is not None and self._in_front:
@@ -379,7 +379,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._images.want_now(head, yaw, model.light, facing, size, expose, model.lamp_plan)
 
     def _with_film(self, style: StyleWords, guide: Guide) -> tuple[StyleWords, Pictures]:
-        """Use the sitter's face from a video as Now when there is no heading."""
+        """When there is no heading, show the sitter's face from a video as Now."""
         pictures = self._images.pictures
         if self._camera.source is HeadingSource.NONE:
             # Without a webcam, both wells show the goal.
@@ -395,7 +395,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._camera.learn_fov(track.fov_deg)
 
     def _look_at_face(self, frame: WebcamFrame) -> None:
-        """Check the light on the sitter's face while the heading and the sitter are reliable."""
+        """Check the light on the face if the heading is known and the face is the sitter's."""
         model, track, guidance = self._services.model, self._guidance.track, self._guidance.guide
         goal, result, head, light = model.goal, model.goal_result, model.head, model.light
         is_reliable = (

@@ -1,4 +1,4 @@
-"""The view of the Turn screen: pictures on the left, guidance on the right, and a timer."""
+"""The view of the Turn screen, with pictures on the left, guidance on the right and a timer."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class TurnScreen(SheetHost):
         self._make_column(1.0)
 
     def show_state(self, state: TurnState) -> None:
-        """Show what changed."""
+        """Show the state, updating only the parts that have changed."""
         before, self._state = self._state, state
         if state.empty:
             self._empty.set(state.empty, state.empty_action)
@@ -136,7 +136,7 @@ class TurnScreen(SheetHost):
         self.put_over(SourceSheet(self.window(), self.presenter.sources))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Divide the space between the columns. Large text grows with the window."""
+        """Divide the space between the columns. The large text grows with the window."""
         super().resizeEvent(event)
         self._arrange()
 
@@ -185,7 +185,7 @@ class TurnScreen(SheetHost):
         )
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Start the timer, and take the keyboard focus unless a control has it."""
+        """Start the timer, and take the keyboard focus unless a control already has it."""
         super().showEvent(event)
         self._clock.start()
         self._arrange()
@@ -203,7 +203,7 @@ class TurnScreen(SheetHost):
         self._clock.stop()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move the demo's camera with arrow keys that no control uses."""
+        """Move the demo's camera with the arrow keys if no control uses them."""
         steps = {Qt.Key.Key_Right: 1.0, Qt.Key.Key_Left: -1.0}
         step = steps.get(Qt.Key(event.key()))
         if step is None or self.left.demo is None:

@@ -18,7 +18,7 @@ from app.words.plan import PlanWords
 
 @dataclass(frozen=True, slots=True)
 class TurnSizes:
-    """Sizes of the pictures in the view."""
+    """The sizes of the pictures in the view."""
 
     well: Size = (269, 404)
     strip: Size = (220, 824)
@@ -30,13 +30,12 @@ class TurnState:
     """The state of the whole screen.
 
     Attributes:
-        empty, empty_action: The reason why there is no goal, and the label of a button, which are
-            shown instead of everything else.
+        empty, empty_action: The reason why there is no goal, and the label of a button. These are
+            shown in place of everything else.
         mode: Who moves: ``walk`` or ``selfie``.
-        stale: Whether the goal and match are out of date and are therefore dimmed under
+        stale: Whether the goal and the match are out of date and therefore dimmed under
             "Computing…".
-        demo_deg: Direction of the demo's camera in whole degrees of turn, or None for a real
-            camera.
+        demo_deg: Turn of the demo's camera in whole degrees, or None for a real camera.
     """
 
     empty: str = ""

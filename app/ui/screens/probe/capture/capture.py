@@ -113,7 +113,7 @@ class CaptureControl:
 
     @property
     def notice(self) -> Notice | None:
-        """The notice about an error or a capture that can be resumed, or None if there is neither."""
+        """The notice about an error or a capture that can be resumed, or None without either."""
         if self._trouble is not None:
             return self._trouble
         offers = self._open_offers()

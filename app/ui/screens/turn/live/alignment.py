@@ -1,8 +1,8 @@
-"""Comparison of the live picture with the goal: overlaid, side by side or alternating.
+"""Compares the live picture with the goal, either overlaid, side by side or alternating.
 
-One job at a time aligns the newest picture with the goal, and pictures that arrive meanwhile are
-skipped. The state carried from one picture to the next travels with the job and its result, so
-threads share nothing.
+One job at a time aligns the newest picture with the goal, and pictures that arrive in the meantime
+are skipped. The state carried over from one picture to the next is passed to the job and returned
+with its result, so the threads share nothing.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class AlignmentState:
     Attributes:
         available: Whether there is a live picture to compare.
         mode: ``overlay``, ``split`` or ``blink``.
-        swaps: Whether a button swaps Live and Goal, because blinking is switched off.
-        opacity: Opacity of Live over Goal in per cent, or the percentage of the width that Live
-            takes up in a split.
+        swaps: Whether a button swaps Live and Goal because blinking is switched off.
+        opacity: Opacity of Live over Goal, or the fraction of the width that Live takes up in a
+            split, each in per cent.
     """
 
     on: bool = False
@@ -122,7 +122,7 @@ class AlignmentPanel:
         return LiveOverlay(views.goal, homography, opacity, self._mode == "split")
 
     def tag(self) -> str:
-        """Return a description of the comparison, or an empty string while it is off."""
+        """Return a description of the comparison, or an empty string if it is switched off."""
         if not self.on or not self.available:
             return ""
         if self._unaligned:
@@ -147,14 +147,14 @@ class AlignmentPanel:
 
     @property
     def _unaligned(self) -> bool:
-        """Whether Live cannot be placed over Goal because the heading is lost as well."""
+        """Whether both heading and alignment are lost, so Live cannot be placed over Goal."""
         guide = self._guidance.guide
         lost = guide is not None and guide.phase in (Phase.LOST, Phase.LEFT)
         return lost and not self._is_aligned
 
     @property
     def _shows_live(self) -> bool:
-        """Whether Live is the picture on display, either while blinking or after a manual swap."""
+        """Whether Live is on display, either while blinking or after a manual swap."""
         if self._services.model.calm:
             return not self._swapped
         return int(self._services.clock.now() / _BLINK_S) % 2 == 0
@@ -225,7 +225,7 @@ def _aligned(
     before: tuple[SteadyOverlay, Sitter | None],
     now_s: float,
 ) -> tuple[SteadyOverlay, Sitter | None]:
-    """Align a picture with the goal, using the background behind the sitter."""
+    """Align a picture with the goal by means of the background behind the sitter."""
     overlay, near = before
     try:
         sitter = find_sitter(picture, fovs_deg[1], near)

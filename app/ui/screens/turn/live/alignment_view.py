@@ -1,4 +1,4 @@
-"""The tools under the pictures: the comparison with the goal, and the quality of the heading."""
+"""The tools below the pictures, for the comparison with the goal and the quality of the heading."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class AlignmentTools:
         self.layout: QBoxLayout = row((self._first, 1), second, gap=16)
 
     def fit(self, width: int) -> int:
-        """Wrap the tools to a width and return their height."""
+        """Wrap the tools to the given width, and return their height."""
         parts = [self.align, self.modes, self.swap, self.opacity]
         wide = [0 if one.isHidden() else one.minimumSizeHint().width() + px(16) for one in parts]
         fold(self.layout, width >= sum(wide) + px(_QUALITY), 16)
@@ -57,7 +57,7 @@ class AlignmentTools:
         return self.layout.sizeHint().height()
 
     def show_state(self, state: AlignmentState) -> bool:
-        """Show the state, and return whether tools appeared or disappeared."""
+        """Show the state, and return whether any tools have appeared or disappeared."""
         self.align.set_text(tr("Stop alignment") if state.on else tr("Start alignment"))
         self.align.set_available(
             state.available, tr("There is no live picture to lay over the goal.")

@@ -33,7 +33,7 @@ class LiveCamera:
     Attributes:
         listed: Index and name of each webcam on this computer.
         looked: Whether the webcams have been listed since `start`.
-        frame: The newest picture, or None before the first picture.
+        frame: The newest picture, or None before the first one.
         chosen: The source in use.
     """
 
@@ -74,7 +74,7 @@ class LiveCamera:
         self._list()
 
     def _take_demo(self, on: bool) -> None:
-        """Use the demo's own webcam while the demo place is open."""
+        """Use the demo's simulated webcam while the demo place is open."""
         if on:
             self.chosen = LiveSource("demo", str(self._services.folders.demo))
         elif self.chosen.kind == "demo":
@@ -94,7 +94,7 @@ class LiveCamera:
             self.use(LiveSource.webcam(index))
 
     def use(self, source: LiveSource) -> None:
-        """Switch to another source and remember it for the next start."""
+        """Switch to another source, and remember it for the next start."""
         same = source == self.chosen and self._webcam is not None
         self._keep_source(source)
         self.chosen = source
@@ -114,7 +114,7 @@ class LiveCamera:
             self._list()
 
     def tick(self) -> bool:
-        """Read the newest picture or look for a webcam. Return whether a picture has arrived."""
+        """Read the newest picture, or look for a webcam. Return whether a picture has arrived."""
         if not self._is_on:
             return False
         if self._webcam is None:
@@ -202,7 +202,7 @@ class LiveCamera:
             self.again()
 
     def learn_fov(self, fov_deg: float) -> None:
-        """Remember an estimated horizontal field of view in degrees, used only for drawing."""
+        """Remember an estimated horizontal field of view in degrees. Only drawing uses it."""
         before = self.view.learnt_deg
         inside = FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]
         if inside and (before is None or abs(fov_deg - before) >= _LEARN_DEG):
@@ -268,7 +268,7 @@ class LiveCamera:
 
     @property
     def source(self) -> HeadingSource:
-        """State of the source, in the form that the guidance needs."""
+        """State of the source, in the form required by the guidance."""
         if not self._is_on or self._webcam is None:
             return HeadingSource.NONE if self.looked or not self._is_on else HeadingSource.STARTING
         state = self._webcam.state
@@ -300,19 +300,19 @@ class LiveCamera:
     def fov_deg(self) -> float | None:
         """Horizontal field of view in degrees, from the settings or the source.
 
-        None means that it must be estimated from the pictures.
+        It is None if the field of view must be estimated from the pictures.
         """
         set_deg = self.view.fov_deg
         return self.own_fov_deg if set_deg is None else set_deg
 
     @property
     def own_fov_deg(self) -> float | None:
-        """Horizontal field of view that the source reports, in degrees, or None if it does not."""
+        """Horizontal field of view reported by the source, in degrees, or None if it has none."""
         return None if self._webcam is None else self._webcam.fov_deg
 
     @property
     def fov_guess_deg(self) -> float:
-        """Field of view for drawing: the actual value, the last estimate or the default."""
+        """Field of view for drawing in degrees: the actual, last estimated or default value."""
         return self.fov_deg or self.view.learnt_deg or GUESS_FOV_DEG
 
     @property

@@ -23,7 +23,7 @@ class FaceReader:
     """Checks the light on the sitter's face, one picture at a time.
 
     Attributes:
-        check: The check of the newest picture, or None if no face could be evaluated.
+        check: Result for the newest picture, or None if no face could be evaluated.
     """
 
     services: Services
@@ -34,10 +34,10 @@ class FaceReader:
     _next_s: float = 0.0
 
     def look(self, picture: Bytes, face: Face | None, wish: FaceWish, turn_deg: float) -> None:
-        """Check a face, unless a check is running or has just finished.
+        """Check a face, unless another check is running or has just finished.
 
         Args:
-            face: The face in the previous picture, or None if there was none.
+            face: The face in the previous picture, or None if there was no face.
             turn_deg: Panorama azimuth of the lens as seen from the sitter, in degrees.
         """
         now_s, runner = self.services.clock.now(), self.services.runner
@@ -70,10 +70,10 @@ class FaceReader:
 
 @dataclass(frozen=True, slots=True)
 class FaceWish:
-    """The style, head and place that a face is checked against.
+    """The style, the head and the place against which a face is checked.
 
     Attributes:
-        goal_deg, arc_deg: Azimuths in the panorama, in degrees.
+        goal_deg, arc_deg: Panorama azimuths of the goal and of the arc, in degrees.
     """
 
     light: PlaceLight

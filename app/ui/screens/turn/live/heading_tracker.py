@@ -1,7 +1,7 @@
 """Tracks the live camera's heading.
 
-One job at a time locates the newest picture, and pictures that arrive meanwhile are skipped. The
-`Track` travels with the job and its result, so threads share nothing.
+One job at a time locates the newest picture, and pictures that arrive in the meantime are skipped.
+The `Track` is passed to the job and returned with its result, so the threads share nothing.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class HeadingTracker:
     """Locates the newest picture in the panorama.
 
     Attributes:
-        track: Result for the last picture, or None before the first picture.
+        track: Result for the last picture, or None before the first one.
         index: Feature points of the panorama, or None until the index is built.
         error: The reason why there is no index.
     """
@@ -68,7 +68,7 @@ class HeadingTracker:
         """Load the index of a panorama, or build it if the place has no saved index.
 
         Args:
-            folder: Folder of the place, or None while it is not saved.
+            folder: Folder of the place, or None if the place has not been saved.
         """
         before, self._folder = self._folder, folder
         if light is self._light:
@@ -125,7 +125,7 @@ class HeadingTracker:
         Args:
             fov_deg: Horizontal field of view in degrees, or None to estimate it.
             sees_sitter: Whether the person in the picture is the sitter.
-            asked_deg: Remaining turn to the light in degrees, or None if no turn is needed.
+            asked_deg: Remaining turn to the light, in degrees, or None if no turn is needed.
         """
         index, picture = self.index, frame.picture
         if not self._on or index is None or not self._new(picture):
@@ -152,7 +152,7 @@ class HeadingTracker:
         )
 
     def _new(self, picture: Bytes) -> bool:
-        """Return whether to locate a picture. Repeats count only while the heading is pending."""
+        """Return whether to locate a picture, skipping repeats unless the heading is pending."""
         return picture is not self._frame or (self.track is not None and self.track.pending)
 
     def _located(self, this: int, track: Track) -> None:
@@ -189,7 +189,7 @@ class HeadingTracker:
         self._changed()
 
     def _cancelled(self, light: PlaceLight) -> None:
-        """Report that the user cancelled. Reopening the screen tries again."""
+        """Report that the user cancelled the indexing. Reopening the screen starts it again."""
         if light is self._light:
             self.error = CoreError(
                 tr("The background was not learnt."),
@@ -200,6 +200,6 @@ class HeadingTracker:
 
 
 def _key(light: PlaceLight) -> bytes:
-    """Return a hash of the panorama that stays the same when its place is reopened."""
+    """Return a hash of the panorama. It is the same each time the place is reopened."""
     coarse = np.ascontiguousarray(light.display[::_COARSE, ::_COARSE])
     return hashlib.blake2b(coarse.tobytes(), digest_size=16).digest()

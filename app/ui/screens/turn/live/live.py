@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.live.heading_tracker import HeadingTracker
 
 ASPECT: Final = 1.5
-"""Minimum aspect ratio (width / height) of the live picture. Taller pictures are cropped at the top
+"""Minimum aspect ratio (width / height) of the live picture. A taller picture is cropped at the top
 and bottom.
 """
 
@@ -31,13 +31,13 @@ class LiveWords:
     Attributes:
         live, goal: Text beside the two headings, such as "webcam".
         name: The camera's name.
-        message: What is wrong and what to do about it.
-        brief: Only what is wrong.
+        message: Description of a problem and its remedy.
+        brief: Description of the problem alone.
         tag: State of the comparison of Live with Goal.
         dim: Whether the picture is out of date.
-        asking: Whether to ask which way the camera faces.
+        asking: Whether to ask the user which way the camera faces.
         aspect: Aspect ratio (width / height) of both pictures.
-        quality, quality_icon: Text such as "Heading certain", and its icon.
+        quality, quality_icon: Text such as "Heading certain", and the icon beside it.
     """
 
     live: str = ""
@@ -59,7 +59,7 @@ class CameraMenu:
 
     Attributes:
         webcams: Index and name of each webcam.
-        webcam: Index of the webcam in use, or -1 for another source.
+        webcam: Index of the webcam in use, or -1 for any other source.
         looks: ``sitter``, ``me`` or ``ask``.
         sounds: Whether the sounds of the guidance are on.
     """
@@ -110,7 +110,7 @@ class LivePanel:
         return CameraMenu(camera.listed, camera.index, camera.looks, sounds)
 
     def _words(self) -> LiveWords:
-        """Return the text that describes both pictures, which are mirrored in selfie mode."""
+        """Return the text that describes both pictures. In selfie mode, they are mirrored."""
         source, error = self._camera.source, self._camera.error
         words, selfie = source_words(self._camera.chosen.kind), self._guidance.mode is Mode.SELFIE
         goal = tr("what the camera should see")

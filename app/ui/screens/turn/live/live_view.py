@@ -1,4 +1,4 @@
-"""Live and Goal side by side: the camera's picture, and the view that the camera should have."""
+"""Live and Goal side by side: the camera's picture and its intended view."""
 
 from __future__ import annotations
 
@@ -54,21 +54,22 @@ class Well(PaintedWidget):
         """Show a picture.
 
         Args:
-            picture: (h, w, 3) uint8 sRGB, not to be modified afterwards, or None to clear the well.
+            picture: The picture, (h, w, 3) uint8 sRGB, or None to clear the well. Do not modify the
+                array afterwards.
         """
         if picture is not self.picture:
             self.picture = None if picture is None else np.ascontiguousarray(picture)
             self.update()
 
     def set_words(self, tag: str, message: str, brief: str, dim: bool) -> None:
-        """Set the text on the picture, with `brief` to replace `message` when space is short."""
+        """Set the text on the picture. When space is short, `brief` replaces `message`."""
         if (tag, message, dim) != (self._tag, self.message, self.dim):
             self._tag, self.message, self._brief, self.dim = tag, message, brief, dim
             self.setAccessibleDescription(f"{tag} {message}".strip())
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint the picture, its text and its edge."""
+        """Paint the picture, its text and its border."""
         painter.fillRect(self.rect(), t.c.well)
         self._paint_picture(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -157,14 +158,14 @@ class LiveAndGoal:
         return heading, column(heading, well, ..., gap=6)
 
     def set_size(self, size: QSize) -> None:
-        """Set the size of both pictures in logical pixels."""
+        """Set the size of each picture, in logical pixels."""
         for words in (self._live_words, self._goal_words):
             words.setVisible(size.width() >= px(_ROOM_FOR_WORDS))
         self.live.setFixedSize(size)
         self.goal.setFixedSize(size)
 
     def show_words(self, words: LiveWords) -> None:
-        """Show the text on and above the pictures."""
+        """Show the text on the pictures and above them."""
         self._live_words.set_text(words.live)
         self._goal_words.set_text(words.goal)
         self.live.set_words(words.tag, words.message, words.brief, words.dim)

@@ -14,13 +14,14 @@ from app.ui.screens.turn.goal import TARGET_WIDTH, mirrored
 
 
 class LiveOverlay(NamedTuple):
-    """The goal underneath the live picture.
+    """The goal picture underneath the live picture.
 
     Attributes:
-        goal: (h, w, 3) uint8 sRGB at the size of the well, not mirrored.
-        homography: (3, 3) float64, from pixels of the live picture to those of a target
+        goal: The goal picture, (h, w, 3) uint8 sRGB, at the size of the well and not mirrored.
+        homography: (3, 3) float64 matrix that maps pixels of the live picture to pixels of a target
             `TARGET_WIDTH` pixels wide, or None while the two are not aligned.
-        opacity: Opacity of the live picture from 0 to 1, or its fraction of the width in a split.
+        opacity: Opacity of the live picture, or the fraction of the width that it takes up in a
+            split, each from 0 to 1.
         split: Whether Live is on the left and Goal on the right.
     """
 
@@ -33,14 +34,14 @@ class LiveOverlay(NamedTuple):
 def live_picture(
     picture: Bytes, size: tuple[int, int], mode: Mode, overlay: LiveOverlay | None = None
 ) -> Bytes:
-    """Fit the live picture to the width of its well, cropped at the top and bottom.
+    """Fit the live picture to the width of its well, cropping it at the top and bottom.
 
     Args:
-        picture: (H, W, 3) uint8 sRGB, as the camera sees it.
+        picture: The picture as the camera sees it, (H, W, 3) uint8 sRGB.
         size: Rows and columns of the well.
 
     Returns:
-        (rows, columns, 3) uint8 sRGB.
+        The fitted picture, (rows, columns, 3) uint8 sRGB.
     """
     rows, columns = size
     high = max(round(picture.shape[0] * columns / picture.shape[1]), 1)
@@ -68,7 +69,7 @@ def _over(small: Bytes, overlay: LiveOverlay, scale: float) -> Bytes:
 
 
 def _fitted(picture: Bytes, rows: int) -> Bytes:
-    """Crop a picture to the middle rows, or pad a shorter picture with its edge rows."""
+    """Crop a picture to its middle rows, or pad a shorter picture by repeating its edge rows."""
     high = picture.shape[0]
     if high >= rows:
         top = (high - rows) // 2

@@ -1,4 +1,4 @@
-"""The question of which way the camera faces, with a picture for each answer."""
+"""The question of which way the camera faces, with a drawing for each answer."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.ui.widgets.paint import (
 )
 
 LEAST_HEIGHT: Final = 136
-"""Minimum height, in logical pixels, at which the pictures are readable."""
+"""Minimum height, in logical pixels, at which the drawings are readable."""
 
 _FLAT: Final = 1.9  # in a wider widget the text goes beside the picture
 _ROOMY: Final = 184  # minimum height with room for the note
@@ -36,7 +36,7 @@ NAMES: Final = {
 
 
 class _Answer(Pressable):
-    """One answer, with the photographer, the camera and the sitter seen from above."""
+    """A button for one answer, showing the photographer, the camera and the sitter from above."""
 
     def __init__(self, looks: Literal["sitter", "me"]) -> None:
         super().__init__(NAMES[looks][1])
@@ -89,7 +89,7 @@ class _Answer(Pressable):
 
 
 def _paint_head(painter: QPainter, at: QPointF, way: float, unit: float, ink: QColor) -> None:
-    """Paint a head from above, with the nose in the direction it faces."""
+    """Paint a head seen from above, with its nose pointing in the direction that the head faces."""
     pen = QPen(ink, 1.75 * max(unit, 0.8))
     pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
     painter.setPen(pen)
@@ -104,7 +104,7 @@ def _paint_head(painter: QPainter, at: QPointF, way: float, unit: float, ink: QC
 def _paint_camera(
     painter: QPainter, at: QPointF, way: float, unit: float, ink: QColor, ground: QColor
 ) -> None:
-    """Paint a camera from above, with the lens on the side that the camera faces."""
+    """Paint a camera seen from above, with its lens on the side that the camera faces."""
     painter.setPen(QPen(ink, 1.75 * max(unit, 0.8)))
     painter.setBrush(ground)
     lens = QRectF(0, 0, 6.0 * unit, 9.0 * unit)

@@ -18,10 +18,10 @@ from app.ui.presenters.services import Services
 from app.ui.screens.turn.live.camera import LiveCamera
 
 Item: TypeAlias = tuple[str, str, str, str]
-"""An entry in the list: its key, its text, its second line and its icon."""
+"""An entry in the list, given by its key, its text, its second line and its icon."""
 
 VIDEO_FILES: Final = tr("Videos") + f" ({' '.join('*' + ending for ending in VIDEO_ENDINGS)})"
-"""File filter of the dialog."""
+"""File filter for the dialog."""
 
 _ITEMS: Final[tuple[Item, ...]] = (
     ("network", tr("Network camera…"), "", "wifi"),
@@ -29,7 +29,7 @@ _ITEMS: Final[tuple[Item, ...]] = (
 )
 _SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
 NO_WEBCAMS: Final = (tr("No webcam found"), tr("Plug in a webcam."))
-"""Text for a list without webcams, and what to do about it."""
+"""Text for a list without webcams, and advice on what to do."""
 _CHECK: Final = "turn-source-check"
 _STATUS_S: Final = 0.5
 _LONGEST: Final = 128
@@ -46,8 +46,9 @@ class SourcesState:
 
     Attributes:
         key: Key of the selected entry.
-        fov_deg: Field of view in degrees, set or estimated.
-        status, status_icon: State of the source, and an icon: "check", "error" or an empty string.
+        fov_deg: Field of view in degrees, whether set by the user or estimated.
+        status, status_icon: Text on the state of the source, and its icon, which is "check",
+            "error" or an empty string.
     """
 
     items: tuple[Item, ...] = _ITEMS
@@ -98,7 +99,7 @@ class SourcesPresenter:
     # -- the view ------------------------------------------------------------------------------
 
     def attach(self, view: SourcesView) -> None:
-        """Show the state in `view` from now on."""
+        """Start showing the state in `view`."""
         self._view = view
         self._forget()
         self._camera.list_again()
@@ -118,7 +119,7 @@ class SourcesPresenter:
     # -- actions -------------------------------------------------------------------------------
 
     def show_kind(self, key: str) -> None:
-        """Select an entry in the list. A webcam is used at once."""
+        """Select an entry in the list. If it is a webcam, switch to it at once."""
         self._forget()
         kind, _, index = key.partition(":")
         if kind == "webcam":
@@ -128,7 +129,7 @@ class SourcesPresenter:
         self._show()
 
     def type_address(self, text: str) -> None:
-        """Store the address being typed, which `connect` will check."""
+        """Store the address as it is typed, for `connect` to check later."""
         self._address_text, self._address_error = text[: 2 * LONGEST_ADDRESS], ""
 
     def connect(self, text: str) -> None:
@@ -177,7 +178,7 @@ class SourcesPresenter:
         self._show()
 
     def set_width(self, key: str) -> None:
-        """Set the width in pixels of the source's pictures, or "0" for the default."""
+        """Set the width of the source's pictures in pixels, or "0" for the default."""
         if key.isdecimal() and int(key) in (0, *WIDTHS):
             self._camera.set_width(int(key))
             self._on_take()
@@ -230,7 +231,7 @@ class SourcesPresenter:
         return (*webcams, *_ITEMS)
 
     def _missing(self) -> tuple[str, str]:
-        """Return an entry for the source in use while it is not available."""
+        """Return the text and the second line for the source in use while it is unavailable."""
         camera = self._camera
         if camera.chosen.kind != "webcam":
             return camera.chosen.title, ""
@@ -329,7 +330,7 @@ def _learnt(learnt_deg: float | None) -> str:
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
-    """Return the resolutions. Pictures from sources other than webcams are scaled down."""
+    """Return the available resolutions. Except for webcams, pictures are scaled down."""
     exact = kind == "webcam"
     sizes = (
         (str(w), _SIZES[w] if exact else tr("At most {pixels} px wide", pixels=w)) for w in WIDTHS

@@ -58,7 +58,7 @@ class SourceSheet(Sheet):
         presenter.attach(self)
 
     def show_state(self, state: SourcesState) -> None:
-        """Show the changes, except in a field that is being edited."""
+        """Show the changes, except in fields that are being edited."""
         before, self._state = self._state, state
         if state == before:
             return
@@ -73,7 +73,7 @@ class SourceSheet(Sheet):
         self._status.say(state.status, state.status_icon)
 
     def focusNextPrevChild(self, forward: bool) -> bool:
-        """Scroll to the control that Tab moves to."""
+        """Move the focus on Tab, and scroll to the control that receives it."""
         handled = super().focusNextPrevChild(forward)
         there: QWidget | None = self.window().focusWidget()
         if there is not None and self._scroll.isAncestorOf(there):
@@ -106,7 +106,7 @@ class _SheetColumn(QWidget):
 
 
 class _Tall(Scroll):
-    """A widget that is as tall as its content if there is room."""
+    """A scroll area that is as tall as its content if there is room."""
 
     def __init__(self, content: QWidget) -> None:
         super().__init__(content)
@@ -133,7 +133,7 @@ class _Tall(Scroll):
 
 
 class _NetworkPart(_SheetColumn):
-    """The address of a network camera, and a password if the camera needs it."""
+    """The address of a network camera, and its password if the camera requires one."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()

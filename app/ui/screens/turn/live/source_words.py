@@ -11,8 +11,8 @@ class SourceWords(NamedTuple):
     """The text for one kind of live source.
 
     Attributes:
-        noun: Noun such as "webcam".
-        starting, lost, missing: Text for the states of the source, such as "Starting the webcam",
+        noun: Name of the source within a sentence, such as "webcam".
+        starting, lost, missing: Text for each state of the source, such as "Starting the webcam",
             "Webcam disconnected" and "No webcam".
         remedy: What to do when the source is lost.
     """
@@ -25,7 +25,7 @@ class SourceWords(NamedTuple):
 
     @property
     def lost_sentence(self) -> str:
-        """A sentence that reports the loss of the source and says what to do."""
+        """Text that reports the loss of the source and says what to do."""
         return f"{self.lost}. {self.remedy}"
 
 

@@ -1,1 +1,1 @@
-"""Photos taken at the place, and how far each was from the light."""
+"""Photos taken at the place, and how far each one was from the light."""

@@ -1,4 +1,4 @@
-"""Checks a photo, or a video of the turn, against the goal and the place.
+"""Checks a photo or a video of the turn against the goal and the place.
 
 Everything here runs in a job.
 """
@@ -43,14 +43,14 @@ _READ: Final = 0.6  # fraction of the progress; copying takes the rest
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShotContext:
-    """The data that a photo is checked against, captured when the photo was opened.
+    """The data against which a photo is checked, captured when the photo was opened.
 
     Attributes:
-        index: Index of the place's background, or None while it is not built.
+        index: Index of the place's background, or None until it is built.
         front_deg: Panorama azimuth, in degrees, at which the photographer stands at turn 0.
         title: Title of the style, including its lamp.
         lamp: Whether a lamp is added to the light of the place.
-        mirrored: Whether a photo counts as mirrored if its background is inconclusive.
+        mirrored: Whether to treat a photo as mirrored if its background is inconclusive.
         pack_style: Name of the style in the pack.
     """
 
@@ -69,7 +69,7 @@ class ShotContext:
 
 
 def shot_context(model: Model, index: HeadingIndex | None, now: datetime) -> ShotContext | None:
-    """Return the context for checking photos, or None if there is no place or no goal."""
+    """Return the context for checking photos, or None if there is no place or goal."""
     goal, result, plan = model.goal, model.goal_result, model.lamp_plan
     if model.place_folder is None or model.light is None or model.head is None:
         return None
@@ -118,7 +118,7 @@ def check_film(
     """Compare a video of the turn with the place, and save the best frames as photos.
 
     Returns:
-        The messages, and all photos of the place.
+        The messages, and all photos taken at the place.
     """
     index = context.index or build_index(context.light.display, token)
     fits = looks_mirrored(film_frames(video, GLANCES, WIDTH), index)
@@ -174,7 +174,7 @@ def _shot_of(
 def _face_check(
     photo: Photo, location: PhotoLocation, context: ShotContext
 ) -> tuple[Check, Promise] | None:
-    """Compare the light on the largest face with the light that the style should give here."""
+    """Compare the light on the largest face with the light that the style should produce here."""
     faces = find_faces(photo.picture)
     if not faces or context.lamp:
         return None
@@ -188,7 +188,7 @@ def _face_check(
 def _judged(
     shot: Shot, check_and_promise: tuple[Check, Promise] | None, context: ShotContext
 ) -> Shot:
-    """Add the results for the face, and the distance of the turn from the light."""
+    """Return the photo with the results for its face and its turn's distance from the light."""
     inside = False
     if check_and_promise is not None:
         check, promise = check_and_promise

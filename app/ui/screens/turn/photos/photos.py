@@ -49,7 +49,7 @@ REMOVED: Final = tr("{name} removed from this place. Your own file is untouched.
 TURN_UNKNOWN: Final = tr("Background not found here, so the turn is unknown")
 TURN_NOT_SHOWN: Final = tr("Neither the background nor the face shows the turn")
 DROP_WORDS: Final = tr("Drop the photo you took, a film of the turn, or a panorama")
-"""The kinds of files that can be dropped while the screen is visible."""
+"""Hint naming the kinds of files that can be dropped while the screen is visible."""
 
 _MOST_AT_ONCE: Final = 20
 _WATCH: Final = "turn-watch"
@@ -64,11 +64,13 @@ class ShotRow:
 
     Attributes:
         sentence: Text such as "In the light, 3° short of the best".
-        face: Results for the face and the style's prediction, or an empty string.
-        new: Whether this is the photo checked last.
-        again: Whether the photo missed the light, so that another turn may help.
+        face: Text that compares the face with the style's prediction, or an empty string if there
+            is none.
+        new: Whether this is the last photo checked.
+        again: Whether the photo missed the light, in which case another turn may help.
         pictured: Whether there is a thumbnail.
-        thumbnail: (h, w, 3) uint8 sRGB, or None. It is ignored in comparisons.
+        thumbnail: Thumbnail, (h, w, 3) uint8 sRGB, or None if there is none. It is ignored in
+            comparisons.
     """
 
     key: str
@@ -86,12 +88,12 @@ class ShotRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotsState:
-    """The photos of the open place, newest first.
+    """The photos taken at the open place, newest first.
 
     Attributes:
         busy: The task in progress, or an empty string if there is none.
         before, after: The last two photos taken for the same style.
-        mirrored: Whether a new photo counts as mirrored if its background is inconclusive.
+        mirrored: Whether to treat a new photo as mirrored if its background is inconclusive.
     """
 
     rows: tuple[ShotRow, ...] = ()
@@ -102,7 +104,7 @@ class ShotsState:
 
 
 class Shots:
-    """Checks and lists the photos of the open place."""
+    """Checks and lists the photos taken at the open place."""
 
     def __init__(
         self,
@@ -125,7 +127,7 @@ class Shots:
     # -- the open place ------------------------------------------------------------------------
 
     def follow(self) -> None:
-        """Load the photos of the current place."""
+        """Load the photos taken at the current place."""
         folder = self._services.model.place_folder
         if folder == self._folder:
             return
@@ -175,10 +177,10 @@ class Shots:
     # -- opening -------------------------------------------------------------------------------
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Check photos that were dropped or chosen. If one is a panorama, all open as a place.
+        """Check photos that were dropped or chosen. If any is a panorama, open them all as a place.
 
         Returns:
-            Whether the files are photos or a video, and there is a goal to check them against.
+            Whether the files are photos or a video and there is a goal against which to check them.
         """
         if len(paths) == 1 and paths[0].suffix.lower() in VIDEO_ENDINGS:
             return self._check_film(paths[0])
@@ -190,7 +192,7 @@ class Shots:
         return True
 
     def _check_film(self, video: Path) -> bool:
-        """Check a video of the turn, and list its frames as photos."""
+        """Check a video of the turn, and list its best frames as photos."""
         context = self._context()
         if context is None:
             return False
@@ -248,7 +250,7 @@ class Shots:
         self._ended()
 
     def prove(self, style: str | None, goal_facing_deg: float) -> bool:
-        """Return whether a photo taken at this goal was in the light of a style."""
+        """Return whether any photo taken for this style and goal was in the light."""
         shots = (one for one in self._shots if one.style == style and one.facing_deg is not None)
         goals = (one.goal_facing_deg for one in shots if one.outside_deg == 0)
         return any(abs(difference(goal, goal_facing_deg)) < _SAME_GOAL_DEG for goal in goals)
@@ -259,11 +261,11 @@ class Shots:
         return next((self._row(shot) for shot in frames), None)
 
     def last(self) -> Shot | None:
-        """Return the photo checked last, or None once the guidance has resumed."""
+        """Return the last photo checked, or None once the guidance has resumed."""
         return next((one for one in self._shots if one.key == self._latest), None)
 
     def settle(self) -> None:
-        """Stop showing the last photo, whose degrees would contradict the guidance."""
+        """Stop showing the last photo, because its degrees would contradict the guidance."""
         self._latest = ""
 
     # -- a watched folder ----------------------------------------------------------------------
@@ -385,7 +387,7 @@ class Shots:
 
 
 def _face_words(shot: Shot) -> str:
-    """Describe the results for the face and the style's prediction, or return "" for none."""
+    """Compare the face with the style's prediction in words, or return "" without results."""
     parts = []
     if shot.grade is not None:
         grade = grade_words(shot.grade, attainable=True)
@@ -401,7 +403,7 @@ def _panorama_among(paths: tuple[Path, ...]) -> bool:
     """Return whether the files include a panorama.
 
     Raises:
-        CoreError: If a file cannot be read. This is raised before any work starts.
+        CoreError: If a file cannot be read. The error is raised before any work starts.
     """
     shapes = [is_panorama(path) for path in paths]
     return any(shapes)

@@ -1,4 +1,4 @@
-"""Photos taken here: the line with the last photo, and the full list."""
+"""The photos taken here, as a line for the last photo and as a full list."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TOP: Final = Qt.AlignmentFlag.AlignTop
 
 
 class ShotsLine(QWidget):
-    """The photo checked last, with buttons to check another photo and to turn again."""
+    """The last photo checked, with buttons for checking another photo and for turning again."""
 
     listed = Signal()
 
@@ -121,12 +121,12 @@ class ShotsLine(QWidget):
         self._fill()
 
     def minimumSizeHint(self) -> QSize:
-        """Return a minimum that allows the sentence to be cut short."""
+        """Return a minimum size that allows the sentence to be truncated."""
         return QSize(0, self.height())
 
 
 def _together(words: str) -> str:
-    """Keep a number and its unit on the same line."""
+    """Return the text with each number and its unit kept on the same line."""
     return words.replace(": ", ":\u00a0").replace(" %", "\u00a0%")
 
 
