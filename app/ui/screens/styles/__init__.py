@@ -1,1 +1,1 @@
-"""The Styles screen: a gallery of cards, and the detail of the chosen style."""
+"""The Styles screen: a gallery of cards, and the details of the chosen style."""

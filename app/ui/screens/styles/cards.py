@@ -39,7 +39,7 @@ Way: TypeAlias = Literal["", "clockwise", "counter-clockwise", "none"]
 
 
 class Filter(StrEnum):
-    """Filter for the cards."""
+    """The filters for the cards."""
 
     ALL = "all"
     IN_REACH = "in"
@@ -48,7 +48,7 @@ class Filter(StrEnum):
 
 
 class Sort(StrEnum):
-    """Order of the cards. Cards out of reach always come last."""
+    """The sort orders of the cards. Cards for styles out of reach always come last."""
 
     MATCH = "match"
     NAME = "name"
@@ -58,15 +58,16 @@ class Sort(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CardState:
-    """A card of the gallery. Cards that compare equal look the same.
+    """A card in the gallery. Cards that compare equal look the same.
 
     Attributes:
         turn: Text such as "96°", or an empty string if there is no turn.
         swapped: Whether `target` and `here` are swapped.
         meter: Match on the meter, 0 to 100, or None to hide the meter.
-        version: Version of the pictures, compared in place of the pictures themselves.
-        stale: Whether the answer is for another selection and the card is therefore dimmed.
-        target, here: (h, w, 3) uint8 sRGB at the size of a card's picture, or None.
+        version: Version of the pictures. It is compared in place of the pictures themselves.
+        stale: Whether the answer is for another selection, in which case the card is dimmed.
+        target, here: The two pictures, each (h, w, 3) uint8 sRGB at the size shown on a card, or
+            None if there is none.
     """
 
     key: str
@@ -110,10 +111,10 @@ def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, s
     """Return the filters with their labels and counts.
 
     Args:
-        stale: Whether the answers are for another selection, so that the counts are left out.
+        stale: Whether the answers are for another selection. If so, the counts are omitted.
 
     Returns:
-        Pairs of a filter and its label.
+        A pair for each filter: the filter and its label.
     """
     within = sum(snapshot.within(one) for one in snapshot.results.values())
     without = len(snapshot.results) - within
@@ -148,7 +149,7 @@ def cards_of(
 
 
 def stale_card(card: CardState) -> CardState:
-    """Dim a card whose answer is for another selection. Screen readers skip its numbers."""
+    """Dim a card whose answer is for another selection. Screen readers skip the card's numbers."""
     words = tr("{title}, computing", title=card.title)
     return replace(card, stale=True, spoken=words, tip=words)
 
@@ -161,7 +162,7 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
 
 
 def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
-    """Move the first common style ahead of rare styles of the same grade."""
+    """Move the first common style ahead of any rare styles with the same grade."""
     results = [snapshot.results.get(name) for name in names]
     ranks = [_rank(snapshot, result) if result else 0 for result in results]
     for name, rank in zip(names, ranks, strict=True):
@@ -195,7 +196,7 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
 
 
 def _rank(snapshot: Snapshot, result: StyleResult) -> int:
-    """Return the rank of a result: 0 for within reach, 1 for nearly and 2 for out of reach."""
+    """Return the rank of a result: 0 if within reach, 1 if nearly so, or 2 if out of reach."""
     if snapshot.paper or not result.attainable:
         return 2 * (not snapshot.within(result))
     return int(result.grade == "nearly")
@@ -211,7 +212,7 @@ def rules_words(snapshot: Snapshot) -> str:
 
 
 def side_line(style: Style) -> str:
-    """Return the side of a style, for the second line of its card."""
+    """Return the side of a style as text for the second line of its card."""
     return side_words(style) or tr("painted")
 
 
@@ -264,7 +265,7 @@ def _card(snapshot: Snapshot, name: str, is_chosen: bool) -> CardState:
 
 
 def lamps_note(snapshot: Snapshot, name: str) -> str:
-    """Return a note that a style does not use the chosen lamps, or "" if it does."""
+    """Return a note if a style does not use the chosen lamps, or "" if it does."""
     head = snapshot.question.head
     name = snapshot.source(name)
     studio = head.studio_wanted(name)
@@ -274,7 +275,7 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Return a note if an answer is rough or depends on clipped light or gaps, otherwise ""."""
+    """Return a note if an answer is rough or depends on clipped light or gaps, or else ""."""
     question = snapshot.question
     if name not in snapshot.results:
         return ""
@@ -331,7 +332,7 @@ def least_match(snapshot: Snapshot, style: Style) -> float:
 
 
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
-    """Return sentences on a style that is only nearly within reach, or close to another style."""
+    """Return sentences about a style only nearly within reach or easily taken for another."""
     titles = {name: full_title(style) for name, style in snapshot.styles.items()}
     return verdict.near_words(
         result,
@@ -342,7 +343,7 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
 
 
 def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
-    """Return the first sentence of `beside_words`, worded for a normal and for a narrow card."""
+    """Return the first sentence of `beside_words`, worded for a normal and a narrow card."""
     styles = snapshot.styles
     if result.looks_more_like is not None:
         other = styles[result.looks_more_like]
@@ -355,12 +356,12 @@ def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
 
 
 def gain_lines(result: StyleResult) -> list[str]:
-    """Return sentences about the gain from turning the face away from the lens."""
+    """Return sentences about what is gained by turning the face away from the lens."""
     return [verdict.gain_words(gain, result.match) for gain in result.gains]
 
 
 def close_style(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return the title of the style that the picture is close to, or "" for none to mention."""
+    """Return the title of the style that the picture is close to, or "" if there is none."""
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
@@ -368,13 +369,13 @@ def close_style(result: StyleResult, snapshot: Snapshot) -> str:
 
 
 def close_to(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return a sentence about the style that the picture is close to, or "" for none to mention."""
+    """Return a sentence about the style that the picture is close to, or "" if there is none."""
     title = close_style(result, snapshot)
     return verdict.close_to(title) if title else ""
 
 
 def _out_of_reach(result: StyleResult) -> tuple[str, str]:
-    """Return why a style is out of reach, worded for a normal and for a narrow card."""
+    """Return the reason why a style is out of reach, worded for a normal and a narrow card."""
     soft = result.match >= LIMITS.match and result.strength < LIMITS.strength
     if result.grade is None and soft:
         numbers = result.strength, LIMITS.strength

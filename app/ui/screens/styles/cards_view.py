@@ -1,6 +1,6 @@
 """The cards of the gallery.
 
-Each card is painted in one pass, because a window shows twenty of them.
+Each card is painted in one pass, because a window can show twenty of them.
 
 `CompareSheet` shows several styles side by side. `TurnWords` shows the turn in large figures with
 its direction, and `Facts` shows the numbers beside the turn.
@@ -42,22 +42,22 @@ _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise
 
 
 def picture_size(card: int) -> QSize:
-    """Return the size in logical pixels of each of the two pictures on a card."""
+    """Return the size of each of the two pictures on a card, in logical pixels."""
     t = theme()
     wide = (card - 2 * t.px(_EDGE) - t.px(_GAP)) // 2
     return QSize(wide, round(wide * CLOSE_SHAPE))
 
 
 def card_size(wide: int) -> QSize:
-    """Return the size of a card of this width in logical pixels. Faces fill over half of it."""
+    """Return the size of a card of this width in logical pixels. Faces fill over half the card."""
     return QSize(wide, picture_size(wide).height() + theme().px(_EDGE) + theme().px(_BELOW))
 
 
 class StyleCard(Card):
-    """A style: the target and the picture here, with the name, turn, side, match and meter."""
+    """A card with a style's target, its picture here, and its name, turn, side, match and meter."""
 
     marked = Signal()
-    """Emitted on Ctrl+click or Space to mark or unmark the style for comparison."""
+    """Emitted on Ctrl+click or Space, to mark or unmark the style for comparison."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
@@ -74,7 +74,7 @@ class StyleCard(Card):
             self.update()
 
     def click(self) -> None:
-        """Open the style on Enter, as on a double click."""
+        """Open the style on Enter, as a double click does."""
         self.opened.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -155,7 +155,7 @@ class StyleCard(Card):
         put_text(painter, room, line, font, t.c.dim)
 
     def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:
-        """Return both pictures with rounded outer corners, at the resolution of the screen."""
+        """Return both pictures, with rounded outer corners, at the screen's resolution."""
         key = (wide, high, dpr, self.state.version, self.state.swapped, theme().name)
         if self._ready is not None and self._ready[0] == key:
             return self._ready[1]
@@ -179,7 +179,7 @@ class StyleCard(Card):
 
 
 def _put(painter: QPainter, area: QRectF, picture: NDArray[Any] | None) -> None:
-    """Draw the middle of a picture into a rectangle, cropped to its aspect ratio."""
+    """Draw a picture into a rectangle, cropping it around the centre to the aspect ratio."""
     if picture is None:
         return
     image = to_image(picture)
@@ -203,7 +203,7 @@ class PaintCard(Card):
 
 
 class DamagedCard(OutlineBox):
-    """The card of a style that cannot be read."""
+    """The card for a style that cannot be read."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__()
@@ -220,7 +220,7 @@ class DamagedCard(OutlineBox):
 
 
 class HeldKey(QObject):
-    """Reports whether the S key is held while a widget or any of its children has the focus."""
+    """Reports whether the S key is down while a widget or any of its children has the focus."""
 
     held = Signal(bool)
 
@@ -229,7 +229,7 @@ class HeldKey(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Follow the key, and report its release even where the key event would be missed."""
+        """Follow the key, and report its release even when the key event would be missed."""
         kind, down = event.type(), QEvent.Type.KeyPress
         if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
             self.held.emit(False)
@@ -241,7 +241,7 @@ class HeldKey(QObject):
 
 
 class _ComparedStyle(QWidget):
-    """A style in the comparison: its target above the picture here, its turn and direction."""
+    """A style in the comparison, with its target above its picture here, its turn and direction."""
 
     def __init__(self, state: DetailState, size: QSize) -> None:
         super().__init__()
@@ -277,7 +277,7 @@ class _ComparedStyle(QWidget):
 
 
 class CompareSheet(KeysSheet):
-    """Two to four styles side by side, in pictures of the same size, crop and exposure."""
+    """Two to four styles side by side, in pictures with the same size, crop and exposure."""
 
     opened = Signal(str)
 
@@ -293,7 +293,7 @@ class CompareSheet(KeysSheet):
 
 
 def compared_size(host: QWidget, count: int) -> QSize:
-    """Return the size of a picture in a comparison of styles, in logical pixels."""
+    """Return the size of each picture in a comparison of styles, in logical pixels."""
     t = theme()
     across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
     side = max(min(across, (host.height() - t.px(376)) // 2), t.px(96))
@@ -312,7 +312,7 @@ _FACTS: Final = (
 
 
 class TurnWords(QWidget):
-    """The turn with its direction and clock position, or the verdict on a style out of reach."""
+    """The turn, its direction and its clock position, or the verdict on a style out of reach."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -340,7 +340,7 @@ class TurnWords(QWidget):
             column(number, (column(*words), 1), into=self)
 
     def show_state(self, state: DetailState) -> None:
-        """Show the turn of the needle, or the reason why there is none."""
+        """Show the turn at the needle, or the reason why there is no turn."""
         out, probe = bool(state.verdict), state.main == "probe"
         self._turn.say("" if out else state.turn)
         self._icon.setVisible(state.way in _WAYS and not out)
@@ -364,7 +364,7 @@ def _value(key: str) -> Text:
 
 
 class Facts(QWidget):
-    """The tolerance arc, match, contrast and lighting ratio."""
+    """The tolerance arc, the match, the contrast and the lighting ratio."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -379,7 +379,7 @@ class Facts(QWidget):
         column(facts, self._short, ..., into=self, gap=gap)
 
     def show_state(self, state: DetailState) -> None:
-        """Show the numbers at the needle's turn, leaving out those that are empty."""
+        """Show the numbers at the needle's turn, omitting those that are empty."""
         for key, (name, value) in self._rows.items():
             words = str(getattr(state, key))
             value.say(words)
@@ -395,7 +395,7 @@ class Facts(QWidget):
 
 
 def _describe(widget: QWidget, words: str) -> None:
-    """Set the tooltip of a widget and its description for screen readers."""
+    """Set a widget's tooltip and its description for screen readers."""
     if widget.accessibleDescription() != words:
         widget.setToolTip(words)
         widget.setAccessibleDescription(words)

@@ -1,4 +1,4 @@
-"""The state of the chosen style at any turn, with its numbers and sentences."""
+"""The state of the chosen style at any turn, including its numbers and sentences."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ from app.words.why_out_of_reach import grade_words, reason_line, reason_sentence
 _SAME_DEG: Final = 1e-6
 
 Main: TypeAlias = Literal["turn", "lamp", "probe"]
-"""Action of the main button: go to the turn, try a second light, or measure the light first."""
+"""The main button's action: go to the turn, try a second light, or measure the light first."""
 
 
 @dataclass(frozen=True, slots=True)
 class CurveMark:
-    """A marked turn of the curve, with its picture.
+    """A marked turn on the curve, with its picture.
 
     Attributes:
-        tag, words: Texts such as "Median" and "Median at −84°: C 12".
-        picture: (h, w, 3) uint8 sRGB at the size of the portraits.
+        tag, words: Display text such as "Median" and "Median at −84°: C 12".
+        picture: Picture at that turn, (h, w, 3) uint8 sRGB, at the size of the portraits.
     """
 
     tag: str
@@ -63,38 +63,41 @@ class CurveMark:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetailState:
-    """The chosen style at one turn. Texts are ready for display, and empty ones are hidden.
+    """The chosen style at one turn. All text is ready for display, and empty text is hidden.
 
     Attributes:
-        target, here: Portraits with the same size, crop and exposure rule, (h, w, 3) uint8 sRGB or
-            None.
-        target_tag, here_tag: Texts such as "Target" and "Here, at 96°".
-        target_exposed, here_exposed: Text such as "+1.3 stops", for the picture here only.
-        exposed_tip: Sentence that explains what these stops are relative to.
+        target, here: Portraits with the same size, crop and exposure rule, each (h, w, 3) uint8
+            sRGB or None.
+        target_tag, here_tag: Display text such as "Target" and "Here, at 96°".
+        target_exposed, here_exposed: Text such as "+1.3 stops". It is used only for the picture
+            here.
+        exposed_tip: Sentence that explains the reference for these stops.
         lamps_note: Text such as "Shown with its own lamps: lamps of 2:1 would not show it."
-        marks: Turns with the median and minimum C, as in figure 4 of the paper. Only in paper mode.
+        marks: Turns with the median and the minimum C, as in figure 4 of the paper. Used only in
+            paper mode.
         curve: Match at 64 turns, from 0 to 100, or an empty tuple before the light is measured.
         close: Text such as "Close to Rembrandt".
-        numbers, limit_words: Texts such as "match 87" and "Limit of reach: 45", as on the card.
-        arc: Tolerance arc in degrees, or None if the style is out of reach.
-        best: Best turn in degrees, or None before the light is measured.
-        peaks: Turns of the other peaks in degrees.
-        needle: Displayed turn in degrees.
+        numbers, limit_words: Display text such as "match 87" and "Limit of reach: 45", worded as on
+            the card.
+        arc: Tolerance arc, in degrees, or None if the style is out of reach.
+        best: Best turn, in degrees, or None before the light is measured.
+        peaks: Turns of the other peaks, in degrees.
+        needle: Displayed turn, in degrees.
         turn: Text such as "96°".
-        direction, clock: Texts such as "clockwise" and "towards 3 o’clock".
-        good_from, match, contrast: Texts such as "79° to 111°", "96" and "62% of the studio’s".
-        ratio, ratio_short, ratio_tip: Texts such as "2.3 stops", "4.9:1 key + fill : fill" and the
-            whole sentence.
-        verdict, reason: For a style out of reach, for example "The best match here is 29 at 62°
-            counter-clockwise. The limit is 45." and the reason.
+        direction, clock: Display text such as "clockwise" and "towards 3 o’clock".
+        good_from, match, contrast: Display text such as "79° to 111°", "96" and "62% of the
+            studio’s".
+        ratio, ratio_short, ratio_tip: Display text such as "2.3 stops" and "4.9:1 key + fill :
+            fill", and the ratio as a whole sentence.
+        verdict, reason: For a style out of reach, the verdict, such as "The best match here is 29
+            at 62° counter-clockwise. The limit is 45.", and the reason.
         panorama: Panorama of the place, (H, W, 3) uint8 sRGB, or None. All states of a place share
             the same object.
-        front: Panorama azimuth of the photographer in degrees.
+        front: Panorama azimuth of the photographer, in degrees.
         weights: Pre-integrated target at turn 0, (h, w) float32, or None. All states of a style and
             head share the same object.
-        background: View behind the sitter at the needle's turn, (h, w, 3) uint8 sRGB or None.
-        stale: Whether the state is for another selection and is therefore dimmed under
-            "Computing…".
+        background: View behind the sitter at the needle's turn, (h, w, 3) uint8 sRGB, or None.
+        stale: Whether the state is for another selection and therefore dimmed under "Computing…".
     """
 
     key: str = ""
@@ -151,7 +154,7 @@ class DetailState:
 def with_words(
     base: DetailState, snapshot: Snapshot, result: StyleResult, turn: float, *, at_best: bool
 ) -> DetailState:
-    """Return the state with the numbers and sentences at a turn in degrees."""
+    """Return the state with the numbers and sentences for the given turn, in degrees."""
     within = snapshot.within(result)
     # At the best turn, show the same numbers as the card.
     match = result.match if at_best else value_at(result.match_curve, turn)
@@ -211,7 +214,7 @@ def with_words(
 def _with_quality(
     state: DetailState, snapshot: Snapshot, result: StyleResult, quality: float
 ) -> DetailState:
-    """Show C instead of the match, scaled from its minimum (0 if positive) to its maximum."""
+    """Show C instead of the match, scaled from the lower of its minimum and 0 to its maximum."""
     curve, limit = result.quality_curve * snapshot.quality_scale, LIMITS.quality
     low = min(float(curve.min()), 0.0)
     size = max(float(curve.max()), limit, low + 1e-30) - low
@@ -234,14 +237,14 @@ def _with_quality(
 
 
 def _caution(result: StyleResult, snapshot: Snapshot) -> str:
-    """Return a warning that the turn depends on the sitter's head or on an estimate."""
+    """Return a warning if the turn depends on the sitter's head or on an estimate, or else ""."""
     words = caution_words(snapshot.source(result.name)) if result.attainable else None
     parts = (doubt_note(snapshot, result.name), f"{words}." if words else "")
     return " ".join(filter(None, parts))
 
 
 def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) -> str:
-    """Return the tolerance arc and its reliability as text, or "" if the style is out of reach."""
+    """Describe the tolerance arc and its reliability, or return "" if the style is out of reach."""
     if not within:
         return ""
     arc = arc_words(result.arc_near(turn))
@@ -253,7 +256,7 @@ def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) ->
 
 
 def numbers_text(state: DetailState, place: str = "") -> str:
-    """Return the numbers of a style as lines of text for the clipboard."""
+    """Return a style's numbers as lines of text for the clipboard."""
     lines = [f"{state.title}, {lower_first(state.side)}"]
     if place:
         lines.append(tr("Place: {place}", place=place))

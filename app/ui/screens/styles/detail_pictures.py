@@ -51,14 +51,14 @@ _OF_PICTURE: Final = (
     *("here", "here_exposed", "exposed_tip", "lamps_note", "marks"),
     *("ratio", "ratio_short", "ratio_tip", "glare", "glare_tip", "glare_strong"),
 )
-"""Fields measured in the picture here, which are always updated together with the picture."""
+"""Fields derived from the picture here. They are always updated together with that picture."""
 
 
 class DetailResolver:
-    """Resolves the detail, caching everything that does not depend on the turn.
+    """Resolves the details, caching everything that does not depend on the turn.
 
     Args:
-        before: Resolver whose values are copied, so that another thread may use the copy.
+        before: Resolver whose cached values are copied. The copy can be used in another thread.
     """
 
     def __init__(self, before: DetailResolver | None = None) -> None:
@@ -75,14 +75,14 @@ class DetailResolver:
         draft: bool = False,
         last: DetailState | None = None,
     ) -> DetailState:
-        """Return the detail of a style.
+        """Return the details of a style.
 
         Args:
-            needle_deg: Turn in degrees, or None for the best turn.
-            quick: Whether to use small pictures, which keep up with a drag, unless larger ones
+            needle_deg: Turn, in degrees, or None for the best turn.
+            quick: Whether to use small pictures, which can keep up with a drag, if no larger ones
                 exist.
-            draft: Whether to halve the width in pixels and leave out catchlights.
-            last: State whose larger picture is shown in place of a quick picture.
+            draft: Whether to halve the width in pixels and omit the catchlights.
+            last: State whose larger picture is shown instead of a quick one.
         """
         key = (name, needle_deg, sizes.portrait, sizes.background)
         quick = quick and not self._cache.has("state", (*key, None), snapshot)
@@ -95,7 +95,7 @@ class DetailResolver:
         )
 
     def is_quick(self, state: DetailState) -> bool:
-        """Return whether the larger pictures of a state are still missing."""
+        """Return whether a state still lacks its larger pictures."""
         return self._cache.is_value("quick-state", state)
 
     def _resolved(
@@ -134,7 +134,7 @@ class DetailResolver:
     def _with_last_picture(
         self, state: DetailState, snapshot: Snapshot, last: DetailState
     ) -> DetailState:
-        """Keep the last picture while the needle moves, and its values if the turn is the same."""
+        """Keep the last picture while the needle moves, with its values if the turn is the same."""
         if last.needle == state.needle:
             return replace(state, **{name: getattr(last, name) for name in _OF_PICTURE})
         return replace(
@@ -187,7 +187,7 @@ class DetailResolver:
     def _portrait_parts(
         self, snapshot: Snapshot, name: str, light: PlaceLight, turn: float
     ) -> tuple[dict[str, Any], FloatImage, tuple[float, ...]]:
-        """Return the state fields, the linear picture and its exposure gains at a turn."""
+        """Return the state's fields, the linear picture and its exposure gains at a turn."""
         question, head = snapshot.question, snapshot.head_for(name)
         transport = question.head.transport
         facing = wrap(turn + question.front_deg)
@@ -226,7 +226,7 @@ class DetailResolver:
         sizes: Sizes,
         quick: bool,
     ) -> tuple[CurveMark, ...]:
-        """Return marks with pictures at the median and minimum C, as in figure 4 of the paper."""
+        """Return marks, with pictures, at the median and minimum C, as in figure 4 of the paper."""
         curve, head = result.quality_curve, snapshot.question.head
         everywhere = np.ones(len(curve), bool)
 

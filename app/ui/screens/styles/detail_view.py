@@ -1,4 +1,4 @@
-"""The detail of the chosen style: its pictures, plot, numbers, panorama and next steps."""
+"""The details of the chosen style: its pictures, plot, numbers, panorama and next steps."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ _TABS: Final = (("plot", tr("Match")), ("weights", tr("Weights")), ("background"
 
 
 def panorama_size(width: int) -> QSize:
-    """Return the size of the panorama, in logical pixels, for a given width of the detail."""
+    """Return the size of the panorama for a given width of the column, in logical pixels."""
     wide = round(_inner(width) * _PANORAMA)
     return QSize(wide, wide // 2)
 
 
 def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSize]:
-    """Return the sizes of the portraits and the background for a given width of the detail.
+    """Return the sizes of the portraits and of the background for a given width of the column.
 
     Args:
-        marks: Number of portraits beside the target and the picture here.
+        marks: Number of portraits shown in addition to the target and the picture here.
 
     Returns:
         Two sizes in logical pixels, such as 200 x 208 and 128 x 136 for a width of 456.
@@ -66,7 +66,7 @@ def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSi
 
 
 def _inner(width: int) -> int:
-    """Return the width without margins and without the gap between two pictures."""
+    """Return the width without the margins and the gap between two pictures."""
     t = theme()
     return width - 2 * t.px(_MARGIN) - t.px(_GAP)
 
@@ -94,7 +94,7 @@ class _Title(QWidget):
         self._close.say(close)
 
     def ask(self, title: str) -> None:
-        """Replace the text with the field."""
+        """Replace the text with a field containing `title`."""
         self._text.hide()
         self._side.hide()
         self._close.hide()
@@ -105,7 +105,7 @@ class _Title(QWidget):
         self._field.edit.setFocus(Qt.FocusReason.TabFocusReason)
 
     def say(self, sentence: str) -> None:
-        """Show why a name is invalid, or close the field if the sentence is empty."""
+        """Show why the name is invalid, or close the field if the sentence is empty."""
         self._field.set_error(sentence)
         if not sentence:
             self.close_field()
@@ -125,7 +125,7 @@ class _Title(QWidget):
 
 
 class _Legend(QWidget):
-    """The legend that explains orange and blue."""
+    """The legend that explains the colours orange and blue."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -136,7 +136,7 @@ class _Legend(QWidget):
 
 
 class _Warning(QWidget):
-    """A line of text with an icon. It keeps its height while empty, so that nothing below jumps."""
+    """A line of text with an icon. It keeps its height while empty, so nothing below it jumps."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -157,10 +157,10 @@ class _Warning(QWidget):
 
 
 class StyleDetail(Surface):
-    """All details of the chosen style."""
+    """The column with all details of the chosen style."""
 
     looked = Signal(float)
-    """Emitted with the needle's latest turn in degrees, at most once per event loop iteration."""
+    """Emitted with the needle's latest turn, in degrees, at most once per event loop iteration."""
     peak_taken = Signal(int)
     best_asked = Signal()
     main_asked = Signal()
@@ -168,7 +168,7 @@ class StyleDetail(Surface):
     paint_asked = Signal()
     renamed = Signal(str)
     laid = Signal(QSize, QSize)
-    """Emitted with the new sizes of portraits and background in logical pixels."""
+    """Emitted with the new sizes of the portraits and the background, in logical pixels."""
 
     def __init__(self, compact: bool, actions: Callable[[], Sequence[Action]]) -> None:
         super().__init__("panel", ("left",))
@@ -224,7 +224,7 @@ class StyleDetail(Surface):
     # -- layout --------------------------------------------------------------------------------
 
     def _lay(self, *parts: Item) -> None:
-        """Make everything but the bottom buttons scroll when there is too little height."""
+        """Let everything except the bottom buttons scroll when there is too little height."""
         t = theme()
         inside = QWidget()
         gap = 8 if self._compact else 12
@@ -301,7 +301,7 @@ class StyleDetail(Surface):
         self.laid.emit(portrait, background)
 
     def _lower(self, portrait: QSize) -> None:
-        """Shrink the portraits in a short window, so that nothing below them scrolls."""
+        """Shrink the portraits in a short window to keep the content from scrolling."""
         around = self._whole.contentsMargins()
         room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
         self._content.activate()  # Inner layouts do not know the new sizes yet.
@@ -314,12 +314,12 @@ class StyleDetail(Surface):
     # -- showing -------------------------------------------------------------------------------
 
     def show_clipped(self, clipped: bool) -> None:
-        """Offer to capture the full range. In a small window, this reduces Paint to its icon."""
+        """Offer to capture the full range. In a small window, Paint is then reduced to its icon."""
         self.recapture.setVisible(clipped)
         self.paint.setText("" if clipped and self._compact else tr("Paint"))
 
     def show_state(self, state: DetailState) -> None:
-        """Show a style at a turn, updating only the widgets that differ."""
+        """Show a style at a turn, updating only the widgets that have changed."""
         before, self._last = self._last, state
         if state is before:
             return
@@ -350,7 +350,7 @@ class StyleDetail(Surface):
         self.paint.set_available(bool(state.key))
 
     def _show_marks(self, before: DetailState | None, state: DetailState) -> None:
-        """Show the median and minimum C beside the target and the picture here, in paper mode."""
+        """In paper mode, show the median and minimum C beside the target and the picture here."""
         for picture, mark in zip(self.marks, state.marks, strict=False):
             picture.set_picture(mark.picture)
             picture.set_tag(mark.tag)
@@ -400,11 +400,11 @@ class StyleDetail(Surface):
             self.looked.emit(turn_deg)
 
     def ask_name(self, title: str) -> None:
-        """Edit the name."""
+        """Let the user edit the name."""
         self._title.ask(title)
 
     def show_trouble(self, sentence: str) -> None:
-        """Show why a name is invalid, or close the field if the sentence is empty."""
+        """Show why the name is invalid, or close the field if the sentence is empty."""
         self._title.say(sentence)
 
     def _open_menu(self) -> None:

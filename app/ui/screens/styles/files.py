@@ -1,4 +1,4 @@
-"""Files for the current style: the set sheet, the numbers and the user's own styles."""
+"""File actions for the current style: the set sheet, the numbers and the user's own styles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from app.words.portrait.age import age_words
 from app.words.portrait.heads import head_title
 
 FileWish: TypeAlias = Literal["save_sheet", "export", "import_style"]
-"""Purpose of the file."""
+"""The purpose for which a file is requested."""
 
 Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
@@ -42,7 +42,7 @@ LIKE_PHOTO: Final = tr("A new style like a photo…")
 
 
 class StyleFilesView(Protocol):
-    """A view that asks for names, files and photos, shows folders and copies to the clipboard."""
+    """A view that asks for names, files and photos, shows folders and copies text."""
 
     def ask_name(self, title: str) -> None:
         """Ask for a new name for the chosen style, and pass it to `files.rename`."""
@@ -51,20 +51,20 @@ class StyleFilesView(Protocol):
         """Show, beside the name, why it is invalid."""
 
     def ask_photo(self) -> None:
-        """Ask for a photo whose light should become a style."""
+        """Ask for a photo whose light is to become a style."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file, and pass it to the method of `files` that `what` names."""
+        """Ask for a file, and pass it to the method of `files` named by `what`."""
 
     def show_folder(self, folder: Path) -> None:
-        """Show a folder in the system's file manager."""
+        """Open a folder in the system's file manager."""
 
     def copy(self, text: str) -> None:
         """Copy text to the clipboard."""
 
 
 def plain_name(text: str) -> str:
-    """Turn text into a file name that is valid on any computer.
+    """Convert text to a file name that is valid on any computer.
 
     Examples:
         >>> plain_name("North/South: 5 pm?")
@@ -75,7 +75,7 @@ def plain_name(text: str) -> str:
 
 
 def sheet_name(state: DetailState, place: str) -> str:
-    """Return a file name such as "Rembrandt left, North studio.pdf"."""
+    """Return a suggested file name, such as "Rembrandt left, North studio.pdf"."""
     sides = {"left": tr("{title} left"), "right": tr("{title} right")}
     title = sides.get(state.key.partition("-")[0], "{title}").format(title=state.title)
     name = ", ".join(part for part in (title, place) if part)
@@ -93,7 +93,7 @@ def save_sheet(
     """Create a set sheet and save it.
 
     Raises:
-        CoreError: If an existing file would be replaced without the user's consent, or if the file
+        CoreError: If an existing file would be replaced without the user's consent, or if the sheet
             cannot be written.
     """
     from app.export.set_page import write_pdf, write_png
@@ -157,7 +157,7 @@ ROUGHLY: Final = {
 
 
 def _age_words(place: Place | None, now: datetime) -> str:
-    """Return the age of the light, and how it was measured if the result is only rough."""
+    """Describe the age of the light and, if the result is only rough, how it was measured."""
     if place is None or place.capture is None:
         return ""
     how, where = ROUGHLY.get(place.capture.plan, ""), place.location
@@ -181,7 +181,7 @@ class StyleFiles:
         self._view: StyleFilesView | None = None
 
     def attach(self, view: StyleFilesView | None) -> None:
-        """Ask `view` for names and files from now on, or stop asking if it is None."""
+        """Start asking `view` for names and files, or stop asking if it is None."""
         self._view = view
 
     def actions(self) -> Sequence[Action]:
@@ -203,13 +203,13 @@ class StyleFiles:
     # -- sheet and numbers ---------------------------------------------------------------------
 
     def ask_sheet(self) -> None:
-        """Ask for a file name for the set sheet."""
+        """Ask under what name to save the set sheet."""
         if self._view is not None and self._has_turn():
             _, state = self._front()
             self._view.ask_file("save_sheet", sheet_name(state, self._place_name()))
 
     def save_sheet(self, path: Path) -> None:
-        """Save the set sheet of the style at the displayed turn."""
+        """Save a set sheet for the style at the displayed turn."""
         snapshot, state = self._front()
         if snapshot is None or not self._has_turn():
             return
@@ -239,7 +239,7 @@ class StyleFiles:
         self._services.notify.tell(words, kind="done", actions=actions, about=_SHEET_JOB)
 
     def copy_numbers(self) -> None:
-        """Copy the turn, arc, match, contrast and ratio to the clipboard."""
+        """Copy the turn, the arc, the match, the contrast and the ratio to the clipboard."""
         if self._view is not None and self._has_turn():
             self._view.copy(numbers_text(self._front()[1], self._place_name()))
             self._services.notify.tell(tr("Numbers copied."), kind="done")
@@ -261,7 +261,7 @@ class StyleFiles:
         self._own.rename(style, title, lambda: self._say_trouble(""), self._say_trouble)
 
     def duplicate(self) -> None:
-        """Copy the current style, and choose the copy."""
+        """Duplicate the current style, and choose the copy."""
         style = self._own_style()
         if style is not None:
             self._own.duplicate(style, self._own.add)
@@ -285,7 +285,7 @@ class StyleFiles:
             self._own.export(style, path)
 
     def ask_photo(self) -> None:
-        """Ask for a photo whose light should become a style."""
+        """Ask for a photo whose light is to become a style."""
         if self._view is not None:
             self._view.ask_photo()
 
@@ -295,7 +295,7 @@ class StyleFiles:
             self._view.ask_file("import_style", "")
 
     def import_style(self, path: Path) -> None:
-        """Import an exported style, and choose it."""
+        """Import an exported style and choose it."""
 
         def done(style: UserStyle) -> None:
             self._own.add(style)

@@ -1,4 +1,4 @@
-"""The gallery: pictures of all styles in this place, rendered together."""
+"""The gallery, which holds pictures of all styles at this place, rendered together."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 T = TypeVar("T")
 
 Size: TypeAlias = tuple[int, int]
-"""Rows and columns in device pixels."""
+"""Size in rows and columns of device pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class ValueCache:
     """Caches one value of each kind until its key or its owner changes.
 
     Args:
-        before: Cache whose values are copied, so that another thread may use the copy.
+        before: Cache whose values are copied. The copy can be used in another thread.
     """
 
     def __init__(self, before: ValueCache | None = None) -> None:
@@ -62,12 +62,12 @@ class ValueCache:
         return entry is not None and entry[0] == key and entry[1] is owner
 
     def is_value(self, what: str, value: object) -> bool:
-        """Return whether this is the cached value of a kind."""
+        """Return whether `value` is the cached value of this kind."""
         entry = self._values.get(what)
         return entry is not None and entry[2] is value
 
     def once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
-        """Return the value of a kind, computing it again for another key or owner."""
+        """Return the value of a kind, calling `make` only if the key or the owner has changed."""
         entry = self._values.get(what)
         if entry is None or entry[0] != key or entry[1] is not owner:
             self._values[what] = entry = (key, owner, make())
@@ -80,16 +80,16 @@ class GalleryQuestion:
     """Everything that the gallery depends on.
 
     Attributes:
-        light: Light of the place, or None until it is measured. Without it there are no results.
+        light: Light of the place, or None until it is measured. There are no results without light.
         objective: "picture" or "paper".
-        sun: Panorama azimuth and elevation of the sun in degrees, or None if unknown.
-        size: Rows and columns of a card's picture.
-        rough: Whether the place was measured from one photo.
+        sun: Panorama azimuth and elevation of the sun, in degrees, or None if they are unknown.
+        size: Size of a card's picture, in rows and columns.
+        rough: Whether the place was measured from a single photo.
         doubtful, unseen: Styles whose answers depend on clipped light and on gaps, respectively.
         selection: Selection for which the results were computed.
         capture: How the light was measured.
-        pinned: Style whose exposure all pictures share, "" for the suggested style, or None if each
-            picture has its own exposure.
+        pinned: Style whose exposure all pictures share, "" for the suggested style, or None if
+            every picture has its own exposure.
     """
 
     head: Head
@@ -109,7 +109,7 @@ class GalleryQuestion:
     capture: CaptureFacts | None = None
 
     def findings(self) -> Findings:
-        """Return the lamps of the place. The first call takes a while."""
+        """Return the lamps at the place. The first call takes a while."""
         return Findings() if self.light is None else lamps_here(self.light, self.capture)
 
     def is_current(self, model: Model) -> bool:
@@ -123,13 +123,14 @@ class GalleryQuestion:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A gallery whose numbers and pictures belong together.
+    """A consistent set of the gallery's numbers and pictures.
 
     Attributes:
-        targets: Target portraits by style, each (h, w, 3) uint8 sRGB and never grey.
-        pictures: For each style, the target and the picture here as shown on the card. The picture
+        targets: Target portraits by style, each (h, w, 3) uint8 sRGB and always in colour.
+        pictures: For each style, the target and the picture here, as shown on the card. The picture
             here is None if there is no light.
-        quick: Whether the pictures have the transport's resolution although full size is possible.
+        quick: Whether the pictures have only the transport's resolution although full size is
+            possible.
         exposed: Common exposure of all pictures here, or an empty tuple if each has its own.
     """
 
@@ -145,12 +146,12 @@ class Snapshot:
 
     @property
     def paper(self) -> bool:
-        """Whether the paper's rule applies: a style with C below the limit is out of reach."""
+        """Whether the paper's rule applies: if C is below its limit, the style is out of reach."""
         return self.question.objective == "paper" and self.question.light is not None
 
     @cached_property
     def quality_scale(self) -> float:
-        """Factor that makes C comparable with its limit."""
+        """Factor that converts C to the scale of its limit."""
         head, light = self.question.head, self.question.light
         return 1.0 if light is None else quality_scale(light.searched, head.pack.header.picture)
 
@@ -164,7 +165,7 @@ class Snapshot:
         return name in self.results and self.source(name) in doubtful
 
     def within(self, result: StyleResult) -> bool:
-        """Return whether a style is within reach, by the rule that applies."""
+        """Return whether a style is within reach according to the rule in force."""
         if self.paper:
             return self.quality(result) >= LIMITS.quality
         return result.attainable
@@ -183,16 +184,16 @@ class Snapshot:
         return frozenset(style.name for style in self.question.own)
 
     def source(self, name: str) -> str:
-        """Return a style's name in the pack, or the original's name for a copy without strokes."""
+        """Return a style's name in the pack. A copy without strokes goes by its original's name."""
         return self.copies.get(name, name)
 
     @cached_property
     def copies(self) -> Mapping[str, str]:
-        """Names of the user's copies without strokes, mapped to the built-in styles they copy."""
+        """Names of the user's copies without strokes, mapped to those of the built-in originals."""
         return {one.name: one.copy_of for one in self.question.own if one.name not in self.asking}
 
     def lit_style(self, name: str) -> Style | None:
-        """Return the style whose lamps light a target, or None for a painted style."""
+        """Return the style whose lamps light the target, or None for a painted style."""
         if name in self.asking:
             return None
         pack = self.question.head.pack
@@ -211,7 +212,7 @@ class Snapshot:
         return self.question.head.turned(result.yaw_deg if result else 0.0)
 
     def by_head(self, names: Iterable[str]) -> dict[Head, list[str]]:
-        """Group styles by the view of the head."""
+        """Group styles by the view of the head that they need."""
         groups: dict[Head, list[str]] = {}
         for name in names:
             groups.setdefault(self.head_for(name), []).append(name)
@@ -222,7 +223,7 @@ def question_of(model: Model, size: Size) -> GalleryQuestion | None:
     """Return the question for the current state, or None while no head is loaded.
 
     Args:
-        size: Rows and columns of a card's picture.
+        size: Size of a card's picture, in rows and columns.
     """
     if model.head is None:
         return None
@@ -254,7 +255,7 @@ def question_of(model: Model, size: Size) -> GalleryQuestion | None:
 def look(
     question: GalleryQuestion, last: Snapshot | None, token: Token, *, quick: bool = False
 ) -> Snapshot:
-    """Render the pictures of all cards, reusing those that exist.
+    """Render the pictures for all cards, reusing those that already exist.
 
     Args:
         quick: Whether to render at the transport's resolution instead of full size.
@@ -317,7 +318,7 @@ def _prepared(
 
 
 def _style_of(own: UserStyle, built_in: Mapping[str, Style], asking: Mapping[str, Asking]) -> Style:
-    """Return one of the user's styles, or the renamed built-in style for an unpainted copy."""
+    """Return one of the user's styles. For an unpainted copy, rename the built-in style."""
     if own.name in asking:
         origin = built_in.get(own.origin)
         return own.style if origin is None else replace(own.style, expose=origin.expose)

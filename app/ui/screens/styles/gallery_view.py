@@ -1,4 +1,4 @@
-"""The gallery: its filter, its order and its cards in columns."""
+"""The gallery, with its filter, its sort order and its cards in columns."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ _FILTERS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Layout of the cards in logical pixels.
+    """Layout of the cards, in logical pixels.
 
     Attributes:
         columns: Number of cards in a row.
-        offered: Smallest and largest possible number of columns.
-        room: Width of a row, including a gap after each card.
+        offered: Smallest and largest numbers of columns that are possible.
+        room: Width of a row, including the gap after each card.
     """
 
     columns: int
@@ -69,7 +69,7 @@ class Layout:
 
     @property
     def picture(self) -> QSize:
-        """Size of each of the two pictures on a card."""
+        """Size of each of the two pictures on a card, in logical pixels."""
         return picture_size(self.card.width())
 
 
@@ -78,7 +78,7 @@ def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
 
     Args:
         width: Width of the gallery in logical pixels.
-        compact: Whether this is the layout for small windows.
+        compact: Whether to use the layout for small windows.
         card_width: Minimum width of a card at scale 1, or 0 for the usual number of columns.
 
     Returns:
@@ -104,7 +104,7 @@ class _Grid(QWidget):
         self._layout: Layout | None = None
 
     def fill(self, cells: list[QWidget], layout: Layout) -> None:
-        """Place these widgets in reading order."""
+        """Place the widgets in reading order."""
         for old in self._cells:
             if old not in cells:
                 old.hide()
@@ -122,7 +122,7 @@ class _Grid(QWidget):
 
 
 class SizeSlider(LabelledSlider):
-    """A slider for the size of the cards, shown as the number of cards per row."""
+    """A slider for the size of the cards, expressed as the number of cards per row."""
 
     most = 4
 
@@ -133,7 +133,7 @@ class SizeSlider(LabelledSlider):
         super().__init__(tr("Size"), 0, 1, 0, 1, words, inline=True)
 
     def offer(self, fewest: int, most: int, columns: int) -> None:
-        """Set the range of columns and the current number."""
+        """Set the range for the number of columns, and the current number."""
         self.most = most
         self.setRange(0, max(most - fewest, 1))
         self.set_value(most - columns)
@@ -141,7 +141,7 @@ class SizeSlider(LabelledSlider):
 
 
 class _Cards(Scroll):
-    """The scroll area of the cards. Ctrl and the mouse wheel resize the cards."""
+    """The scroll area for the cards. Turning the mouse wheel with Ctrl held resizes them."""
 
     def __init__(self, cards: QWidget, size: SizeSlider) -> None:
         super().__init__(cards)
@@ -155,12 +155,12 @@ class _Cards(Scroll):
 
 
 class Gallery(QWidget):
-    """The filter, the order and the cards, which form a single Tab stop with arrow keys inside."""
+    """The filter, the order and the cards. The cards are one Tab stop with arrow keys inside."""
 
     chosen = Signal(str)
     """Emitted when a card is chosen."""
     opened = Signal(str)
-    """Emitted on a double click on a card, or on Enter."""
+    """Emitted when a card is double-clicked, or on Enter."""
     filtered = Signal(str)
     sorted = Signal(str)
     paint_asked = Signal()
@@ -173,9 +173,9 @@ class Gallery(QWidget):
     held = Signal(bool)
     """Emitted when the swap button is pressed (True) or released (False)."""
     resized = Signal(int)
-    """Emitted with the minimum width of a card in logical pixels at scale 1."""
+    """Emitted with the new minimum width of a card, in logical pixels at scale 1."""
     laid = Signal(QSize)
-    """Emitted with the new size of the pictures on the cards in logical pixels."""
+    """Emitted with the new size of the pictures on the cards, in logical pixels."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -243,7 +243,7 @@ class Gallery(QWidget):
             self.resized.emit(int(wide / theme().scale))
 
     def show_state(self, state: StylesState) -> None:
-        """Show the changes in the cards, the filter and the order."""
+        """Show any changes to the cards, the filter and the order."""
         before, self._state = self._state, state
         for key, words in state.filters:
             self._filter.set_text(key, words)
@@ -310,7 +310,7 @@ class Gallery(QWidget):
         self._scroll.keep_visible(card)
 
     def _lay(self) -> None:
-        """Place all cells."""
+        """Place all the cells."""
         state = self._state
         if state is None:
             return

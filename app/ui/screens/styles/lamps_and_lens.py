@@ -1,4 +1,4 @@
-"""The lamps and the camera position, on which every answer depends."""
+"""The choice of lamps and camera position, on which every answer depends."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ _LENS_SHORT: Final = {
 
 @dataclass(frozen=True, slots=True)
 class LampsState:
-    """Lamps of the current style, or of all styles.
+    """The lamps for the current style or for all styles.
 
     Attributes:
         words: Text such as "Lamps: 30°, 4:1".
-        sizes: Key and label of each available lamp size.
+        sizes: Key and label for each available lamp size.
         size, ratio: Keys of the selected lamps.
-        only: Whether the selection applies to the current style only.
-        own: Whether the current style can have its own lamps, which a painted style cannot have.
+        only: Whether the selection applies only to the current style.
+        own: Whether the current style can have its own lamps. A painted style cannot.
         works: Whether a place is open in which to save the selection.
     """
 
@@ -61,10 +61,10 @@ class LensState:
     """The camera position.
 
     Attributes:
-        short, words: Texts such as "Lens: short" and "Lens: short light".
+        short, words: Display text such as "Lens: short" and "Lens: short light".
         key: One of `LENS_CHOICES`.
-        background: Panorama azimuth in degrees required behind the sitter, or None if any will do.
-        width: Tolerance of that azimuth to either side, in degrees.
+        background: Panorama azimuth required behind the sitter, in degrees, or None if any will do.
+        width: Tolerance on either side of that azimuth, in degrees.
     """
 
     short: str = tr("Lens: straight")
@@ -77,7 +77,7 @@ class LensState:
 
 
 class LampsChoice:
-    """Sets the lamps that light the targets, for all styles or for the current one."""
+    """Sets the lamps that light the targets, either for all styles or for the current one."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, pictures: StylesPictures
@@ -87,7 +87,7 @@ class LampsChoice:
         self._pictures = pictures
 
     def resolve(self) -> LampsState:
-        """Return the lamps of the current style."""
+        """Return the lamps for the current style."""
         model, snapshot, style = self._services.model, self._pictures.snapshot, self._style
         studios = model.studios
         studio = studios.get(style, studios.get("", AS_PUBLISHED))
@@ -104,18 +104,18 @@ class LampsChoice:
         )
 
     def prepare(self) -> None:
-        """Compute the answers for all lamps that are one click away."""
+        """Compute in advance the answers for all lamps that are one click away."""
         now = self.resolve()
         pairs = [(now.size, ratio) for ratio in RATIO_CHOICES]
         pairs += [(size, now.ratio) for size in SIZE_CHOICES]
         self._place_controller.prepare_lamps([_studio(*pair) for pair in pairs], self._of_style())
 
     def choose(self, size: str, ratio: str) -> None:
-        """Light the targets with other lamps, given by the keys of `LampsState`."""
+        """Light the targets with other lamps, given by keys from `LampsState`."""
         self._place_controller.choose_lamps(_studio(size, ratio), self._of_style())
 
     def keep_to_style(self, only: bool) -> None:
-        """Give the current style its own lamps, or return it to the lamps of all styles."""
+        """Give the current style its own lamps, or return it to the lamps shared by all styles."""
         model, style = self._services.model, self._style
         if style:
             now = model.studios.get("", AS_PUBLISHED)
@@ -133,7 +133,7 @@ class LampsChoice:
 
 
 class LensChoice:
-    """Sets how the face is turned to the lens, and the background behind the sitter."""
+    """Sets the angle of the face to the lens, and the background behind the sitter."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, pictures: StylesPictures
@@ -169,15 +169,15 @@ class LensChoice:
         return model.place is not None and model.head is not None and bool(model.head.views)
 
     def choose(self, key: str) -> None:
-        """Choose how the face is turned to the lens, by a key of `LENS_CHOICES`."""
+        """Choose the angle of the face to the lens by its key in `LENS_CHOICES`."""
         yaw: YawAsked = float(key) if key.lstrip("-").isdigit() else cast("YawWord", key)
         self._place_controller.choose_lens(replace(self._services.model.lens, yaw=yaw))
 
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
-        """Require the background at a panorama azimuth in degrees, or allow any if that is None.
+        """Require the background at a panorama azimuth in degrees, or allow any if it is None.
 
-        A lens straight in front of the face allows only one background, so such a lens is then free
-        to move.
+        A lens straight in front of the face allows only one background, so requiring another
+        background frees the lens to move.
         """
         lens = self._services.model.lens
         if middle_deg is None:

@@ -23,10 +23,10 @@ _BACKGROUNDS: Final = (10.0, 20.0, 45.0)  # tolerance in degrees
 
 
 class LampsSheet(KeysSheet):
-    """Size and ratio of the lamps, for all styles or for the current one."""
+    """The size and the ratio of the lamps, for all styles or for the current one."""
 
     chosen = Signal(str, str)
-    """Emitted with the keys of size and ratio."""
+    """Emitted with the keys of the chosen size and ratio."""
     kept_to_style = Signal(bool)
 
     def __init__(self, host: QWidget, under: QWidget) -> None:
@@ -53,12 +53,12 @@ class LampsSheet(KeysSheet):
 
 
 class LensSheet(KeysSheet):
-    """The angle of the face to the lens, and the background."""
+    """The angle of the face to the lens, and the background behind the sitter."""
 
     chosen = Signal(str)
-    """Emitted with one of `LENS_CHOICES`."""
+    """Emitted with a key from `LENS_CHOICES`."""
     background_chosen = Signal(object, float)
-    """Emitted with a panorama azimuth, or None for any background, and a tolerance, in degrees."""
+    """Emitted with a panorama azimuth (or None for any background) and a tolerance, in degrees."""
 
     def __init__(self, host: QWidget, under: QWidget, behind: Callable[[], float]) -> None:
         super().__init__(host, tr("Lens"), 480, under=under)

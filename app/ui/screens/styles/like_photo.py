@@ -1,4 +1,4 @@
-"""Like this photo: turns the light on a face in a photo into a style."""
+"""Like this photo, which turns the light on a face in a photo into a style."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
 SIDE: Final = 256
-"""Width and height of the three pictures in logical pixels."""
+"""Width and height of each of the three pictures, in logical pixels."""
 
 LIKE_WORDS: Final = tr("Drop a portrait whose light you like, or a panorama")
-"""The kinds of files that can be dropped on the screen."""
+"""Hint naming the kinds of files that can be dropped on the screen."""
 
 RATIOS: Final = (
     ("none", tr("No fill")),
     *((f"{ratio:g}", f"{ratio:g}:1") for ratio in FILLS),
 )
-"""Keys and labels of the fill."""
+"""Keys and labels for the fill."""
 
 _JOB: Final = "like-photo"
 _DRAW_JOB: Final = "like-photo-head"
@@ -61,12 +61,12 @@ class LikeState:
     """The contents of the sheet.
 
     Attributes:
-        photo, face, head: (n, n, 3) uint8 sRGB or None. The whole photo with frames around its
-            faces, the chosen face and the head lit by the lamps.
+        photo, face, head: The whole photo with frames around its faces, the chosen face, and the
+            head lit by the lamps. Each is (n, n, 3) uint8 sRGB or None.
         mirrored: Whether the file is a mirror image. The photo is always shown the right way round.
-        hint: Advice about a photo from a front camera.
-        light: The light found in the photo, with the user's changes.
-        read: The light found in the photo.
+        hint: Advice on a photo from a front camera.
+        light: The light found in the photo, including the user's changes.
+        read: The light found in the photo, without the user's changes.
         trouble: The reason why there is no style to save.
     """
 
@@ -90,17 +90,17 @@ class LikeState:
 
     @property
     def azimuth_deg(self) -> float:
-        """Azimuth of the key, positive towards the sitter's left, in degrees."""
+        """Azimuth of the key in degrees, positive towards the sitter's left."""
         return 0.0 if self.light is None else self.light.azimuth_deg or 0.0
 
     @property
     def altitude_deg(self) -> float:
-        """Altitude of the key in degrees."""
+        """Altitude of the key, in degrees."""
         return 0.0 if self.light is None else self.light.elevation_deg or 0.0
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Azimuth and altitude of the key as read, in degrees, or None if it was not moved."""
+        """Azimuth and altitude of the key as read, in degrees, or None if nothing was changed."""
         read = self.read
         if read is None or read is self.light:
             return None
@@ -113,7 +113,7 @@ class LikeState:
 
 
 class _Look(NamedTuple):
-    """A photo with frames around its faces, the chosen face and its light."""
+    """A photo with frames around its faces, the chosen face, and the light on that face."""
 
     photo: Bytes
     face: Bytes | None = None
@@ -121,7 +121,7 @@ class _Look(NamedTuple):
 
 
 class LikePhoto:
-    """Measures the light in a photo, and saves it as a style."""
+    """Measures the light in a photo and saves it as a style."""
 
     def __init__(
         self,
@@ -134,10 +134,10 @@ class LikePhoto:
         self.state: LikeState | None = None
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Read a photo that was dropped or chosen, ignoring other files.
+        """Read a photo that was dropped or chosen. Other files are ignored.
 
         Returns:
-            Whether the files were accepted. A panorama is accepted too, and opens as a place.
+            Whether the files were accepted. A panorama is also accepted, and opens as a place.
         """
         if len(paths) != 1 or paths[0].suffix.lower() not in PHOTO_ENDINGS:
             return False
@@ -162,7 +162,7 @@ class LikePhoto:
         self._looked(LikeState(path.stem, faces=faces, hint=hint), look)
 
     def set_mirrored(self, mirrored: bool) -> None:
-        """Read the photo as a mirror image, or as it is."""
+        """Read the photo either as a mirror image or as it is."""
         state, photo = self.state, self._photo
         if state is None or photo is None or mirrored == state.mirrored:
             return
@@ -221,16 +221,16 @@ class LikePhoto:
             self._put(self.state, self.state.read)
 
     def set_size(self, size_deg: float) -> None:
-        """Make the key softer or harder."""
+        """Make the key softer or harder by setting its size in degrees."""
         self._change(lambda light: replace(light, softness_deg=size_deg))
 
     def set_fill(self, key: str) -> None:
-        """Set the fill, given as a key of `RATIOS`."""
+        """Set the fill, given as a key from `RATIOS`."""
         ratio = None if key == "none" else float(key)
         self._change(lambda light: replace(light, fill_ratio=ratio))
 
     def save(self) -> None:
-        """Save the light as one of the user's styles, and choose it."""
+        """Save the light as one of the user's styles, and choose that style."""
         state, head, folder = self.state, self._services.model.head, self._services.folders.styles
         if state is None or state.light is None or state.trouble or head is None:
             return
@@ -263,7 +263,7 @@ class LikePhoto:
             self._put(self.state, change(self.state.light))
 
     def _put(self, state: LikeState, light: FaceLight | None = None) -> None:
-        """Show a light, and start rendering the head as lit by it."""
+        """Show a light, and start rendering the head as lit by that light."""
         head = self._services.model.head
         trouble, note, read = state.trouble, "", state.read
         if light is not None:

@@ -1,4 +1,4 @@
-"""Like this photo: the photo, the chosen face and the head under movable lamps."""
+"""The Like this photo sheet: the photo, the chosen face and the head under movable lamps."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SOFTNESS = ((15.0, tr("hard")), (35.0, tr("medium")), (60.0, tr("soft")), (90.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sky:
-    """An empty background, because the match is not computed for every direction."""
+    """An empty background, used because the match is not computed for every direction."""
 
     tones: NDArray[np.uint8] = field(default_factory=lambda: np.full((2, 4), 64, np.uint8))
     closed: None = None
@@ -41,7 +41,7 @@ class _Sky:
 
 
 class _LampMap(SkyMap):
-    """The lamps around the face: the key, and the fill if there is one."""
+    """A map of the lamps around the face: the key, and the fill if there is one."""
 
     fill = False
     ground = "panel"
@@ -55,12 +55,12 @@ class _LampMap(SkyMap):
         self.show_sky(_Sky())
 
     def lamp_moved(self) -> None:
-        """Move the labels as well."""
+        """Move the labels along with the lamp."""
         super().lamp_moved()
         self.update()
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the fill and the labels."""
+        """Paint the fill and the labels over the map."""
         state = self._state
         if self.fill:
             disc(painter, self.place_of(0.0, 0.0), px(_FILL_PX), None, theme().c.amberfill, 2.0)
@@ -74,7 +74,7 @@ class _LampMap(SkyMap):
 
 
 class _Photo(Picture):
-    """The whole photo, in which a click chooses a face."""
+    """The whole photo. Clicking a face chooses that face."""
 
     pressed = Signal(float, float)
 
@@ -90,7 +90,7 @@ def _softness_words(size_deg: float) -> str:
 
 
 class LikeSheet(KeysSheet):
-    """Shows the light in a photo, so that the user can correct and save it."""
+    """A sheet that shows the light in a photo and lets the user correct and save it."""
 
     def __init__(self, host: QWidget, like: LikePhoto) -> None:
         super().__init__(host, tr("Like this photo"), 3 * SIDE + 2 * _GAP + 48)

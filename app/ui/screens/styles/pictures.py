@@ -1,4 +1,4 @@
-"""The jobs that render the pictures of the Styles screen, small ones first."""
+"""The jobs that render the pictures on the Styles screen, starting with small ones."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _DETAIL_JOB: Final = "styles-detail-larger"
 
 
 class StylesPictures:
-    """The latest gallery and detail, and the jobs that render new ones.
+    """The latest gallery and details, and the jobs that render new ones.
 
     Attributes:
-        changed: Called when there are new pictures. Its argument says whether to resolve the
-            detail.
+        changed: Called when there are new pictures. Its argument tells whether to resolve the
+            details.
     """
 
     def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:
@@ -52,32 +52,32 @@ class StylesPictures:
 
     @property
     def front(self) -> str | None:
-        """Current style: the chosen style if it exists, otherwise the suggested style."""
+        """The current style: the chosen style if it exists, or else the suggested style."""
         snapshot = self.snapshot
         return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
 
     @property
     def result(self) -> StyleResult | None:
-        """Result of the current style."""
+        """Result for the current style, or None if there is no result."""
         return None if self.snapshot is None else self.snapshot.results.get(self.front or "")
 
     @property
     def moved_deg(self) -> float:
-        """Angle in degrees that the marker has moved since the displayed answers were computed."""
+        """Angle in degrees by which the marker has moved since the answers were computed."""
         if self.snapshot is None:
             return 0.0
         return self._services.model.front_deg - self.snapshot.question.front_deg
 
     @property
     def needle_deg(self) -> float | None:
-        """Displayed turn in degrees relative to the displayed answers, or None for the best one."""
+        """Turn in degrees relative to the answers on screen, or None to show the best turn."""
         needle, shift_deg = self._services.model.needle_deg, self.moved_deg
         # Until new answers arrive after a move of the marker, keep the same direction in the
         # panorama.
         return needle if needle is None or shift_deg == 0 else wrap(needle + shift_deg)
 
     def sized(self, sizes: Sizes) -> None:
-        """Render the pictures at other sizes."""
+        """Render the pictures again at the given sizes."""
         cards = sizes.card != self.sizes.card
         self.sizes = sizes
         if cards and (self.snapshot is not None or self.has_asked):
@@ -86,7 +86,7 @@ class StylesPictures:
     # -- the gallery ---------------------------------------------------------------------------
 
     def ask(self, *, larger: bool = False) -> None:
-        """Render the pictures of the cards, starting with small ones for a new place."""
+        """Render the pictures for the cards, starting with small ones if the place is new."""
         question = question_of(self._services.model, self.sizes.card)
         if question is None:
             return
@@ -115,7 +115,7 @@ class StylesPictures:
         self._services.runner.submit(_LARGER_JOB if larger else _JOB, work, done=done)
 
     def expose(self) -> None:
-        """Render the pictures of the cards again if their common exposure has changed."""
+        """Render the pictures for the cards again if their common exposure has changed."""
         snapshot, model = self.snapshot, self._services.model
         pinned = (model.chosen or "") if model.settings.same_exposure else None
         if snapshot is not None and snapshot.question.pinned != pinned:
@@ -130,7 +130,7 @@ class StylesPictures:
     # -- the detail ----------------------------------------------------------------------------
 
     def resolve(self) -> None:
-        """Resolve the detail, with small pictures until larger ones are ready."""
+        """Resolve the details, using small pictures until larger ones are ready."""
         snapshot, key = self.snapshot, self.front
         if snapshot is None or key is None:
             self.detail_state = DetailState(main_works=False)
@@ -151,7 +151,7 @@ class StylesPictures:
     def _ask_detail(
         self, snapshot: Snapshot, key: str, needle: float | None, *, draft: bool
     ) -> None:
-        """Render the pictures of the detail at full size."""
+        """Render the pictures for the details at full size."""
         detail, sizes = DetailResolver(self._detail), self.sizes
 
         def done(detail_state: DetailState) -> None:
@@ -165,7 +165,7 @@ class StylesPictures:
         )
 
     def compare(self, keys: Sequence[str], show: Callable[[tuple[DetailState, ...]], None]) -> None:
-        """Resolve some styles at their best turns, and pass them to `show`."""
+        """Resolve some styles at their best turns, and pass the results to `show`."""
         snapshot, sizes = self.snapshot, replace(self.sizes, portrait=self.sizes.compared)
         if snapshot is None:
             return

@@ -1,4 +1,4 @@
-"""The Styles screen: the cards of the gallery, and the detail of the chosen style."""
+"""The Styles screen: the cards in the gallery, and the details of the chosen style."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
     "probe": (tr("Go to Probe"), tr("go to Probe")),
     None: (tr("Turn to this style"), ""),
 }
-"""Labels of the main button's action, in the list of actions and at the foot of the window."""
+"""Labels for the main button's action, for the list of actions and the foot of the window."""
 
 _CLIPPED: Final = 0.01  # fraction of the light; a smaller fraction changes no turn
 
@@ -54,12 +54,14 @@ class StylesState:
     """The state of the Styles screen.
 
     Attributes:
-        filters: Key and label of each filter, such as ("in", "In reach 16").
-        stale: Whether the cards and the detail are for another selection. The filters then show no
-            counts.
+        filters: Key and label for each filter, such as ("in", "In reach 16").
+        stale: Whether the cards and the details are for another selection. If so, the filters show
+            no counts.
         clipped: Whether a capture of the full range would record more of the light.
-        rules: In paper mode, a sentence on how many styles our rule and the paper's disagree on.
-        card_width: Minimum width of a card in logical pixels at scale 1, or 0 for automatic.
+        rules: In paper mode, a sentence stating for how many styles our rule and the paper's
+            disagree.
+        card_width: Minimum width of a card, in logical pixels at scale 1, or 0 to choose it
+            automatically.
         marked: Number of styles marked for comparison.
     """
 
@@ -89,7 +91,7 @@ class StylesView(StyleFilesView, Protocol):
         """Show the state."""
 
     def show_compared(self, states: tuple[DetailState, ...]) -> None:
-        """Show some styles side by side, each at its best turn."""
+        """Show several styles side by side, each at its best turn."""
 
     def ask_lens(self) -> None:
         """Ask for the camera position."""
@@ -99,11 +101,11 @@ class StylesView(StyleFilesView, Protocol):
 
 
 class StylesPresenter(Presenter[StylesView]):
-    """Resolves the gallery and the detail, and handles the user's actions.
+    """Resolves the gallery and the details, and handles the user's actions.
 
-    Its panels are `lamps` and `lens` for the photographer's set-up, `like` for turning a photo's
-    light into a style, and `files` for saving, renaming, duplicating, deleting, exporting and
-    importing.
+    It has four panels: `lamps` and `lens` for the photographer's set-up, `like` for turning a
+    photo's light into a style, and `files` for saving, renaming, duplicating, deleting, exporting
+    and importing.
     """
 
     drop_words = LIKE_WORDS
@@ -129,7 +131,7 @@ class StylesPresenter(Presenter[StylesView]):
     # -- what the frame calls ------------------------------------------------------------------
 
     def attach(self, view: StylesView) -> None:
-        """Show the state in `view` from now on."""
+        """Start showing the state in `view`."""
         self._view = view
         self.files.attach(view)
         if self._snapshot is None and not self._pictures.has_asked:
@@ -137,12 +139,12 @@ class StylesPresenter(Presenter[StylesView]):
         self._refresh()
 
     def detach(self) -> None:
-        """Detach the view."""
+        """Stop showing the state."""
         super().detach()
         self.files.attach(None)
 
     def enter(self) -> None:
-        """Show the changes made while the screen was hidden."""
+        """Show any changes made while the screen was hidden."""
         if not self._in_front:
             self._in_front = True
             self._refresh()
@@ -158,7 +160,7 @@ class StylesPresenter(Presenter[StylesView]):
             self._view.show_like(state)
 
     def actions(self) -> Sequence[Action]:
-        """Return the available actions, with those that have hints first."""
+        """Return the available actions, starting with those that have hints."""
         has_light, files = self._has_light, self.files
         main, hint = _MAIN_WORDS[self._main()]
         return (
@@ -190,18 +192,18 @@ class StylesPresenter(Presenter[StylesView]):
     # -- what the view calls -------------------------------------------------------------------
 
     def sized(self, sizes: Sizes) -> None:
-        """Set the sizes of the pictures, and render them again."""
+        """Set the sizes of the pictures, and render the pictures again."""
         if sizes != self._pictures.sizes:
             self._pictures.sized(sizes)
             self._refresh()
 
     def choose(self, key: str) -> None:
-        """Choose a style at its best turn."""
+        """Choose a style, and show it at its best turn."""
         if self._snapshot is not None and key in self._snapshot.styles:
             self._services.model.choose(key)
 
     def choose_next(self) -> None:
-        """Choose the style of the next card, wrapping around to the first."""
+        """Choose the style on the next card, wrapping around after the last card."""
         keys = [card.key for card in self._shown_cards() if card.damaged is None]
         front = self._pictures.front
         if keys:
@@ -209,12 +211,12 @@ class StylesPresenter(Presenter[StylesView]):
             self.choose(keys[place % len(keys)])
 
     def open(self, key: str) -> None:
-        """Choose a style and perform the main action, as on a double click."""
+        """Choose a style and perform its main action, as a double click does."""
         self.choose(key)
         self.main()
 
     def swap(self, swapped: bool) -> None:
-        """Swap targets and pictures here on all cards and in the detail."""
+        """Swap the targets and the pictures here on all cards and in the details."""
         if swapped != self._swapped:
             self._swapped = swapped
             self._refresh(detail=False)
@@ -239,12 +241,12 @@ class StylesPresenter(Presenter[StylesView]):
             self._pictures.compare(self._marked, show)
 
     def expose_alike(self) -> None:
-        """Use the chosen style's exposure for all pictures here, or let each have its own."""
+        """Use the chosen style's exposure for all pictures here, or expose each one separately."""
         model = self._services.model
         model.set("same_exposure", not model.settings.same_exposure)
 
     def set_card_width(self, width: int) -> None:
-        """Set the minimum width of a card in logical pixels at scale 1, or 0 for automatic."""
+        """Set the minimum width of a card, in logical pixels at scale 1, or 0 for automatic."""
         self._services.model.set("card_width", width)
 
     def set_filter(self, key: str) -> None:
@@ -288,13 +290,13 @@ class StylesPresenter(Presenter[StylesView]):
             self._services.model.update(chosen=self._pictures.front, step=step, painting=None)
 
     def recapture(self) -> None:
-        """Capture this spot again with the full range, then return to this style."""
+        """Capture this spot again with the full range, and then return to this style."""
         self._services.model.update(
             chosen=self._pictures.front, step=Step.PROBE, painting=None, recapture=True
         )
 
     def _clipped(self) -> bool:
-        """Return whether a quick capture clipped lamps that the full range would record."""
+        """Return whether a quick capture has clipped lamps that the full range would record."""
         place = self._services.model.place
         capture = None if place is None or place.location.sun else place.capture
         share = 0.0 if capture is None or capture.plan != "paper" else capture.clipped_share or 0.0
@@ -387,7 +389,7 @@ class StylesPresenter(Presenter[StylesView]):
         return self._cards
 
     def _counted(self, turn_deg: float) -> float:
-        """Convert a turn on the screen to the photographer's current position."""
+        """Convert a turn on the screen to a turn from the photographer's current position."""
         return wrap(turn_deg - self._pictures.moved_deg)
 
     @property
@@ -402,7 +404,7 @@ class StylesPresenter(Presenter[StylesView]):
         return self._best() is not None and not self._pictures.stale
 
     def _main(self) -> Main | None:
-        """Return the action of the main button, or None."""
+        """Return the main button's action, or None if it has none."""
         if self._snapshot is None or self._pictures.front is None or self._pictures.stale:
             return None
         if self._snapshot.question.light is None:

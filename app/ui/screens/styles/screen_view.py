@@ -1,4 +1,4 @@
-"""The Styles screen: the gallery on the left, and the detail on the right."""
+"""The view of the Styles screen, with the gallery on the left and the details on the right."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ _STYLE_FILES: Final = tr("Turnlight styles (*{ending})", ending=EXPORT_ENDING)
 
 
 def detail_width(width: int, height: int, compact: bool) -> int:
-    """Return the width of the detail, which grows in wide windows as far as the height allows.
+    """Return the width of the details, which grow in wide windows as far as the height allows.
 
     Args:
         width, height: Size of the screen in logical pixels.
 
     Returns:
-        Width in logical pixels.
+        The width, in logical pixels.
     """
     t = theme()
     if compact:
@@ -78,7 +78,7 @@ class StylesScreen(SheetHost):
         self._guess_sizes()
 
     def _guess_sizes(self) -> None:
-        """Assume the sizes of the usual window, so that most pictures are rendered only once."""
+        """Assume the usual window size, which saves rendering most pictures twice."""
         t = theme()
         width, height = (952, 620) if self._compact else (1352, 804)
         detail = detail_width(t.px(width), t.px(height), self._compact)
@@ -117,7 +117,7 @@ class StylesScreen(SheetHost):
         detail.laid.connect(self._detail_laid)
 
     def take_focus(self) -> None:
-        """Focus the chosen card, or the screen if there is none yet."""
+        """Focus the chosen card, or the screen if no card is chosen yet."""
         self.setFocus()
         self.gallery.focus_card()
 
@@ -142,7 +142,7 @@ class StylesScreen(SheetHost):
         self.put_over(sheet)
 
     def ask_photo(self) -> None:
-        """Ask for a photo whose light should become a style."""
+        """Ask for a photo whose light is to become a style."""
         path = ask_file(self, tr("Like this photo"), PHOTO_FILTER)
         if path is not None:
             self._presenter.like.take([path])
@@ -155,7 +155,7 @@ class StylesScreen(SheetHost):
             self.sheet.show_state(state)
 
     def ask_lens(self) -> None:
-        """Open the sheet for the camera position under its button."""
+        """Open the sheet for the camera position below its button."""
         presenter = self._presenter
         lens, lamps = self.gallery.lens, self.gallery.lamps
         under = lens if lens.isVisible() else lamps
@@ -166,7 +166,7 @@ class StylesScreen(SheetHost):
         self.show_state(presenter.resolve())
 
     def _ask_lamps(self) -> None:
-        """Open the sheet for the lamps under their button."""
+        """Open the sheet for the lamps below its button."""
         sheet, self._ready_for = LampsSheet(self.window(), self.gallery.lamps), None
         sheet.chosen.connect(self._presenter.lamps.choose)
         sheet.kept_to_style.connect(self._presenter.lamps.keep_to_style)
@@ -174,15 +174,15 @@ class StylesScreen(SheetHost):
         self.show_state(self._presenter.resolve())
 
     def ask_name(self, title: str) -> None:
-        """Edit the name of the style."""
+        """Let the user edit the name of the style."""
         self.detail.ask_name(title)
 
     def show_trouble(self, sentence: str) -> None:
-        """Show why a name is invalid, or close the field if the sentence is empty."""
+        """Show why the name is invalid, or close the field if the sentence is empty."""
         self.detail.show_trouble(sentence)
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file and pass it to the presenter."""
+        """Ask for a file, and pass it to the presenter."""
         files = self._presenter.files
         if what == "save_sheet":
             path = ask_target(self, tr("Save set sheet"), suggested, "PDF (*.pdf);;PNG (*.png)")
@@ -199,7 +199,7 @@ class StylesScreen(SheetHost):
             takers[what](path)
 
     def show_folder(self, folder: Path) -> None:
-        """Show a folder in the system's file manager."""
+        """Open a folder in the system's file manager."""
         show_folder(folder)
 
     def copy(self, text: str) -> None:
@@ -207,7 +207,7 @@ class StylesScreen(SheetHost):
         QApplication.clipboard().setText(text)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Set the width of the detail."""
+        """Set the width of the details."""
         self.detail.setFixedWidth(detail_width(self.width(), self.height(), self._compact))
         super().resizeEvent(event)
 

@@ -45,7 +45,7 @@ class BackgroundStrip(Plot):
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     stepped = Signal(float)
-    """Emitted for an arrow key with a step of 1°, or 10° with Shift. Clockwise steps are positive."""
+    """Emitted for an arrow key with a step of 1°, or 10° with Shift. Clockwise is positive."""
 
     def __init__(self) -> None:
         super().__init__(tr("Background of this place"))
@@ -225,7 +225,7 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw a tag at the edge with an arrow pointing to the camera, and return the tag's area."""
+        """Draw a tag at the edge, with an arrow towards the camera, and return its area."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)
