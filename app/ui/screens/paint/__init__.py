@@ -1,1 +1,1 @@
-"""The Paint screen: tools, canvas, and the effect of the strokes in this place."""
+"""The Paint screen: the tools, the canvas, and the effect of the strokes at this place."""

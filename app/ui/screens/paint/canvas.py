@@ -1,4 +1,4 @@
-"""The contents of the canvas: the weights, the target or the picture here, from any angle."""
+"""The contents of the canvas: the weights, the target or the picture here, seen from any angle."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from app.ui.screens.paint.document import PaintDocument
 from app.ui.screens.paint.head_pixels import HeadLook, head_picture, turned_look
 
 Point: TypeAlias = "tuple[float, float, float]"
-"""Position of the pen in canvas pixels from the upper left corner, and its pressure from 0 to 1."""
+"""Position of the pen, in canvas pixels from the upper left corner, and pressure, from 0 to 1."""
 
 FRONT_ONLY: Final = tr("This head can be painted only from the front.")
 _TURN_JOB: Final = "paint-turn"
 
 
 class CanvasMode(StrEnum):
-    """The contents of the canvas."""
+    """The possible contents of the canvas."""
 
     WEIGHTS = "weights"
     TARGET = "target"
@@ -35,12 +35,12 @@ class CanvasMode(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CanvasState:
-    """The parts of the canvas underneath the strokes.
+    """Everything on the canvas apart from the strokes.
 
     Attributes:
-        notice: Text shown until a canvas is open.
-        picture: Picture of the head shown instead of the weights, or None: (N, N, 3) uint8 sRGB,
-            extended beyond the edge of the head.
+        notice: Text that is shown until a canvas is open.
+        picture: Picture of the head to show instead of the weights, (N, N, 3) uint8 sRGB, extended
+            beyond the edge of the head, or None to show the weights.
     """
 
     notice: str = ""
@@ -73,7 +73,7 @@ class CanvasLook:
             self._changed()
 
     def turn_head(self, steps: int) -> None:
-        """Turn the head to its left by a number of views to paint its side. 0 shows the front."""
+        """Turn the head to its left by a number of views, to paint its side. 0 shows the front."""
         document = self._document
         if document is None or document.session.stroking:
             return
@@ -102,10 +102,11 @@ class CanvasLook:
         return CanvasState("", brush, self.mode, head, self._picture(document, answer.picture))
 
     def _picture(self, document: PaintDocument, linear: Float32 | None) -> Bytes | None:
-        """Return the picture in place of the weights, or None while the weights are shown.
+        """Return the picture that replaces the weights, or None while the weights are shown.
 
         Args:
-            linear: The head at the best turn here, (N, N, 3), or None if there is no light.
+            linear: Picture of the head at the best turn here, (N, N, 3), or None if there is no
+                light.
         """
         if self.mode is CanvasMode.WEIGHTS:
             return None

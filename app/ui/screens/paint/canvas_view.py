@@ -1,4 +1,4 @@
-"""The canvas, which handles mouse, pen and keyboard and shows the head with its weights."""
+"""The canvas, which shows the head with its weights and handles mouse, pen and keyboard."""
 
 from __future__ import annotations
 
@@ -48,15 +48,18 @@ _FIRST: Final = (0.42, 0.62)  # initial position of the keyboard's brush: a chee
 class PaintCanvas(Plot):
     """The head, its weights and the brush.
 
-    Mouse and pen paint. The wheel zooms, and the middle button, or Space with the mouse, pans.
-    Arrow keys move the brush by one pixel, or by ten with Shift. Enter or Space paints a dab, and
-    +, − and 0 zoom.
+    The mouse and the pen paint. The wheel zooms. Dragging with the middle button, or with Space
+    held, pans. The arrow keys move the brush by one pixel, or by ten with Shift. Enter or Space
+    paints a dab. The keys +, − and 0 zoom.
 
     Attributes:
-        pressed: Signal(object, bool). Start of a stroke: a `Point`, and whether the eraser is used.
-        drawn, lifted: Signal(object). Continuation and end of a stroke, each a list of `Point`s.
-        dabbed: Signal(float, float). A single dab, in canvas pixels.
-        head_turned: Signal(int). Number of views to turn the head to its left, or 0 for the front.
+        pressed: Signal(object, bool). Start of a stroke, with a `Point` and whether the eraser is
+            in use.
+        drawn, lifted: Signal(object). Continuation and end of a stroke, each with a list of
+            `Point`s.
+        dabbed: Signal(float, float). A single dab, with its position in canvas pixels.
+        head_turned: Signal(int). Number of views by which to turn the head to its left, or 0 for
+            the front.
     """
 
     pressed = Signal(object, bool)
@@ -102,7 +105,7 @@ class PaintCanvas(Plot):
     # -- what the screen calls -----------------------------------------------------------------
 
     def show_state(self, state: CanvasState) -> None:
-        """Show the head, the mode and the brush."""
+        """Show the head, the chosen contents and the brush."""
         if self._face.set_head(state.head):
             yaw = 0.0 if state.head is None else state.head.yaw_deg
             self._zoom.set_yaw(yaw)
@@ -118,7 +121,7 @@ class PaintCanvas(Plot):
             self._describe()
 
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
-        """Repaint the changed regions, or everything if `regions` is None."""
+        """Repaint the given regions, or everything if `regions` is None."""
         if regions is None or self._face.size != canvas.size:
             fresh = self._face.size != canvas.size
             self._face.set_canvas(canvas)
@@ -155,7 +158,7 @@ class PaintCanvas(Plot):
         self._look(self.viewing.zoomed(self.viewing.zoom * _STEP**way, *middle))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the head fitted, or the centre of the view in place."""
+        """Fit the head again, or keep the centre of the view in place."""
         super().resizeEvent(event)
         margin = px(_MARGIN)
         self._zoom.move(self.width() - self._zoom.width() - margin, margin)
@@ -262,11 +265,11 @@ class PaintCanvas(Plot):
             self._move_ring(self._last)
 
     def _spot(self, here: QPointF) -> tuple[float, float] | None:
-        """Return the canvas pixel under a point, or None on skin that is hidden from the front."""
+        """Return the canvas pixel under a point, or None if its skin is hidden from the front."""
         return self._face.on_front(*self.viewing.to_canvas(here.x(), here.y()))
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Hide the ring, unless the keyboard moves it."""
+        """Hide the ring, unless the keyboard controls it."""
         if not self._stroking:
             self._move_ring(self._kept_ring() if self.hasFocus() and self._by_keys else None)
         super().leaveEvent(event)
@@ -279,7 +282,7 @@ class PaintCanvas(Plot):
     # -- keyboard ------------------------------------------------------------------------------
 
     def event(self, event: QEvent) -> bool:
-        """Use Enter and Space for dabs before the window uses them as shortcuts."""
+        """Claim Enter, Space and the arrow keys before the window treats them as shortcuts."""
         if event.type() == QEvent.Type.ShortcutOverride:
             key = Qt.Key(event.key())  # type: ignore[attr-defined]
             plain = event.modifiers() == Qt.KeyboardModifier.NoModifier  # type: ignore[attr-defined]
@@ -308,7 +311,7 @@ class PaintCanvas(Plot):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Paint a dab, unless Space panned."""
+        """Paint a dab, unless Space was used for panning."""
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
             if self._space and self._panning is None:
                 self._dab()
@@ -317,14 +320,14 @@ class PaintCanvas(Plot):
         super().keyReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show the position of the keyboard's brush."""
+        """Show the brush that the keyboard controls."""
         super().focusInEvent(event)
         if self._ring is None and not self.underMouse():
             self._by_keys = True
             self._move_ring(self._kept_ring())
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Hide the keyboard's brush."""
+        """Hide the brush that the keyboard controls."""
         super().focusOutEvent(event)
         self._space = False
         if not self.underMouse():

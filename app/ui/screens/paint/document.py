@@ -1,4 +1,4 @@
-"""The open painting: its canvas, its head, its original style and its file."""
+"""The open painting, with its canvas, its head, its original style and its file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Layers: TypeAlias = tuple[Float32, Float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OpenedCanvas:
-    """A new canvas, or the canvas of a draft."""
+    """A new canvas, or the canvas from a draft."""
 
     key: str
     canvas: Canvas
@@ -53,7 +53,7 @@ def first_title(style: Style | UserStyle | None) -> str:
 def named_style(
     head: Head, own: Sequence[UserStyle], name: str
 ) -> tuple[Style | None, UserStyle | None]:
-    """Return a style by name, from the built-in styles or the user's own."""
+    """Return the style with a name, from either the built-in styles or the user's own."""
     mine = next((style for style in own if style.name == name), None)
     if mine is not None:
         return None, mine
@@ -111,7 +111,7 @@ class PaintDocument:
     def renew(
         self, head: Head, table: LightTable | None, settings: Settings, front_deg: float
     ) -> None:
-        """Move the canvas to another head, light or set of settings."""
+        """Transfer the canvas to another head, light or set of settings."""
         if head is not self.head:
             self.head, self.look, self.turned = head, head_look(head.transport), None
         self.session = self._session(self.session.canvas, table, settings, front_deg)
@@ -129,7 +129,7 @@ class PaintDocument:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the canvas differs from the saved style, or from its starting point."""
+        """Whether the canvas differs from the saved style, or else from its starting point."""
         canvas = self.session.canvas
         if self._saved is None:
             return canvas.touched
@@ -137,14 +137,14 @@ class PaintDocument:
 
     @property
     def built_in(self) -> str:
-        """Name of the built-in style that the canvas still equals, or "" after a stroke."""
+        """Name of the built-in style that the canvas still matches, or "" after a change."""
         if self.unsaved:
             return ""
         name = self.start if self.style is None else self.style.copy_of
         return name if any(style.name == name for style in self.head.pack.styles) else ""
 
     def own_answer(self, model: Model) -> StyleResult | None:
-        """Return the result of the style that the canvas still equals, or None after a stroke."""
+        """Return the result of the style that the canvas still matches, or None after a change."""
         if self.unsaved or self.session.stroking or self.head is not model.head:
             return None
         name = self.start if self.style is None else self.style.name
@@ -165,7 +165,7 @@ class PaintDocument:
         return Draft(self.session.canvas, self.title, self.start, name, self.head.name)
 
     def saved_as(self, style: UserStyle, path: Path) -> None:
-        """Continue with the style that was saved."""
+        """Continue with the style as saved in `path`."""
         self.key, self.title, self.style, self.path = style.name, style.title, style, path
         self._saved = (style.weights, style.ignore)
 

@@ -1,4 +1,4 @@
-"""Drafts of unsaved paintings, saved a moment after each change."""
+"""Drafts of unsaved paintings, saved shortly after each change."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DELAY_S: Final = 0.8
 
 
 class DraftKeeper:
-    """Saves drafts in a job, a moment after they change."""
+    """Saves drafts in a job, shortly after they change."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -34,17 +34,17 @@ class DraftKeeper:
         self._has_warned = False
 
     def opened(self, path: Path, version: str) -> None:
-        """Remember the version of a draft, to recognise a later version from another window."""
+        """Remember the version of a draft in order to recognise a newer one from another window."""
         self._versions[path] = version
 
     def keep(self, path: Path, draft: Draft | None) -> None:
-        """Save a draft soon, or delete its file if `draft` is None because nothing is unsaved."""
+        """Schedule a draft to be saved, or its file to be deleted if `draft` is None."""
         with self._lock:
             self._waiting[path] = draft
         self._start()
 
     def flush(self) -> bool:
-        """Save all pending drafts now. Return whether that succeeded, and warn if it did not."""
+        """Save all pending drafts now. Return whether this succeeded, and warn if it did not."""
         try:
             self._write()
         except (CoreError, OSError) as error:
@@ -78,7 +78,7 @@ class DraftKeeper:
                         del self._waiting[path]
 
     def _replace(self, path: Path, draft: Draft | None) -> None:
-        """Save or delete a draft, but first rename its file if another window has written it."""
+        """Save or delete a draft, first renaming its file if another window has written to it."""
         here = draft_version(path)
         if here and here != self._versions.get(path, here):
             self._others.append(put_draft_aside(path))

@@ -50,21 +50,21 @@ SITTERS_LEFT: Final = tr("Sitter’s left (camera right)")
 
 
 class _Head(pg.ImageItem):  # type: ignore[misc]
-    """An image whose pixels change in place, so that only a part is repainted."""
+    """An image whose pixels change in place. Only the changed part is repainted."""
 
     def __init__(self) -> None:
         super().__init__(axisOrder="row-major")
         self._pixels = QImage()
 
     def set_pixels(self, pixels: Pixels) -> None:
-        """Show another (S, S) array of 0xffRRGGBB values."""
+        """Show another array of pixels, (S, S), each 0xffRRGGBB."""
         self.prepareGeometryChange()
         size = len(pixels)
         self._pixels = QImage(pixels.data, size, size, 4 * size, QImage.Format.Format_RGB32)
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """Return the area of the canvas in canvas pixels."""
+        """Return the area of the canvas, in canvas pixels."""
         return QRectF(self._pixels.rect())
 
     def paint(self, painter: QPainter, *_args: object) -> None:
@@ -98,7 +98,7 @@ class FaceItems:
 
     @property
     def size(self) -> int:
-        """Side of the canvas in pixels, or 0 before the first canvas."""
+        """Side length of the canvas in pixels, or 0 before the first canvas."""
         return 0 if self._canvas is None or self._head is None else self._canvas.size
 
     @property
@@ -134,7 +134,7 @@ class FaceItems:
             colours.show_picture(self._picture)
 
     def _laid_on(self, canvas: Canvas) -> Canvas:
-        """Return the canvas as projected onto the head in its current view."""
+        """Return the canvas, projected onto the head in its current view."""
         if self._places is None:
             return canvas
         # The centre of pixel i is at i + 0.5.
@@ -146,7 +146,7 @@ class FaceItems:
         return replace(canvas, weights=weights, ignore=ignore)
 
     def on_front(self, x: float, y: float) -> tuple[float, float] | None:
-        """Return the pixel of the front view with the same skin, or None if it is hidden there."""
+        """Return the front-view pixel showing the same skin, or None if that skin is hidden."""
         if self._places is None:
             return x, y
         column, row = int(x), int(y)
@@ -167,7 +167,7 @@ class FaceItems:
             self._image.update(whole if self.turned else part)
 
     def set_picture(self, picture: Bytes | None) -> bool:
-        """Show a picture, or the weights if it is None. Return whether the picture has changed."""
+        """Show a picture, or the weights if it is None, and return whether anything changed."""
         if picture is self._picture:
             return False
         self._picture = picture
@@ -178,7 +178,7 @@ class FaceItems:
         return True
 
     def set_words(self, notice: str, weights: bool) -> bool:
-        """Set the text in place of a missing canvas, and return whether it has changed."""
+        """Set the text that replaces a missing canvas, and return whether anything changed."""
         new = (notice, weights) != (self._notice, self._weights)
         self._notice, self._weights = notice, weights
         return new
@@ -210,7 +210,7 @@ class FaceItems:
                 ring.update()
 
     def _draw_over(self, painter: QPainter, part: QRect) -> None:
-        """Paint the hatching, the outline, the tags and the corners over the head."""
+        """Paint the hatching, the outline, the tags and the corners on top of the head."""
         t, area, view = theme(), self._panel.rect(), self._view
         ratio = device_ratio(painter)
         if self.size:
@@ -246,7 +246,7 @@ class FaceItems:
         painter.drawPixmap(QPointF(x, y), ring)
 
     def _once(self, what: str, key: object, make: Callable[[], QPixmap]) -> QPixmap:
-        """Return a cached pixmap, because antialiased circles are slow to draw."""
+        """Return a pixmap from the cache, because antialiased circles are slow to draw."""
         entry = self._cache.get(what)
         if entry is None or entry[0] != key:
             entry = self._cache[what] = (key, make())
@@ -274,7 +274,7 @@ class FaceItems:
         return pixmap
 
     def _draw_hatch(self, painter: QPainter, target: QRectF, part: QRect, ratio: float) -> None:
-        """Hatch ignored areas with lines that stay sharp at any zoom."""
+        """Hatch the ignored areas with lines that stay sharp at any zoom."""
         part = part.intersected(target.toAlignedRect())
         if part.isEmpty():
             return

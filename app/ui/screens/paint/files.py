@@ -1,4 +1,4 @@
-"""The painted style as a file: save, rename, duplicate, delete, export and import."""
+"""File actions for the painted style: save, rename, duplicate, delete, export and import."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ CHANGED: Final = tr("changes not saved yet")
 ALL_SAVED: Final = tr("Everything is saved")
 
 NameWish: TypeAlias = Literal["save", "save-as", "rename"]
-"""Purpose of the name."""
+"""The purpose for which a name is requested."""
 
 FileWish: TypeAlias = Literal["export", "import_style"]
-"""Purpose of the file."""
+"""The purpose for which a file is requested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class SaveState:
     Attributes:
         status: "not saved yet" or "saved", or an empty string while no painting is open.
         words: Label of the save button.
-        why: The reason why saving is impossible now, or an empty string if it is possible.
+        why: The reason why the painting cannot be saved now, or an empty string if it can be saved.
         busy: Whether a save is running.
     """
 
@@ -60,14 +60,14 @@ class FilesView(Protocol):
         """Ask for a name, and pass it to the presenter's `files.named`."""
 
     def show_trouble(self, sentence: str) -> None:
-        """Show why the name is invalid, or close the question if the sentence is empty."""
+        """Show why the name is invalid, or close the name field if the sentence is empty."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file, and pass it to the method of `PaintFiles` that `what` names."""
+        """Ask for a file, and pass it to the method of `PaintFiles` named by `what`."""
 
 
 def save_why(advice: Advice | None, document: PaintDocument) -> str:
-    """Return why the painting cannot be saved now, or an empty string if it can be saved."""
+    """Return the reason why the painting cannot be saved now, or "" if it can be saved."""
     if not document.unsaved:
         return advice_words(Advice.NOTHING_PAINTED) if document.style is None else ALL_SAVED
     # A saved style that is cleared back to its start differs from its file, so it can be saved.
@@ -101,7 +101,7 @@ class PaintFiles:
         self.saving = False
 
     def attach(self, view: FilesView | None) -> None:
-        """Ask `view` for names and files from now on, or stop asking if it is None."""
+        """Start asking `view` for names and files, or stop asking if it is None."""
         self._view = view
 
     def take(self, document: PaintDocument) -> None:
@@ -109,7 +109,7 @@ class PaintFiles:
         self._document = document
 
     def resolve(self, document: PaintDocument, advice: Advice | None) -> SaveState:
-        """Return the title and the save button."""
+        """Return the state of the title and the save button."""
         new = document.style is None
         return SaveState(
             title=document.title,
@@ -135,7 +135,7 @@ class PaintFiles:
     # -- saving --------------------------------------------------------------------------------
 
     def ask_save(self) -> None:
-        """Save changes to the user's own style at once, or ask for the name of a new style."""
+        """Save changes to the user's own style at once, or ask for a name for a new style."""
         document = self._document
         if document is None or self.saving:
             return
@@ -145,17 +145,17 @@ class PaintFiles:
             self._view.ask_name("save", document.title)
 
     def ask_save_as(self) -> None:
-        """Ask for the name of a new style."""
+        """Ask for a name for a new style."""
         if self._document is not None and self._view is not None:
             self._view.ask_name("save-as", self._document.title)
 
     def ask_rename(self) -> None:
-        """Ask for a new name."""
+        """Ask for a new name for the style."""
         if self._document is not None and self._view is not None:
             self._view.ask_name("rename", self._document.title)
 
     def named(self, wish: NameWish, title: str) -> None:
-        """Save or rename the style with the typed name."""
+        """Save the style under the typed name, or rename it."""
         document = self._document
         if document is None or self.saving:
             return
@@ -249,7 +249,7 @@ class PaintFiles:
         self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
     def _facts(self, document: PaintDocument, canvas: Canvas) -> dict[str, str]:
-        """Return the side, place, head and original style of the painted style."""
+        """Return the painted style's side, place, head and original style."""
         head = document.head
         built_in, mine = named_style(head, self._services.model.user_styles, document.start)
         origin = mine.style if mine is not None else built_in
@@ -286,7 +286,7 @@ class PaintFiles:
             )
 
     def duplicate(self) -> None:
-        """Copy the user's style as it was last saved."""
+        """Duplicate the user's style as it was last saved."""
         style = self._own()
         if style is None:
             return
@@ -305,7 +305,7 @@ class PaintFiles:
     # -- export and import ---------------------------------------------------------------------
 
     def ask_export(self) -> None:
-        """Ask for the file to which the canvas will be exported."""
+        """Ask for the file to which to export the canvas."""
         if self._document is not None and self._view is not None:
             self._view.ask_file("export", f"{plain_name(self._document.title)}{EXPORT_ENDING}")
 
@@ -335,7 +335,7 @@ class PaintFiles:
     # -- user's styles -------------------------------------------------------------------------
 
     def _offer(self, style: UserStyle, message: str) -> None:
-        """Add a style to the user's styles and offer to paint on it."""
+        """Add a style to the user's own styles, and offer to paint on it."""
         model = self._services.model
         self._own_styles.add(style, choose=False)
         go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731

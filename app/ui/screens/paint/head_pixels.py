@@ -1,4 +1,4 @@
-"""The head and its weights as pixels: the grey head, the colours of the weights and the outline."""
+"""Renders the head and its weights as pixels: the grey head, the colours and the outline."""
 
 from __future__ import annotations
 
@@ -43,12 +43,13 @@ class HeadLook:
     """A head to paint on.
 
     Attributes:
-        grey: (N, N) float32. The head in soft grey light as sRGB values from 0 to 1, extended
-            beyond its edge.
+        grey: (N, N) float32. The head in soft grey light, as sRGB values from 0 to 1, extended
+            beyond the edge of the head.
         coverage: (N, N) float32. Fraction of each pixel that the head covers.
-        yaw_deg: Angle in degrees by which the face is turned from the lens towards its own left.
-        places: (N, N, 3) float32, or None from the front. Position of each pixel's skin in the
-            front view (see `PaintedHead.places_on_front`).
+        yaw_deg: Angle, in degrees, by which the face is turned away from the lens towards its own
+            left.
+        places: (N, N, 3) float32. Position in the front view of the skin at each pixel (see
+            `PaintedHead.places_on_front`), or None if this is the front view.
     """
 
     grey: Float32 = field(repr=False)
@@ -68,7 +69,7 @@ def head_words(yaw_deg: float) -> str:
 
 
 def head_look(transport: Transport) -> HeadLook:
-    """Light a head softly and evenly from both sides, so that its shape is visible."""
+    """Light a head softly and evenly from both sides to make its shape visible."""
     rows, columns = transport.environment_shape
     elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)[:, None]
     azimuth = 2 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)[None, :]
@@ -98,8 +99,8 @@ def head_picture(linear: NDArray[np.floating[Any]], coverage: Float32) -> Bytes:
     """Render a picture of the head for the canvas.
 
     Args:
-        linear: (N, N, 3) float. Linear Rec. 709 on black; edge pixels are multiplied by the
-            coverage.
+        linear: (N, N, 3) float. Linear Rec. 709 on black, in which edge pixels are multiplied by
+            the coverage.
         coverage: (N, N) float32. Fraction of each pixel that the head covers.
 
     Returns:
@@ -113,7 +114,7 @@ def head_picture(linear: NDArray[np.floating[Any]], coverage: Float32) -> Bytes:
 
 
 def _continued(picture: Float32, coverage: Float32) -> Float32:
-    """Remove the black from edge pixels and extend the edge by a few pixels."""
+    """Remove the black from edge pixels, and extend the edge by a few pixels."""
     share = np.where(coverage >= _SOLID, coverage, 0.0).astype(np.float32)
     weights = np.where(share > 0, 1.0, 0.0).astype(np.float32)
     wide = picture[..., None] if picture.ndim == 2 else picture
@@ -130,13 +131,13 @@ def _continued(picture: Float32, coverage: Float32) -> Float32:
 
 
 def colour_table(plus: Colour, minus: Colour) -> Pixels:
-    """Return the colour for each pair of a grey value and a weight.
+    """Return a table with the colour for each pair of a grey value and a weight.
 
     Args:
         plus, minus: sRGB colours of positive and negative weights.
 
     Returns:
-        (256, 255) uint32. 0xffRRGGBB by grey value (sRGB byte) and weight (127 + 127 w).
+        (256, 255) uint32. 0xffRRGGBB, indexed by grey value (sRGB byte) and weight (127 + 127 w).
     """
     grey = np.arange(256, dtype=np.float64)[:, None, None]
     weight = np.arange(-_LEVELS, _LEVELS + 1)[None, :, None] / _LEVELS
@@ -150,14 +151,14 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
 
 
 class CanvasColours:
-    """The colours of the canvas, at the resolution of the canvas.
+    """The colours of the canvas, at the canvas's own resolution.
 
     Args:
         plus, minus: sRGB colours of positive and negative weights.
 
     Attributes:
         pixels: (S, S) uint32. 0xffRRGGBB. The array object stays the same until the size changes,
-            so that an image can share its memory.
+            which lets an image share its memory.
         ignored: (S, S) uint8. Opacity of the hatching.
     """
 
@@ -169,11 +170,11 @@ class CanvasColours:
         self.any_ignored = False
 
     def set_head(self, grey: Float32, size: int) -> None:
-        """Set the head under the weights.
+        """Set the head underneath the weights.
 
         Args:
             grey: (N, N) float32. sRGB values from 0 to 1.
-            size: Side of the canvas in pixels.
+            size: Side length of the canvas, in pixels.
         """
         values = np.rint(np.clip(_enlarged(grey, size), 0.0, 1.0) * 255.0).astype(np.int32)
         self._grey = values * (2 * _LEVELS + 1) + _LEVELS
@@ -182,7 +183,7 @@ class CanvasColours:
             self.ignored = np.zeros(values.shape, np.uint8)
 
     def show_weights(self, canvas: Canvas, region: Region | None = None) -> None:
-        """Update the colours of a region in canvas pixels, or of the whole canvas by default."""
+        """Update the colours of a region in canvas pixels, or by default of the whole canvas."""
         part = region or Region(0, 0, canvas.size, canvas.size)
         if part.empty or self.pixels.shape != canvas.weights.shape:
             return
@@ -206,7 +207,7 @@ class CanvasColours:
 
 
 def _enlarged(picture: NDArray[Any], size: int) -> NDArray[Any]:
-    """Enlarge a picture of the head smoothly, without visible pixels."""
+    """Enlarge a picture of the head smoothly, leaving no visible pixels."""
     fine = cv2.resize(picture, (size, size), interpolation=cv2.INTER_CUBIC)
     spread = _SOFT * size / len(picture)
     return np.asarray(cv2.GaussianBlur(fine, (0, 0), spread, borderType=cv2.BORDER_REPLICATE))
@@ -226,7 +227,7 @@ def finer_places(places: Float32, size: int) -> Float32:
 def veil_bytes(
     coverage: Float32, size: tuple[int, int], scale: float, offset: tuple[float, float], grey: int
 ) -> Pixels:
-    """Return a veil over everything outside the head, with a clean outline at device resolution.
+    """Return a veil over everything outside the head, with an outline at device resolution.
 
     Args:
         coverage: (N, N) float32. Fraction of each pixel that the head covers.

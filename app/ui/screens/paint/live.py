@@ -1,4 +1,4 @@
-"""The live column: the result of the strokes in this place, updated while the pen moves."""
+"""The live column, which shows the strokes' result at this place while the pen moves."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ _PORTRAIT: Final = (232, 200)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveState:
-    """The answer for the canvas as data, which the properties turn into text for display.
+    """The answer for the canvas. Its properties provide the numbers and the text for display.
 
     Attributes:
-        sentence: Text in place of the numbers, or an empty string if there is a `result`.
-        origin: Text about the result of the original style here.
-        picture: Portrait, (h, w, 3) uint8 sRGB or None.
-        panorama: Panorama of the place, (h, w, 3) uint8 sRGB or None.
-        front: Panorama azimuth of the photographer in degrees.
-        weights: (H, W) float32 or None. Pre-integrated target at turn 0.
+        sentence: Text that replaces the numbers, or an empty string if there is a `result`.
+        origin: Text on the result of the original style here.
+        picture: Portrait, (h, w, 3) uint8 sRGB, or None if there is none.
+        panorama: Panorama of the place, (h, w, 3) uint8 sRGB, or None if there is no light.
+        front: Panorama azimuth of the photographer, in degrees.
+        weights: Pre-integrated target at turn 0, (H, W) float32, or None.
         limit: Minimum match at which the style is within reach.
-        stale: Whether the answer is for another head or place and is therefore dimmed under
+        stale: Whether the answer is for another head or place and therefore dimmed under
             "Computing…".
     """
 
@@ -71,7 +71,7 @@ class LiveState:
 
     @property
     def turn_deg(self) -> float:
-        """Best turn in degrees, or 0 if there is no result."""
+        """Best turn, in degrees, or 0 if there is no result."""
         return 0.0 if self.result is None else self.result.turn_refined_deg
 
     @property
@@ -96,7 +96,7 @@ class LiveState:
 
     @property
     def match(self) -> str:
-        """The match in whole points."""
+        """Match at the best turn, in whole points."""
         return "" if self.result is None else f"{math.floor(self.match_value)}"
 
     @property
@@ -106,19 +106,19 @@ class LiveState:
 
     @property
     def arc(self) -> tuple[float, float] | None:
-        """Tolerance arc in degrees, or None if the style is out of reach."""
+        """Tolerance arc, in degrees, or None if the style is out of reach."""
         result = self.result
         return None if result is None or not result.attainable else result.arc_deg
 
     @property
     def peaks(self) -> tuple[float, ...]:
-        """Turns of the other peaks in degrees."""
+        """Turns of the other peaks, in degrees."""
         peaks = () if self.result is None else self.result.peaks[1:]
         return tuple(peak.turn_refined_deg for peak in peaks)
 
     @property
     def good(self) -> str:
-        """Sentence about equally good turns, or about what is missing."""
+        """Sentence on the range of good turns, on what is missing, or on both."""
         result = self.result
         if result is None:
             return ""
@@ -131,17 +131,17 @@ class LiveState:
 
     @property
     def dashed(self) -> str:
-        """Sentence about the ring in the plot."""
+        """Sentence that explains the ring in the plot."""
         if self.result is None:
             return ""
         return LIMIT_RING.format(limit=self.limit)
 
 
 class LightOnHead:
-    """Keeps one light table, and computes a new one in a job when the light or the head changes.
+    """Keeps one light table. When the light or the head changes, a job computes a new table.
 
     Attributes:
-        trouble: The reason why the light cannot be used, or an empty string if it can.
+        trouble: The reason why the light cannot be used, or an empty string if it can be used.
     """
 
     def __init__(self, services: Services, ready: Callable[[], None]) -> None:
@@ -190,7 +190,7 @@ class LiveAnswer:
     """Solves the canvas and resolves the live column.
 
     Args:
-        ready: Called when another light table is ready.
+        ready: Called when a new light table is ready.
         changed: Called when a larger portrait is ready.
     """
 
@@ -213,7 +213,7 @@ class LiveAnswer:
             self.answer = None
 
     def set_size(self, rows: int, columns: int) -> bool:
-        """Set the size of the portrait in pixels, and return whether it has changed."""
+        """Set the size of the portrait, in pixels, and return whether the size has changed."""
         if (rows, columns) == self._size or rows <= 0 or columns <= 0:
             return False
         self._size = (rows, columns)
@@ -226,10 +226,10 @@ class LiveAnswer:
             self._resolve(self._document, self._document.session.answer())
 
     def follow(self) -> bool:
-        """Solve the canvas after a move of the pen.
+        """Solve the canvas after the pen has moved.
 
         Returns:
-            True if only the column may have changed, or False if the whole screen may have changed.
+            True if only the live column needs an update, or False if the whole screen may need one.
         """
         document, before, light = self._document, self.answer, self._services.model.light
         if document is None:
@@ -293,7 +293,7 @@ class LiveAnswer:
         )
 
     def _enlarge(self, state: LiveState, picture: Bytes) -> None:
-        """Show the portrait at full size, once the pen is at rest."""
+        """Show the portrait at full size once the pen is at rest."""
         if self.state is state:
             self.state = replace(state, picture=picture)
             self._changed()
@@ -313,12 +313,13 @@ def _portrait(
     front_deg: float,
     size: Size,
 ) -> Callable[..., Bytes] | None:
-    """Return a function that renders the portrait at the best turn, or None if it is unknown.
+    """Return a function that renders the portrait at the best turn, or None if that is unknown.
 
-    The function has one argument, `quick`, as in `Head.portraits`.
+    The function takes one argument, `quick`, which has the same meaning as in `Head.portraits`.
 
     Args:
-        own: Result of the style that the canvas still equals.
+        own: Result of the style that the canvas still matches, or None if the canvas has been
+            changed.
     """
     result, linear, head = answer.result, answer.picture, document.head
     expose = head.expose_of(document.start)
@@ -334,7 +335,7 @@ def _portrait(
 
 
 def _limit(document: PaintDocument) -> float:
-    """Return the minimum match at which the style is within reach, as on its card."""
+    """Return the minimum match at which the style is within reach, as shown on its card."""
     pack, name = document.head.pack, document.built_in
     own = pack.styles[pack.index(name)].signature if name else None
     return own.match[1] if own is not None and own.relations else LIMITS.match

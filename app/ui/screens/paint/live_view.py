@@ -30,10 +30,10 @@ _PLOT: Final = (176, 120)  # side in a tall and in a short window
 
 
 class _Numbers(QWidget):
-    """The turn and the match, or a sentence in their place.
+    """The turn and the match, or a sentence that replaces them.
 
     Attributes:
-        score: Match with its meter, which a compact window shows apart from the turn.
+        score: Match and its meter, which a compact window shows separately from the turn.
     """
 
     def __init__(self, compact: bool, presenter: PaintPresenter) -> None:
@@ -88,7 +88,7 @@ class LiveColumn(Surface):
     """The portrait, turn, match, panorama, plot and save button.
 
     Attributes:
-        laid: Signal(QSize). Size of the portrait in logical pixels.
+        laid: Signal(QSize). Size of the portrait, in logical pixels.
     """
 
     laid = Signal(QSize)
@@ -142,7 +142,7 @@ class LiveColumn(Surface):
         self._outer.setContentsMargins(t.line_width, 0, 0, px(16 if compact else 24))
 
     def _fill_place(self) -> None:
-        """Lay out the part that needs light."""
+        """Lay out the part of the column that needs light."""
         title = Text(tr("What the style needs here"), 12, 600, "dim")
         whole = column(title, 6, self._panorama, 8, WeightLegend(), 8, into=self._place)
         if self._compact:
@@ -204,7 +204,7 @@ class LiveColumn(Surface):
         self.laid.emit(self._picture.size())
 
     def _fit_plot(self) -> None:
-        """Shrink the plot in a short window, so that nothing has to scroll."""
+        """Shrink the plot in a short window to keep the column from scrolling."""
         if self._plot is None:
             return
         most, least = (px(side) for side in _PLOT)

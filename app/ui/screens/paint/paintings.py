@@ -1,6 +1,7 @@
 """The paintings in memory.
 
-A painting is opened from a style or its draft, and follows renames of the style.
+A painting is opened from a style or from its draft. It keeps its link to the style when the style
+is renamed.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ _OPEN_JOB: Final = "paint-open"
 
 
 class Paintings:
-    """Keeps each painting for as long as one of its strokes can be undone.
+    """Keeps each painting as long as any of its strokes can be undone.
 
     Attributes:
         opening: Key of the style that is being opened, or None.
@@ -38,13 +39,13 @@ class Paintings:
         self._all[document.key] = document
 
     def find(self, key: str) -> PaintDocument | None:
-        """Return the painting of a style if it is in memory."""
+        """Return the painting for a style, or None if it is not in memory."""
         document = self._all.get(key)
         # A painting that was saved as another style no longer belongs to this key.
         return document if document is not None and document.key == key else None
 
     def open(self, key: str, done: Callable[[PaintDocument, OpenedCanvas], None]) -> None:
-        """Open a painting in a job. Skip `done` if another painting has been requested by then."""
+        """Open a painting in a job. If another painting is requested meanwhile, skip `done`."""
         self.opening = key
         model, folder = self._services.model, self._services.folders.drafts
         head, own = model.head, model.user_styles
@@ -63,7 +64,7 @@ class Paintings:
         )
 
     def restored(self, former: str, style: UserStyle) -> None:
-        """Continue the painting of a deleted style that was restored."""
+        """Resume the painting for a deleted style that has been restored."""
         document = self._all.pop(former, None)
         if document is not None:
             path, _, _ = find_draft(self._services.folders.drafts, style.name)
@@ -71,7 +72,7 @@ class Paintings:
             self.add(document)
 
     def renamed(self, style: UserStyle) -> None:
-        """Rename the painting of a style, or its draft if the painting is not open."""
+        """Rename the painting for a style, or the style's draft if the painting is not open."""
         document = self._all.get(style.name)
         if document is not None:
             document.saved_as(style, document.path)

@@ -1,4 +1,4 @@
-"""The Paint screen: turns strokes into answers for this place while the pen moves."""
+"""The Paint screen, which turns strokes into answers for this place while the pen moves."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _DRAFT_KEPT: Final = tr("Draft saved. Every stroke is kept.")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaintState:
-    """The state of the Paint screen, panel by panel, without the canvas itself."""
+    """The state of the Paint screen, with one part per panel and without the canvas itself."""
 
     tools: ToolsState = field(default_factory=ToolsState)
     canvas: CanvasState = field(default_factory=CanvasState)
@@ -54,10 +54,10 @@ class PaintView(FilesView, Protocol):
 
 
 class PaintPresenter(Presenter[PaintView]):
-    """Handles strokes and resolves the Paint screen.
+    """Handles strokes and resolves the state of the Paint screen.
 
-    Its panels are `tools` for the brush, `look` for the contents of the canvas, `live` for the live
-    column, and `files` for saving, renaming, duplicating, deleting, exporting and importing.
+    It has four panels: `tools` for the brush, `look` for the contents of the canvas, `live` for the
+    live column, and `files` for saving, renaming, duplicating, deleting, exporting and importing.
     """
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
@@ -82,7 +82,7 @@ class PaintPresenter(Presenter[PaintView]):
     # -- what the frame calls ------------------------------------------------------------------
 
     def attach(self, view: PaintView) -> None:
-        """Show the state in `view` from now on."""
+        """Start showing the state in `view`."""
         self._view = view
         self.files.attach(view)
         self._sync()
@@ -100,12 +100,12 @@ class PaintPresenter(Presenter[PaintView]):
         self._sync()
 
     def leave(self) -> None:
-        """Pause, keeping the canvas."""
+        """Pause work on the canvas, but keep the canvas."""
         self._in_front = False
         self._put_away()
 
     def actions(self) -> Sequence[Action]:
-        """Return the available actions, with those that have hints first."""
+        """Return the available actions, starting with those that have hints."""
         undo = self._services.undo
         take, larger, *brush = self.tools.actions()
         return (
@@ -126,7 +126,7 @@ class PaintPresenter(Presenter[PaintView]):
     # -- start and size ------------------------------------------------------------------------
 
     def choose_start(self, key: str) -> None:
-        """Paint from another style or from nothing, keeping the current painting as a draft.
+        """Start from another style or from nothing, keeping the current painting as a draft.
 
         The user can undo this.
         """
@@ -143,7 +143,7 @@ class PaintPresenter(Presenter[PaintView]):
         )
 
     def sized(self, rows: int, columns: int) -> None:
-        """Set the size of the portrait in pixels."""
+        """Set the size of the portrait, in pixels."""
         if self.live.set_size(rows, columns):
             self._refresh()
 
@@ -152,7 +152,7 @@ class PaintPresenter(Presenter[PaintView]):
     def press(self, point: Point, eraser: bool = False) -> None:
         """Begin a stroke. A stroke with the pen's eraser restores the starting point.
 
-        The answer follows with the next `draw` or `lift`, so that the pen does not have to wait.
+        To avoid delaying the pen, the answer is updated only by the next `draw` or `lift`.
         """
         if self._document is not None:
             tool = Tool.RESTORE if eraser else self.tools.brush.tool
@@ -161,7 +161,7 @@ class PaintPresenter(Presenter[PaintView]):
             self._show_canvas(self._start_regions)
 
     def draw(self, points: Sequence[Point]) -> None:
-        """Extend the stroke through all points since the last call, and show the new answer."""
+        """Extend the stroke through the points added since the last call, and update the answer."""
         document = self._document
         if document is None or not document.session.stroking:
             return
@@ -182,7 +182,7 @@ class PaintPresenter(Presenter[PaintView]):
             self._view.show_state(self._state)
 
     def lift(self, points: Sequence[Point] = ()) -> None:
-        """End the stroke after the last points, so that it can be undone."""
+        """End the stroke after the last points, and record it for undo."""
         document = self._document
         if document is None or not document.session.stroking:
             return
@@ -241,7 +241,7 @@ class PaintPresenter(Presenter[PaintView]):
     # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> PaintState:
-        """Return the state of the screen, apart from the canvas."""
+        """Return the state of the screen, excluding the canvas."""
         self._state = self._resolved()
         return self._state
 
@@ -280,13 +280,13 @@ class PaintPresenter(Presenter[PaintView]):
         return not save_why(answer.advice, document)
 
     def _changed(self, regions: tuple[Region, ...] | None) -> None:
-        """Show a changed canvas and its answer."""
+        """Show the changed canvas and the new answer."""
         self._show_canvas(regions)
         self.live.look()
         self._refresh()
 
     def _look_soon(self) -> None:
-        """Solve the canvas after the current event, so that the pen does not have to wait."""
+        """Solve the canvas after the current event, to avoid delaying the pen."""
 
         def done(_: None) -> None:
             self.live.look()
@@ -330,7 +330,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._keeper.keep(document.path, document.draft())
 
     def _bring(self, document: PaintDocument) -> None:
-        """Open a painting from whichever screen is visible."""
+        """Open a painting, whichever screen is visible."""
         if self._document is not document:
             self._put_away(quiet=True)
             self._take(document)
@@ -409,7 +409,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def _put_away(self, quiet: bool = False) -> None:
-        """End the stroke, save the draft and report that it is saved."""
+        """End the stroke, save the draft and report that the draft is saved."""
         document = self._document
         if document is None:
             return
@@ -432,7 +432,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._keeper.flush()
 
     def _style_gone(self, name: str) -> None:
-        """Close a painting whose style was deleted together with its draft."""
+        """Close a painting after its style and its draft have been deleted."""
         if self._document is not None and self._document.key == name:
             self._set_document(None)
         if self._services.model.painting == name:
@@ -443,7 +443,7 @@ class PaintPresenter(Presenter[PaintView]):
         self._refresh()
 
     def _files_changed(self) -> None:
-        """Show the effects of saving, renaming or deleting."""
+        """Show the effect of saving, renaming or deleting a style."""
         document = self._document
         if document is not None:
             self._paintings.add(document)

@@ -1,4 +1,4 @@
-"""The Paint screen: the tools, the canvas and the live answer, from left to right."""
+"""The view of the Paint screen: from left to right, the tools, the canvas and the live column."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class _Link(Pressable):
 
 
 class _Crumbs(QWidget):
-    """Breadcrumbs ("Styles > My Rembrandt  not saved yet") and the choice of contents."""
+    """The breadcrumbs ("Styles > My Rembrandt  not saved yet") and the choice of contents."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
         super().__init__()
@@ -155,7 +155,7 @@ class PaintScreen(QWidget):
             self._sheet.say(sentence)
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file and pass it to the presenter."""
+        """Ask for a file, and pass it to the presenter."""
         files = self._presenter.files
         if what == "export":
             path = ask_target(self, tr("Export style"), suggested, _STYLE_FILES)

@@ -16,7 +16,7 @@ from app.words.styles import side_words
 
 SMALLEST: Final = 4.0
 LARGEST: Final = 160.0
-"""Smallest and largest diameter of the brush, in canvas pixels."""
+"""Smallest and largest diameters of the brush, in canvas pixels."""
 
 _LIMITS: Final = {"diameter": (SMALLEST, LARGEST), "strength": (0.0, 1.0), "softness": (0.0, 1.0)}
 TOOLS: Final = {
@@ -37,8 +37,8 @@ class ToolsState:
     Attributes:
         starts: Key, title and side of each style that painting can start from.
         start: Key of the current starting point.
-        undo, redo: Name of the step, or an empty string if there is none.
-        notice: The reason why there is nothing to start from.
+        undo, redo: Name of the step to undo or redo, or an empty string if there is none.
+        notice: The reason why there are no starting points.
     """
 
     brush: Brush = field(default_factory=Brush)
@@ -57,7 +57,7 @@ def starts_of(
 
     The starting points are nothing, the user's own styles and the built-in styles.
 
-    A style that was saved here is left out, because it has a starting point of its own.
+    A style that was saved from this painting is omitted, unless the painting started from it.
     """
     mine = tuple((one.name, one.title, side_words(one) or tr("painted by you")) for one in own)
     names = {one.name for one in own}
@@ -74,7 +74,7 @@ class BrushBox:
         self.brush = Brush(pen_pressure=True)
 
     def change(self, **changes: Any) -> None:
-        """Change fields of the `Brush`, keeping numbers within their limits."""
+        """Change fields of the `Brush`, keeping all numbers within their limits."""
         for name, (least, most) in _LIMITS.items():
             if name in changes:
                 changes[name] = min(max(float(changes[name]), least), most)
@@ -84,13 +84,13 @@ class BrushBox:
             self._changed()
 
     def resize(self, steps: int) -> None:
-        """Change the size in steps of 15%, each at least 2 pixels."""
+        """Change the size by a number of steps of 15%, each of at least 2 pixels."""
         now = self.brush.diameter
         size = round(now * _GROW**steps / _EVEN) * _EVEN
         self.change(diameter=now + _EVEN * steps if size == now else size)
 
     def flip(self, name: str) -> None:
-        """Toggle ``mirror`` or ``pen_pressure``."""
+        """Toggle the field ``mirror`` or ``pen_pressure``."""
         self.change(**{name: not getattr(self.brush, name)})
 
     def _action(self, tool: Tool, key: str) -> Action:
@@ -98,7 +98,7 @@ class BrushBox:
         return Action(f"tool-{tool}", words, partial(self.change, tool=tool), tool.value, key)
 
     def actions(self) -> Sequence[Action]:
-        """Return the brush's keyboard actions, of which the first two have hints."""
+        """Return the brush's keyboard actions. The first two have hints."""
         return (
             replace(self._action(Tool.BRIGHTER, "B"), hint=tr("tools"), keys="B D I R"),
             Action("brush-larger", tr("Larger brush"), lambda: self.resize(1), "plus", "]",

@@ -1,4 +1,4 @@
-"""The tool column: the tool, the size and strength of the brush, the starting point and undo."""
+"""The tool column: the tools, the brush's size and strength, the starting point and undo."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ _TOOLS: Final = (
     (Tool.IGNORE, tr("Ignore"), "I", tr("light on this part does not matter")),
     (Tool.RESTORE, tr("Restore"), "R", tr("back to the starting point")),
 )
-"""Tool, name, key and effect."""
+"""Each tool, with its name, its key and its effect."""
 
 _SLIDERS: Final = (
     ("diameter", tr("Size"), SMALLEST, LARGEST, 64.0, 2.0, 1.0, " px"),
     ("strength", tr("Strength"), 5.0, 100.0, 30.0, 5.0, 100.0, "%"),
     ("softness", tr("Softness"), 0.0, 100.0, 70.0, 5.0, 100.0, "%"),
 )
-"""Field of the brush, name, minimum, maximum, initial value, step, displayed units per 1 of the
-field, and the unit.
+"""For each slider, the brush's field, the name, the minimum, the maximum, the initial value, the
+step, the number of displayed units per 1 of the field, and the unit.
 """
 
 _START_WIDTH: Final = 280
 
 
 class _ToolButton(Pressable):
-    """A tool with its sign, name and key, or with the sign alone in narrow windows."""
+    """A tool with its sign, its name and its key, or with only the sign in narrow windows."""
 
     def __init__(self, tool: Tool, name: str, key: str, does: str, compact: bool) -> None:
         super().__init__(name)
@@ -80,7 +80,7 @@ class _ToolButton(Pressable):
 
 
 class _Tools(QWidget):
-    """The four tools, which form a single Tab stop with arrow keys inside."""
+    """The four tools. They form a single Tab stop, with arrow keys to move between them."""
 
     def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__()
@@ -138,7 +138,7 @@ def _change(presenter: PaintPresenter, field: str, parts: float, value: float) -
 
 
 class _Common(Surface):
-    """The base class of both layouts of the tools, each of which places `sliders`."""
+    """The base class of both layouts of the tools. Each layout places `sliders` itself."""
 
     _clear: Button | IconButton
 
@@ -157,7 +157,7 @@ class _Common(Surface):
         self._last: ToolsState | None = None
 
     def show_state(self, state: ToolsState) -> None:
-        """Show the changes in the brush, the starting points and the history."""
+        """Show any changes to the brush, the starting points and the history."""
         last, self._last = self._last, state
         if last is None or state.brush != last.brush:
             self._tools.show_tool(state.brush.tool)
@@ -178,7 +178,7 @@ class _Common(Surface):
 
 
 class ToolColumn(_Common):
-    """The tools with labels, 232 pixels wide."""
+    """The tools with labels, in a column 232 pixels wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
         mirror, pressure = Toggle(tr("Mirror"), "mirror"), Toggle(tr("Pen pressure"), "pen")
@@ -211,7 +211,7 @@ class ToolColumn(_Common):
 
 
 class ToolStrip(_Common):
-    """The tools as icons, 64 pixels wide."""
+    """The tools as icons, in a column 64 pixels wide."""
 
     def __init__(self, presenter: PaintPresenter) -> None:
         mirror = IconButton("mirror", tr("Mirror"), True, "quiet", shortcut="M")

@@ -1,4 +1,4 @@
-"""The zoom: the magnification of the canvas, its visible part and the box in its corner."""
+"""The canvas's magnification and visible part, and the zoom box in its corner."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SIDE: Final = 36
 _WIDE: Final = 44
 _LEAST_ZOOM: Final = 0.5
 _MOST_ZOOM: Final = 8.0
-"""Logical pixels per canvas pixel."""
+"""Smallest and largest zoom, in logical pixels per canvas pixel."""
 
 _HEAD_HEIGHT: Final = 0.95  # area of the picture from crown to neck, without shoulders
 _HEAD_WIDTH: Final = 0.75
@@ -34,7 +34,7 @@ class Viewing:
 
     Attributes:
         zoom: Logical pixels per canvas pixel.
-        left, top: Upper left corner of the canvas in logical pixels of the widget.
+        left, top: Upper left corner of the canvas, in logical pixels of the widget.
     """
 
     zoom: float = 1.0
@@ -54,24 +54,24 @@ class Viewing:
         return replace(self, left=self.left + dx, top=self.top + dy)
 
     def zoomed(self, zoom: float, x: float, y: float) -> Viewing:
-        """Return the mapping at another zoom, around a point of the widget."""
+        """Return the mapping at another zoom, keeping a point of the widget fixed."""
         new_zoom = min(max(zoom, _LEAST_ZOOM), _MOST_ZOOM)
         at = self.to_canvas(x, y)
         return Viewing(new_zoom, x - at[0] * new_zoom, y - at[1] * new_zoom)
 
     def within(self, width: float, height: float, size: int) -> Viewing:
-        """Return the mapping shifted so that the middle of the widget is on the canvas."""
+        """Return the mapping, shifted if necessary to keep the widget's centre on the canvas."""
         x, y = self.to_canvas(width / 2, height / 2)
         dx, dy = x - min(max(x, 0.0), size), y - min(max(y, 0.0), size)
         return self.moved(dx * self.zoom, dy * self.zoom)
 
 
 def fitting(width: float, height: float, size: int) -> Viewing:
-    """Return the view with the whole head as large as possible, in steps of 10%.
+    """Return the mapping that shows the whole head as large as possible, in zoom steps of 10%.
 
     Args:
         width, height: Size of the widget in logical pixels.
-        size: Side of the canvas in pixels.
+        size: Side length of the canvas, in pixels.
     """
     room = min(height / (size * _HEAD_HEIGHT), width / (size * _HEAD_WIDTH))
     zoom = min(max(int(room * 10 + 1e-9) / 10, _LEAST_ZOOM), _MOST_ZOOM)
@@ -79,7 +79,7 @@ def fitting(width: float, height: float, size: int) -> Viewing:
 
 
 class _OnTag(Pressable):
-    """A button on the dark plate, which is the same in all themes."""
+    """A button on the dark plate. It looks the same in all themes."""
 
     def __init__(self, name: str, shortcut: str, do: Do, icon: str = "") -> None:
         super().__init__(name, do=do)
@@ -100,7 +100,7 @@ class _OnTag(Pressable):
 
 
 class ZoomBox(PaintedWidget):
-    """The box of buttons for the zoom and the viewing angle."""
+    """The box with the buttons for the zoom and the viewing angle."""
 
     stepped = Signal(int)
     fitted = Signal()
@@ -132,7 +132,7 @@ class ZoomBox(PaintedWidget):
         self._yaw.update()
 
     def set_zoom(self, zoom: float) -> None:
-        """Show the zoom in logical pixels per canvas pixel."""
+        """Show the zoom, given in logical pixels per canvas pixel."""
         words = f"{round(100 * zoom)}%"
         if words != self._words.text():
             self._words.setText(words)
