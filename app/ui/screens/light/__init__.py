@@ -1,1 +1,1 @@
-"""The Light screen: the best place to hold a second light."""
+"""The Light screen, which finds the best place to hold a second light."""

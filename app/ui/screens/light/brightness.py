@@ -23,7 +23,10 @@ BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
     ("overcast", tr("Overcast sky"), 8000.0),
     ("sun", tr("Sun"), 60000.0),
 )
-"""Answers to "How bright is it here?": key, label and vertical illuminance at the face in lux."""
+"""The answers to "How bright is it here?".
+
+Each has a key, a label and the vertical illuminance at the face, in lux.
+"""
 
 STATED: Final = tr("{lux} at the face, set by you")
 
@@ -34,7 +37,8 @@ class BrightState:
 
     Attributes:
         measured: Label of the button that restores the measured value, such as "Back to the
-            measured 460 lx". Empty if that value is in use or does not exist.
+            measured 460 lx". It is an empty string if the measured value is in use or does not
+            exist.
     """
 
     key: str = ""
@@ -48,7 +52,7 @@ _SAME = 0.01  # fraction of an answer's lux within which it counts as chosen
 
 
 class PlaceScale:
-    """The luminance that a radiance of 1 stands for at the open place, in cd/m2.
+    """The luminance represented by a radiance of 1 at the open place, in cd/m2.
 
     A value entered by the user is saved with the place.
     """
@@ -66,7 +70,7 @@ class PlaceScale:
 
     @property
     def white(self) -> float | None:
-        """The scale in cd/m2: the user's value if there is one, or else the measured value."""
+        """The scale in cd/m2, which is the user's value or else the measured value."""
         value = self._stated
         return self._measured if value is None else value
 
@@ -107,21 +111,21 @@ class PlaceScale:
         )
 
     def ask(self) -> None:
-        """Ask again even though there is an answer."""
+        """Ask for the brightness again, even though there is an answer."""
         self.asking, self._error = True, ""
         self._changed()
 
     def keep(self) -> None:
-        """Keep the current value."""
+        """Keep the current value, and close the question."""
         self.asking, self._error = False, ""
         self._changed()
 
     def choose(self, key: str) -> None:
-        """Use one of the answers in `BRIGHTNESS`, given by its key."""
+        """Use the answer in `BRIGHTNESS` with the given key."""
         self._say(next(lux for name, _, lux in BRIGHTNESS if name == key))
 
     def type(self, text: str) -> None:
-        """Use a typed light meter reading."""
+        """Use a light meter reading typed by the user."""
         try:
             lux = read_lux(text)
         except CoreError as error:
@@ -135,7 +139,7 @@ class PlaceScale:
         self._keep(None)
 
     def place_changed(self) -> None:
-        """Close the question because another place is open."""
+        """Close the question, because a different place is now open."""
         self.asking, self._error = False, ""
 
     @property

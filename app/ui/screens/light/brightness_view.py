@@ -1,4 +1,4 @@
-"""Questions about the brightness of the place and of the lamp."""
+"""The questions about the brightness of the place and of the lamp."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class _SheetPage(QWidget):
 
 
 class Brightness(_SheetPage):
-    """The question about the brightness of the place, with common answers and a text field."""
+    """The question about the place's brightness, with common answers and a field for a reading."""
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__(tr("How bright is it here?"))
@@ -76,7 +76,7 @@ class Brightness(_SheetPage):
         self.column.addStretch(2)
 
     def show_state(self, state: BrightState) -> None:
-        """Show the current answer without disturbing text that is being typed."""
+        """Show the current answer without disturbing any text that is being typed."""
         if state == self._last:
             return
         self._last = state
@@ -106,6 +106,6 @@ class MeterPage(_SheetPage):
         self.column.addStretch(2)
 
     def show_state(self, sentence: str, error: str) -> None:
-        """Show why the lamp cannot be compared, and any error in the typed value."""
+        """Show why the lamp cannot be compared with the place, and any error in the typed value."""
         self.words.set_text(sentence)
         self.lux.set_error(error)

@@ -1,4 +1,4 @@
-"""The selected style with the lamp: its match, its verdict, its best position and its numbers."""
+"""The selected style with the lamp: the match, the verdict, the best position and the numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.words.verdict import whole_of
 from app.words.why_out_of_reach import reason_sentence
 
 Verdict: TypeAlias = Literal["", "in", "out"]
-"""Verdict on the style with the lamp at its current position, or "" until it is known."""
+"""Verdict on the style with the lamp at its current position, or "" until the verdict is known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,8 +30,8 @@ class LampDetailState:
     """The selected style with the lamp at its current position.
 
     Attributes:
-        target, with_lamp, without: Portraits as (h, w, 3) uint8 sRGB arrays, each None until it is
-            rendered.
+        target, with_lamp, without: Portraits, each an (h, w, 3) uint8 sRGB array, or None until it
+            is rendered.
         without_tag: Text such as "Without it, at 62°".
         power: Text such as "1/8, 3 stops down", or an empty string for a lamp with only one power.
     """
@@ -126,7 +126,7 @@ _GRADED: Final = {
 
 
 def verdict_at(match: float, strength: float) -> tuple[Verdict, str]:
-    """Return the verdict for a match and a strength, and the text of the verdict."""
+    """Return the verdict for a match and a strength, and the text that states the verdict."""
     if match < LIMITS.match:
         return "out", tr("out of reach, under {limit:.0f}", limit=LIMITS.match)
     if strength < LIMITS.strength:

@@ -1,4 +1,4 @@
-"""The right-hand column: the selected style with the lamp."""
+"""The right-hand column, which shows the selected style with the lamp."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _ROWS: Final = 4
 
 
 def portrait_size(width: int, compact: bool) -> QSize:
-    """Return the size of each portrait in logical pixels: 160 x 176 in a column 376 pixels wide."""
+    """Return the size of each portrait in logical pixels, such as 160 x 176 for a width of 376."""
     margin = px(16 if compact else _MARGIN)
     inner = (width - 2 * margin - px(_GAP)) // 2
     return QSize(inner, round(inner * (1.0 if compact else _SHAPE)))
 
 
 class _MatchTile(OutlineBox):
-    """The match without the lamp, and with the lamp at its current position."""
+    """The match without the lamp, and the match with the lamp at its current position."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__("raised", "none")
@@ -74,7 +74,7 @@ class DetailColumn(Surface):
     """All details of the selected style with the lamp."""
 
     laid = Signal(QSize)
-    """Emitted with the new size of the portraits in logical pixels."""
+    """Emitted with the new size of the portraits, in logical pixels."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__("panel", ("left",), tr("Chosen style with the lamp"))
@@ -140,7 +140,7 @@ class DetailColumn(Surface):
         self.laid.emit(size)
 
     def show_state(self, state: LampDetailState) -> None:
-        """Show a style with the lamp at a position."""
+        """Show the style with the lamp at its current position."""
         self._title.set_text(state.title)
         self._side.set_text(state.side)
         rows = (

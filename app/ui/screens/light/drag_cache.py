@@ -1,4 +1,4 @@
-"""The parts of the screen's state that do not change while the lamp is moved."""
+"""Caches the parts of the screen's state that do not change while the lamp is moved."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from app.ui.screens.styles.gallery import ValueCache
 
 
 class Resolver:
-    """Builds parts of the state, caching those that do not depend on the lamp's position."""
+    """Builds parts of the state, and caches those that do not depend on the lamp's position."""
 
     def __init__(self) -> None:
         self._cache = ValueCache()
@@ -26,7 +26,7 @@ class Resolver:
     def sections(
         self, result: LampResult, pictures: Mapping[str, Bytes], version: int
     ) -> tuple[Section, ...]:
-        """Build the list, leaving out all empty sections except the first."""
+        """Build the list. Empty sections are omitted, except for the first section."""
         answers, front = result.answers, result.one.name
         return self._cache.once(
             "sections",
@@ -36,7 +36,7 @@ class Resolver:
         )
 
     def sky(self, result: LampResult) -> SkyState:
-        """Build the map of the selected style."""
+        """Build the map for the selected style."""
         question = result.answers.question
         limit = LIMITS.match if question.objective == "picture" else None
         one = result.one

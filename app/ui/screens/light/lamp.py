@@ -22,7 +22,7 @@ DISTANCES_M: tuple[float, ...] = (
     *(round(1.0 + 0.1 * step, 1) for step in range(10)),
     *(2.0 + 0.5 * step for step in range(7)),
 )
-"""Stops of the distance slider, in metres from the middle of the head."""
+"""Stops on the distance slider, in metres from the centre of the head."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class LampState:
     """The lamp in use, its limits and the brightness of the place.
 
     Attributes:
-        items: Key, title, description and icon of each available lamp.
+        items: Key, title, description and icon for each available lamp.
         brightness: Text such as "460 lx at the face, as measured", or an empty string while the
-            brightness is unknown.
+            brightness of the place is unknown.
     """
 
     items: tuple[tuple[str, str, str, str], ...] = ()
@@ -46,7 +46,7 @@ class LampState:
 
 
 def nearest_stop(distance_m: float) -> int:
-    """Return the index of the distance slider's stop nearest to a distance.
+    """Return the index of the distance slider's stop that is nearest to a distance.
 
     Examples:
         >>> DISTANCES_M[nearest_stop(0.31)]
@@ -56,7 +56,7 @@ def nearest_stop(distance_m: float) -> int:
 
 
 def lamp_words(title: str) -> str:
-    """Return the name of a lamp as it appears within a sentence.
+    """Return the name of a lamp as it should appear within a sentence.
 
     Examples:
         >>> lamp_words("Phone screen"), lamp_words("LED panel")
@@ -66,7 +66,7 @@ def lamp_words(title: str) -> str:
 
 
 def lamp_name(lamp: Lamp) -> str:
-    """Return the lamp's name for use in a sentence, such as "the LED panel"."""
+    """Return the lamp's name, with its article, for use in a sentence, such as "the LED panel"."""
     if isinstance(lamp, CapturedLamp):
         return f"“{lamp.title}”"
     return tr("the {lamp}", lamp=lamp_words(lamp_title(lamp.kind)))
@@ -101,7 +101,7 @@ class LampHold:
         )
 
     def lamp(self) -> Lamp | None:
-        """Return the lamp in use if it can be compared with the place, or else None."""
+        """Return the lamp in use, or None if that lamp cannot be compared with the place."""
         key = self._lamps.key
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self.stop])
@@ -116,14 +116,14 @@ class LampHold:
 
     @property
     def distance_m(self) -> float:
-        """Distance from the middle of the head, in metres."""
+        """Distance of the lamp from the centre of the head, in metres."""
         own = self._lamps.own
         if own is not None and own.distance_m is not None:
             return own.distance_m
         return DISTANCES_M[self.stop]
 
     def question(self) -> LampQuestion | None:
-        """Return the question for the search, or None if the brightness of the place is unknown."""
+        """Return the question to search for, or None if the brightness of the place is unknown."""
         model, gain = self._services.model, self._scale.white
         if model.light is None or gain is None:
             return None

@@ -1,4 +1,4 @@
-"""The list of lamps: standard kinds with known specifications, and captured lamps."""
+"""The list of lamps, both standard kinds with known specifications and captured lamps."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from app.words.phrases.quantities import metres, read_metres
 from app.words.remarks import sentences
 
 Source: TypeAlias = Literal["files", "place"]
-"""The source of a captured lamp: photos, or the open place."""
+"""The source of a captured lamp: photos or the open place."""
 
 _OWN: Final = "own:"
 
@@ -50,12 +50,12 @@ _FIXED: Final = tr("A captured lamp is valid only at the distance at which it wa
 
 
 def lamps_of(folders: Folders) -> Path:
-    """Return the folder of the user's lamps."""
+    """Return the folder that contains the user's lamps."""
     return folders.home / _FOLDER
 
 
 def own_key(name: str) -> str:
-    """Return the list key of a captured lamp, given its name in the library."""
+    """Return the key in the list for a captured lamp, given the lamp's name in the library."""
     return f"{_OWN}{name}"
 
 
@@ -78,7 +78,7 @@ class LampList:
 
     @property
     def items(self) -> tuple[tuple[str, str, str, str], ...]:
-        """Key, title, description and icon of each lamp."""
+        """Key, title, description and icon for each lamp."""
         owned = tuple(
             (f"{_OWN}{one.name}", one.title, _captured(one), "lamp") for one in self._entries
         )
@@ -89,14 +89,14 @@ class LampList:
 
     @property
     def usual_m(self) -> float | None:
-        """Usual distance of the lamp in use from the head, in metres, or None if there is none."""
+        """Usual distance of the lamp in use from the head, in metres, or None if it has none."""
         if self.own is not None:
             return self.own.distance_m
         return KINDS[self.key].distance_m if self.key in KINDS else None
 
     @property
     def fixed(self) -> str:
-        """The reason why the distance cannot be changed, or an empty string if it can."""
+        """The reason why the distance cannot be changed, or "" if it can be changed."""
         return "" if self.own is None or self.own.distance_m is None else _FIXED
 
     def choose(self, key: str) -> None:
@@ -106,7 +106,7 @@ class LampList:
             self._read(key)
 
     def take_own(self, name: str) -> None:
-        """Select a captured lamp that was just added to the library."""
+        """Select a captured lamp that has just been added to the library."""
         self.refresh()
         self._on_new(f"{_OWN}{name}")
 
@@ -136,7 +136,7 @@ class LampList:
         )
 
     def refresh(self) -> None:
-        """Refresh the list of captured lamps."""
+        """Refresh the list of captured lamps from the library."""
         self._services.runner.submit(
             _LIST, lambda *_: list_lamps(self.folder)[0], done=self._listed
         )
@@ -158,7 +158,7 @@ class LampList:
         self.view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
-        """Create a lamp from the open place, or ask for its photos."""
+        """Create a lamp from the open place, or ask for photos of the lamp."""
         if self.view is None:
             return
         try:
@@ -181,10 +181,10 @@ class LampList:
         return model.place_folder / model.place.environment
 
     def take(self, paths: Sequence[Path]) -> None:
-        """Create a lamp from photos taken in a dark room, save it and select it.
+        """Create a lamp from photos taken in a dark room, then save and select that lamp.
 
         Args:
-            paths: Paths of the exposures, or of one linear panorama.
+            paths: Paths of the exposures, or the path of a single linear panorama.
         """
         head, place = self._services.model.head, self._services.model.place
         if head is None or not paths:

@@ -1,4 +1,4 @@
-"""The left-hand column: the lamp, its distance and limits, and the list of styles."""
+"""The left-hand column: the lamp, its distance, its limits and the list of styles."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_LAMP: Final = ("", tr("Choose a lamp"), tr("phone, panel, flash or your own"
 
 
 class LampColumn(Surface):
-    """The lamp, its distance, its reach and the list of styles."""
+    """The lamp, its distance, its limits and the list of styles."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__("panel", ("right",), tr("Lamp and styles"))
@@ -150,7 +150,7 @@ class LampColumn(Surface):
             self._scroll.keep_visible(selected)
 
     def _rebuild(self, sections: tuple[Section, ...]) -> None:
-        """Put the rows in a new order, reusing existing rows."""
+        """Rearrange the rows, reusing the existing ones."""
         rows = {row.state.key: row for row in self.rows}
         headings = {heading.title: heading for heading in self._headings}
         while self._list.takeAt(0) is not None:

@@ -1,4 +1,4 @@
-"""The Light screen: the styles that a lamp brings within reach, and where to hold it."""
+"""The Light screen, which shows which styles a lamp brings within reach and where to hold it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from app.words.lamps import comparison_sentence, comparison_words
 
 @dataclass(frozen=True, slots=True)
 class LightSizes:
-    """Sizes of the pictures on the view's screen, as rows and columns of device pixels."""
+    """The sizes of the pictures in the view, each in rows and columns of device pixels."""
 
     row: Size = (56, 56)
     portrait: Size = (176, 160)
@@ -49,12 +49,12 @@ class LightState:
     """The state of the Light screen.
 
     Attributes:
-        actions: Key and label of each button.
-        meter: Sentence explaining that the lamp in use cannot be compared with the place, but that
-            its brightness can be entered. It replaces the drawings, and is empty if the lamp can
-            be compared.
+        actions: Key and label for each button.
+        meter: Sentence explaining that the lamp in use cannot be compared with the place unless the
+            user enters its brightness. The sentence replaces the drawings. It is empty if the lamp
+            can be compared.
         capturing: Whether a captured lamp is being loaded.
-        stale: Whether the answers are for another selection and are therefore dimmed under
+        stale: Whether the answers are for another selection and therefore dimmed under
             "Computing…".
         note: Text above the list, such as "This lamp is too weak at 30 cm. …".
     """
@@ -97,7 +97,7 @@ _NO_LIGHT: Final = tr("No light measured yet. Measure a place before adding a la
 
 
 class LightPresenter(Presenter[LightView]):
-    """Resolves the state of the screen and handles the user's actions."""
+    """Resolves the state of the screen, and handles the user's actions."""
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
@@ -115,7 +115,7 @@ class LightPresenter(Presenter[LightView]):
     # -- what the frame calls ------------------------------------------------------------------
 
     def attach(self, view: LightView) -> None:
-        """Show the state in `view` from now on."""
+        """Start showing the state in `view`."""
         self._view = view
         self.lamps.view = view
         self.lamps.refresh()
@@ -126,7 +126,7 @@ class LightPresenter(Presenter[LightView]):
         self._view = self.lamps.view = None
 
     def enter(self) -> None:
-        """Catch up with changes made on other screens."""
+        """Apply any changes made on other screens."""
         self._in_front = True
         self._pursue()
 
@@ -135,7 +135,7 @@ class LightPresenter(Presenter[LightView]):
         self._in_front = self._going = False
 
     def actions(self) -> Sequence[Action]:
-        """Return the actions of this screen, with those that have hints first."""
+        """Return the actions of this screen, starting with those that have hints."""
         works = self._works
         way = "turn" if self.front is None else way_icon(self.front.turn_refined_deg)
         # Without a lamp there is nothing to move.
@@ -164,13 +164,13 @@ class LightPresenter(Presenter[LightView]):
     # -- what the view calls -------------------------------------------------------------------
 
     def sized(self, sizes: LightSizes) -> None:
-        """Store the sizes of the pictures on the screen."""
+        """Set the sizes of the pictures on the screen."""
         if sizes != self._sizes:
             self._sizes = sizes
             self._pursue()
 
     def take_lamp(self, key: str) -> None:
-        """Select a lamp by its key in `LampState.items`."""
+        """Select the lamp with the given key in `LampState.items`."""
         if key != self.lamps.key:
             self.lamps.choose(key)
             if (usual := self.lamps.usual_m) is not None:
@@ -178,7 +178,7 @@ class LightPresenter(Presenter[LightView]):
             self._begin_anew()
 
     def move_away(self, stop: int) -> None:
-        """Set the distance of the lamp, and search again."""
+        """Set the distance of the lamp to a stop of the slider, and search again."""
         stop = min(max(stop, 0), len(DISTANCES_M) - 1)
         if stop != self._hand.stop and not self.lamps.fixed:
             self._hand.stop = stop
@@ -190,12 +190,12 @@ class LightPresenter(Presenter[LightView]):
             self.move_away(nearest_stop(self.work.nearer.distance_m))
 
     def set_arm(self, on: bool) -> None:
-        """Limit the positions to those within arm's reach."""
+        """Set whether to limit the positions to those within arm's reach."""
         self._hand.arm = on
         self._begin_anew()
 
     def set_floor(self, on: bool) -> None:
-        """Limit the positions to those above floor level."""
+        """Set whether to limit the positions to those above floor level."""
         self._hand.floor = on
         self._begin_anew()
 
@@ -212,17 +212,18 @@ class LightPresenter(Presenter[LightView]):
             self._pursue()
 
     def choose(self, name: str) -> None:
-        """Select a style, with the lamp at its best position."""
+        """Select a style, and move the lamp to its best position."""
         self._position = None
         self._services.model.choose(name)
         self._pursue()
 
     def hold_at(self, azimuth_deg: float, altitude_deg: float) -> None:
-        """Move the lamp, and update the drawings, the text and the pictures.
+        """Move the lamp to a direction, and update the drawings, the text and the pictures.
 
         Args:
             azimuth_deg: Azimuth in degrees, positive towards the sitter's left.
-            altitude_deg: Altitude in degrees, positive upward, clamped to the searched range.
+            altitude_deg: Altitude in degrees, positive upwards. It is clamped to the range that was
+                searched.
         """
         position = self._now
         if position is not None:
@@ -230,7 +231,7 @@ class LightPresenter(Presenter[LightView]):
             self._hold(LampPosition(wrap(azimuth_deg), height, position.power))
 
     def step_power(self, steps: int) -> None:
-        """Change the power of the lamp at its current position, in whole stops."""
+        """Change the power of the lamp by whole stops, without moving the lamp."""
         position = self._now
         if position is not None and self._may_step(steps):
             powers = self._powers()
@@ -251,7 +252,7 @@ class LightPresenter(Presenter[LightView]):
         self._go()
 
     def _go(self) -> None:
-        """Go to the turn once the match at the lamp's position has been computed."""
+        """Go to the turn as soon as the match at the lamp's position has been computed."""
         result = self._result if self._going and not self.stale else None
         match = None if result is None else result.match
         if result is None or match is None:
@@ -336,7 +337,7 @@ class LightPresenter(Presenter[LightView]):
         )
 
     def _hold_state(self, result: LampResult, heads: HeadsState) -> HoldState:
-        """Return the two steps, or a message while another lamp is being tried."""
+        """Return the two steps, or a message while a different lamp is being tried."""
         hold, lamp, lamp_in_hand = (
             hold_of(result, heads),
             self._hand.lamp(),
@@ -355,7 +356,7 @@ class LightPresenter(Presenter[LightView]):
         self._pursue()
 
     def _pursue(self) -> None:
-        """Start the missing jobs, and show the results so far."""
+        """Start any jobs that are still needed, and show the results so far."""
         if self._in_front and self._view is not None:
             head, lamp, question = (
                 self._services.model.head,
@@ -376,7 +377,7 @@ class LightPresenter(Presenter[LightView]):
             self.work.find_lens(result.answers, result.one)
 
     def _answered(self) -> None:
-        """Move the lamp to the best position of the new answers."""
+        """Move the lamp to the best position in the new answers."""
         self._position = None
         self._pursue()
 
@@ -387,7 +388,7 @@ class LightPresenter(Presenter[LightView]):
 
     @property
     def front(self) -> LampPlacement | None:
-        """Placement for the selected style, or None until there is one."""
+        """Placement for the selected style, or None until it has been found."""
         if self.work.answers is None:
             return None
         return front_of(self.work.answers, self._services.model.pack_style)
@@ -400,7 +401,7 @@ class LightPresenter(Presenter[LightView]):
 
     @property
     def _result(self) -> LampResult | None:
-        """The selected style with the lamp at its current position."""
+        """The selected style with the lamp at its current position, or None until it is known."""
         answers, one, position = self.work.answers, self.front, self._now
         if answers is None or one is None or position is None:
             return None

@@ -1,6 +1,6 @@
-"""The view of the Light screen: the lamp, its best position and its effect.
+"""The view of the Light screen, which shows the lamp, its best position and its effect.
 
-Two pages ask how bright the place and the lamp are.
+Two further pages ask how bright the place and the lamp are.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ _PICTURES: Final = tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.h
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
     """Return the widths of the left-hand and right-hand columns.
 
-    Both grow with the window, except for the right-hand column of the compact layout, where larger
-    pictures would hide numbers.
+    Both columns grow with the window. The exception is the right-hand column of the compact layout,
+    where larger pictures would hide numbers.
     """
     more = max(int((width - px(_USUAL[compact])) * _GROWTH), 0)
     if compact:
@@ -128,7 +128,7 @@ class LightScreen(SheetHost):
         self.detail.setVisible(bool(state.detail.key))
 
     def _show_page(self, state: LightState) -> None:
-        """Show the drawings, a question or the empty state, keeping the focus on that page."""
+        """Show the drawings, a question or the empty state, and keep the focus on that page."""
         page: QWidget = self._room
         if state.meter:
             self.meter.show_state(state.meter, state.meter_error)
@@ -154,7 +154,7 @@ class LightScreen(SheetHost):
             self._first_of(page).setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _first_of(self, page: QWidget) -> QWidget:
-        """Return the first focusable widget of a page."""
+        """Return the first widget on a page that can take the focus."""
         if page is self._room:
             return self.middle.map
         if isinstance(page, Brightness):
@@ -168,7 +168,7 @@ class LightScreen(SheetHost):
         self.middle.map.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def ask_pictures(self) -> None:
-        """Ask for the photos of a lamp."""
+        """Ask for photos of a lamp."""
         paths = ask_files(self, tr("Photos of your lamp in a dark room"), _PICTURES)
         if paths:
             self.presenter.lamps.take(paths)
@@ -181,7 +181,7 @@ class LightScreen(SheetHost):
         self.put_over(sheet, sheet.name.edit)
 
     def ask_words(self, ask: WordsAsk) -> None:
-        """Open the sheet that asks for a line of text about the lamp."""
+        """Open the sheet that asks for one of the lamp's values as text."""
         words = (ask.title, ask.label, ask.button, ask.text, ask.example)
         sheet = LineSheet(self.window(), *words)
 

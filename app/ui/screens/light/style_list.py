@@ -1,4 +1,4 @@
-"""The list of styles with the lamp: now possible, better, or still out of reach."""
+"""The list of styles that, with the lamp, are now possible, better or still out of reach."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ STRONGER: Final = tr("Try a stronger one.")
 
 @dataclass(frozen=True, slots=True)
 class RowState:
-    """A row of the list. Rows that compare equal look the same.
+    """A row in the list. Rows that compare equal look the same.
 
     Attributes:
-        picture: Target portrait, (h, w, 3) uint8 sRGB, or None. It is ignored in comparisons.
+        picture: Target portrait, (h, w, 3) uint8 sRGB, or None if there is none. It is ignored in
+            comparisons.
     """
 
     key: str
@@ -50,7 +51,7 @@ class RowState:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A section of the list: its title, its count (such as "3 of 9") and its styles."""
+    """A section of the list, with its title, its count (such as "3 of 9") and its styles."""
 
     title: str
     count: str
@@ -68,7 +69,7 @@ def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
 
 
 def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Return the styles within reach that the lamp clearly improves, largest gain first."""
+    """Return the styles already within reach that the lamp clearly improves, largest gain first."""
     winners = [one for one in placements if one.before.attainable and _gain(one) >= GAIN]
     return tuple(sorted(winners, key=lambda one: (-_gain(one), -one.match)))
 
@@ -78,7 +79,7 @@ def _gain(one: LampPlacement) -> int:
 
 
 def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
-    """Return the style to show: the chosen style, unless the lamp helps only other styles."""
+    """Return the style to show, which is the chosen one unless the lamp helps only other styles."""
     candidates = (*rescued(answers.placements), *better(answers.placements))
     one = answers.of(style_name)
     if one is not None and (not one.before.attainable or one in candidates):
@@ -89,7 +90,7 @@ def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
 def sections_of(
     answers: Answers, front: str | None, pictures: Mapping[str, Bytes], version: int
 ) -> tuple[Section, ...]:
-    """Build the list, leaving out all empty sections except the first."""
+    """Build the list. Empty sections are omitted, except for the first section."""
     placements = answers.placements
     styles = {style.name: style for style in answers.hand.head.pack.styles}
     out = sum(not one.before.attainable for one in placements)
@@ -159,7 +160,7 @@ def _row(one: LampPlacement, style: Style, how: str, answers: Answers) -> RowSta
 def note_of(
     answers: Answers, distance_m: float, busy: bool, coming_closer: bool, nearer: Nearer | None
 ) -> tuple[str, str]:
-    """Return the note above the list and the label of its button. Both may be empty."""
+    """Return the note above the list and the label of the note's button. Either may be empty."""
     if all(one.before.attainable for one in answers.placements):
         return tr("Every style is within reach here. A lamp can still improve some of them."), ""
     if rescued(answers.placements) or busy:

@@ -1,4 +1,4 @@
-"""Rows and headings of the list of styles."""
+"""Rows and headings for the list of styles."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from app.ui.widgets.paint import RIGHT, STALE, put_text, text_width
 from app.ui.widgets.surfaces import Card
 
 HEIGHT: Final = 76
-"""Height of a row in logical pixels at scale 1."""
+"""Height of a row, in logical pixels at scale 1."""
 
 PICTURE: Final = 56
-"""Width and height of a row's picture in logical pixels at scale 1."""
+"""Width and height of the picture in a row, in logical pixels at scale 1."""
 
 _PAD: Final = 8
 
@@ -33,7 +33,7 @@ _LONGEST: Final = tr("{share} power", share="1/256")
 
 
 class RowCard(Card):
-    """A style, and its match without and with the lamp."""
+    """A style, with its match without the lamp and with it."""
 
     preferred_size = (280, HEIGHT)
 
@@ -50,7 +50,7 @@ class RowCard(Card):
         self._tell()
 
     def show_state(self, state: RowState, stale: bool) -> None:
-        """Show new numbers for the same style, dimmed if `stale` because they are out of date."""
+        """Show new numbers for the same style, dimmed if they are `stale`."""
         if stale != self._stale:
             self._stale = stale
             self.update()
@@ -62,7 +62,7 @@ class RowCard(Card):
             self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Place the picture at the left."""
+        """Place the picture on the left."""
         super().resizeEvent(event)
         side = px(PICTURE)
         self._picture.setGeometry(px(_PAD), (self.height() - side) // 2, side, side)
@@ -88,7 +88,7 @@ class RowCard(Card):
         painter.setOpacity(1.0)
 
     def _numbers(self, painter: QPainter, line: QRectF) -> float:
-        """Paint "29 → 63" at the right and return its left edge."""
+        """Paint numbers such as "29 → 63" on the right, and return their left edge."""
         t, state = theme(), self.state
         strong, plain = t.font(14, 700), t.font(14)
         after, before = str(state.after), str(state.before)
@@ -108,7 +108,7 @@ class RowCard(Card):
 
 
 class SectionHeading(QWidget):
-    """The title of a section, and the number of its styles."""
+    """The title of a section and the number of styles in that section."""
 
     def __init__(self, title: str) -> None:
         super().__init__()

@@ -22,7 +22,7 @@ class HoldState:
     """The text of the two steps.
 
     Attributes:
-        turn, turn_line: Title such as "Turn 56° counter-clockwise", and a sentence on the effect
+        turn, turn_line: A title such as "Turn 56° counter-clockwise", and a sentence on the effect
             of that turn.
     """
 
@@ -41,10 +41,10 @@ class HeadsState:
     """The lamp's position around the head.
 
     Attributes:
-        shape: Outlines of the head in metres, or None.
-        best: Best azimuth and altitude in degrees, or None.
-        place_light_deg: Azimuth, relative to the face, from which the place lights the face at this
-            turn, or None if the light comes from all around.
+        shape: Outlines of the head, in metres, or None if there are none.
+        best: Best azimuth and altitude, in degrees, or None while they are unknown.
+        place_light_deg: Azimuth from which the place lights the face at this turn, in degrees
+            relative to the face, or None if the light comes from all around.
     """
 
     shape: HeadShape | None = field(default=None, repr=False)
@@ -79,14 +79,14 @@ _MOVES: Final = {
 
 
 def turn_title(turn_deg: float) -> str:
-    """Return the first step, such as "Turn 56° counter-clockwise"."""
+    """Return the title of the first step, such as "Turn 56° counter-clockwise"."""
     if whole(turn_deg) == 0:
         return tr("No turn needed")
     return tr("Turn {turn}", turn=turn_words(turn_deg))
 
 
 def go_words(turn_deg: float) -> str:
-    """Return the label of the main button, including the one for a turn of 0."""
+    """Return the label of the main button, which is different for a turn of 0."""
     return tr("Hold the lamp now") if whole(turn_deg) == 0 else tr("Turn first")
 
 
@@ -101,8 +101,8 @@ def place_words(azimuth_deg: float | None) -> str:
     """Describe the direction from which the place lights the face after the turn.
 
     Args:
-        azimuth_deg: Azimuth relative to the face, positive towards the sitter's left, or None for
-            light from all around.
+        azimuth_deg: Azimuth of the light in degrees, relative to the face and positive towards the
+            sitter's left, or None for light from all around.
     """
     if azimuth_deg is None:
         return tr("The light of the place then comes from all around.")
@@ -145,7 +145,7 @@ def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
 
 
 def _way(now_deg: float, best_deg: float) -> str:
-    """Describe the way around the head: forward, back or to the other side."""
+    """Describe the way around the head, which is forward, back or to the other side."""
     if now_deg * best_deg < 0 or abs(now_deg) < _SAME_DEG:
         if best_deg > 0:
             return tr("to the sitter’s left (camera right)")
@@ -154,7 +154,7 @@ def _way(now_deg: float, best_deg: float) -> str:
 
 
 def hold_of(result: LampResult, heads: HeadsState) -> HoldState:
-    """Return the two steps."""
+    """Return the text of the two steps."""
     turn, kind = result.one.turn_refined_deg, kind_of(result.answers)
     name = lamp_name(result.answers.hand.lamp)
     where, far, skin = result.spot

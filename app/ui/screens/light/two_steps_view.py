@@ -1,4 +1,4 @@
-"""The middle column: the two steps, drawings from above and from the side, and the map."""
+"""The middle column: the two steps, the drawings from above and from the side, and the map."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MAP_SHARE: Final = 0.23  # fraction of the width, if there is more space
 
 
 class _Number(PaintedWidget):
-    """The number of a step inside a ring."""
+    """The number of a step, drawn inside a ring."""
 
     def __init__(self, number: int) -> None:
         super().__init__()
@@ -53,7 +53,7 @@ class _Number(PaintedWidget):
 
 
 class Middle(QWidget):
-    """The steps, the drawings and the map."""
+    """The two steps, the drawings and the map."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class Middle(QWidget):
 
     @property
     def plots(self) -> tuple[LampPlot, LampPlot, LampPlot]:
-        """The three plots on which the lamp can be moved."""
+        """The three plots in which the lamp can be moved."""
         return self.above, self.side, self.map
 
     def _steps(self) -> QGridLayout:

@@ -1,1 +1,1 @@
-"""Lamps captured by the user: capture, mask and changes to their files."""
+"""Lamps captured by the user, including their capture, their masks and changes to their files."""

@@ -1,4 +1,4 @@
-"""The actions for a captured lamp: rename, correct, mask and delete."""
+"""The actions for a captured lamp: rename it, correct its values, paint its mask and delete it."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class LampActions:
 
     @property
     def trouble(self) -> str:
-        """The error in the latest answer about the lamp in use."""
+        """The error in the latest answer about the lamp in use, or an empty string."""
         about, sentence = self._trouble
         own = self._lamps.own
         return sentence if own is not None and own.name == about else ""
@@ -83,7 +83,7 @@ class LampActions:
     # -- edits of one value --------------------------------------------------------------------
 
     def ask(self, wish: WordsWish) -> None:
-        """Ask for a new name, distance or brightness for the lamp in use."""
+        """Ask for a new name, a new distance or a new brightness for the lamp in use."""
         lamp = self._lamps.own
         view = self._lamps.view
         if lamp is None or view is None:
@@ -97,7 +97,7 @@ class LampActions:
         view.ask_words(WordsAsk(wish, title, label, button, text, example))
 
     def answer(self, wish: WordsWish, text: str) -> None:
-        """Apply the typed text, or show an error beside the field."""
+        """Apply the typed text, or show an error beside the field if the text is invalid."""
         lamp, folder = self._lamps.own, self._lamps.folder
         if lamp is None:
             return

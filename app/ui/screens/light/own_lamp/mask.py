@@ -1,4 +1,4 @@
-"""The mask of a captured lamp: painting, detection and saving."""
+"""Painting, detecting and saving the mask of a captured lamp."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.words.phrases.quantities import lux_words
 Point: TypeAlias = tuple[float, float]
 
 RADII_DEG: Final = (0.5, 12.0)
-"""Smallest and largest radius of the brush, in degrees."""
+"""Smallest and largest radii of the brush, in degrees."""
 
 _FIND: Final = "light-mask"
 
@@ -41,10 +41,11 @@ class MaskState:
     """The contents of the sheet.
 
     Attributes:
-        picture: The capture with raised shadows, (H, 2 H, 3) uint8 sRGB.
+        picture: The capture with its shadows raised, (H, 2 H, 3) uint8 sRGB.
         alpha: The mask as currently painted, (H, 2 H) float32.
-        centre: Azimuth and elevation of the lamp in degrees. The view starts there.
-        gives: Sentence such as "The lamp produces 640 lx at the camera."
+        centre: Azimuth and elevation of the lamp, in degrees, at which the view is initially
+            centred.
+        gives: A sentence such as "The lamp produces 640 lx at the camera."
     """
 
     title: str
@@ -74,7 +75,7 @@ class MaskLook(NamedTuple):
     """The sheet's initial contents, as returned by `look_at_mask`.
 
     Attributes:
-        picture: The capture, (H, 2 H, 3) uint8, as in `MaskState`.
+        picture: The capture, (H, 2 H, 3) uint8 sRGB, as in `MaskState`.
     """
 
     picture: Bytes
@@ -96,7 +97,7 @@ def look_at_mask(lamp: CapturedLamp) -> MaskLook:
 
 
 class MaskEdit:
-    """The mask of a lamp while the user edits it."""
+    """The mask of a lamp while the user is editing it."""
 
     def __init__(
         self,
@@ -120,7 +121,7 @@ class MaskEdit:
         self._state = MaskState(lamp.title, picture, lamp.alpha, centre, gives=gives)
 
     def attach(self, view: MaskView) -> None:
-        """Show the state in `view` from now on."""
+        """Start showing the state in `view`."""
         self._view = view
         self._show()
 
@@ -136,21 +137,21 @@ class MaskEdit:
         return replace(self._state, can_undo=bool(self._before), changed=changed)
 
     def _show(self, **changes: Any) -> None:
-        """Change fields of the `MaskState` and show it."""
+        """Change fields of the `MaskState`, and show the result."""
         self._state = replace(self._state, **changes)
         if self._view is not None:
             self._view.show_state(self.state())
 
     def set_lit(self, adds_lamp: bool) -> None:
-        """Set whether the brush adds to the mask or erases parts of it."""
+        """Set whether the brush adds to the mask or erases from it."""
         self._show(adds_lamp=adds_lamp)
 
     def set_radius(self, radius_deg: float) -> None:
-        """Set the radius of the brush in degrees."""
+        """Set the radius of the brush, in degrees."""
         self._show(radius_deg=min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1]))
 
     def press(self, at: Point) -> None:
-        """Start a stroke at an azimuth and elevation in degrees. Undo removes the whole stroke."""
+        """Start a stroke at an azimuth and elevation in degrees. Undo removes a whole stroke."""
         if self._state.busy:
             return
         self._untouched = self._state.alpha
@@ -158,7 +159,7 @@ class MaskEdit:
         self._paint((at,))
 
     def draw(self, points: Sequence[Point]) -> None:
-        """Continue the stroke."""
+        """Continue the stroke through the given points."""
         if self._last is not None and points:
             self._paint((self._last, *points))
             self._last = points[-1]
@@ -182,7 +183,7 @@ class MaskEdit:
             self._settled(alpha=self._lamp.alpha if same else earlier)
 
     def find_again(self) -> None:
-        """Detect the lamp again. The user can undo the change."""
+        """Detect the lamp again, replacing the mask. The user can undo this."""
         radiance = self._lamp.radiance
         self._show(busy=True)
         self._services.runner.submit(
@@ -190,7 +191,7 @@ class MaskEdit:
         )
 
     def save(self) -> None:
-        """Save the mask with the lamp, and move the old mask to the trash."""
+        """Save the mask with the lamp, and move the old mask to the trash folder."""
         lamp, alpha, folder = self._lamp, self._state.alpha, self._folder
         if self._state.busy or alpha is lamp.alpha:
             return
@@ -231,7 +232,7 @@ class MaskEdit:
         self._settled()
 
     def _settled(self, **changes: Any) -> None:
-        """Show the change and compute the lamp's illuminance."""
+        """Show the change, and compute the lamp's illuminance."""
         self._show(busy=False, error="", **changes)
         lamp, alpha = self._lamp, self._state.alpha
         self._services.runner.submit(
@@ -241,7 +242,7 @@ class MaskEdit:
         )
 
     def _remember(self, before: Float32) -> None:
-        """Store the changed part for undo."""
+        """Store the changed part of the mask for undo."""
         changed = before != self._state.alpha
         rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
         if not rows.size:
@@ -270,7 +271,7 @@ class MaskEdit:
 
 
 def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
-    """Return a sentence on the illuminance from a masked lamp, or "" if its exposure is unknown."""
+    """Return a sentence on a masked lamp's illuminance, or "" if the exposure is unknown."""
     if lamp.white_cd_m2 is None:
         return ""
     draft = replace(lamp, alpha=alpha)
@@ -279,7 +280,7 @@ def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
 
 
 def _picture(lamp: CapturedLamp) -> Bytes:
-    """Render a capture so that the lamp keeps its shape and the dark room is visible."""
+    """Render a capture to show both the shape of the lamp and the dark room."""
     light = lamp.radiance @ np.array(LUMINANCE_WEIGHTS, np.float32)
     lamp_pixels = light[lamp.alpha > 0.5]
     top = float(np.percentile(lamp_pixels, 95.0)) if lamp_pixels.size else float(light.max())

@@ -1,4 +1,4 @@
-"""The sheet for the mask of a captured lamp."""
+"""The sheet for editing the mask of a captured lamp."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The questions asked by the sheets about a captured lamp."""
+"""The questions that the sheets ask about a captured lamp."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WordsWish: TypeAlias = Literal["rename", "distance", "lux"]
 
 @dataclass(frozen=True, slots=True)
 class WordsAsk:
-    """A text field for one value of a captured lamp."""
+    """A question that asks for one value of a captured lamp as text."""
 
     wish: WordsWish
     title: str
@@ -25,7 +25,7 @@ class WordsAsk:
 
 @dataclass(frozen=True, slots=True)
 class CaptureAsk:
-    """Instructions for capturing a lamp, and the sources available now."""
+    """Instructions for capturing a lamp, and the sources that are currently available."""
 
     guide: tuple[str, ...]
     other: str = ""
@@ -40,10 +40,10 @@ class LampSheets(Protocol):
         """Explain how to capture a lamp, and pass the answer to `LampList.capture`."""
 
     def ask_pictures(self) -> None:
-        """Ask for the photos of a lamp, and pass them to `LampList.take`."""
+        """Ask for photos of a lamp, and pass them to `LampList.take`."""
 
     def ask_words(self, ask: WordsAsk) -> None:
-        """Ask for a line of text, and pass it to `LampActions.answer`."""
+        """Ask for a line of text, and pass the text to `LampActions.answer`."""
 
     def say(self, sentence: str) -> None:
         """Show an error in the open sheet, or close the sheet if the sentence is empty."""

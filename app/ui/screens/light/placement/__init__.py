@@ -1,1 +1,1 @@
-"""The best position of a lamp for each style: the background search and its pictures."""
+"""The search for the best position of a lamp for each style, and the pictures of its results."""

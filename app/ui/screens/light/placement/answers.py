@@ -1,4 +1,4 @@
-"""The search for a lamp's best position: its question and its results."""
+"""The search for a lamp's best position, with its question and its results."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class LampQuestion:
     """The question that a search answers.
 
     Attributes:
-        gain: Luminance that a radiance of 1 stands for, in cd/m2.
+        gain: Luminance represented by a radiance of 1, in cd/m2.
     """
 
     light: PlaceLight
@@ -69,7 +69,7 @@ class LampQuestion:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Cache key. Questions with equal keys have equal answers."""
+        """Key for caching answers. Questions with equal keys have equal answers."""
         values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
         return (self.light, *values, self.objective, self.lens)
 
@@ -79,7 +79,7 @@ class Answers:
     """The best position of a lamp for each style.
 
     Attributes:
-        is_open: (576,) bool. Whether each placement can be reached.
+        is_open: (576,) bool. For each placement, whether the lamp can be held there.
     """
 
     hand: InHand
@@ -96,7 +96,7 @@ class Answers:
 class Nearer:
     """The effect of moving a lamp closer to the head.
 
-    It is computed only if the lamp brings no style within reach at its current distance.
+    This effect is computed only if the lamp brings no style within reach at its current distance.
     """
 
     answers: Answers
@@ -105,12 +105,12 @@ class Nearer:
 
 
 def powers_for(answers: Answers) -> tuple[float, ...]:
-    """Return the powers that were searched, from strongest to weakest."""
+    """Return the powers included in the search, from strongest to weakest."""
     return lamp_powers(answers.hand.lamp, answers.question.objective)
 
 
 def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
-    """Return the powers to search. The paper's objective uses only full power."""
+    """Return the powers to include in a search. The paper's objective uses only full power."""
     if objective == "paper" or not isinstance(lamp, NumbersLamp):
         return FULL
     return powers_of(lamp.kind)
@@ -124,7 +124,7 @@ def best_held(placement: LampPlacement) -> LampPosition:
 
 
 def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
-    """Return the placement with the lens where the match is best, within the user's limits."""
+    """Return the placement with the lens where the user's limits permit the best match."""
     hand, head, question = answers.hand, answers.hand.head, answers.question
     if not head.views:
         return one
@@ -148,13 +148,13 @@ def take_in_hand(
     report: Report,
     grey: bool = False,
 ) -> InHand:
-    """Prepare a lamp, reusing the head's data from `hand` if possible.
+    """Prepare a lamp for placement, reusing the head's data from `hand` if possible.
 
     Args:
         grey: Whether to ignore the lamp's colours in the search, as the paper does.
 
     Raises:
-        CoreError: If the head's shape is missing, or the lamp cannot be used.
+        CoreError: If the head's shape is missing or the lamp cannot be used.
         Cancelled: If the token is cancelled.
     """
     if hand is not None and hand.head is head:
@@ -179,7 +179,7 @@ def take_in_hand(
 
 
 def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
-    """Find the best position of a lamp for each of the given styles, by default for all."""
+    """Find the best position of a lamp for each of the given styles, or for all by default."""
     is_open = _open_spots(question)
     placements = place_all(
         hand.head.pack,
@@ -209,10 +209,10 @@ def _open_spots(question: LampQuestion) -> NDArray[np.bool_]:
 def closer(
     answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
 ) -> LampPlacement | None:
-    """Return the placement for the style that a lamp suits best at a shorter distance.
+    """Return the placement for the style that the lamp suits best at a shorter distance.
 
     Returns:
-        The best placement, preferably one within reach, or None if there is none.
+        The best placement, preferably one within reach, or None if there are no placements.
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     placements = ask(hand, answers.question, names).placements

@@ -1,4 +1,4 @@
-"""The jobs of the Light screen: preparing a lamp, placing it and rendering pictures."""
+"""The jobs of the Light screen, which prepare lamps, place them and render pictures."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class LightWork:
 
     Attributes:
         rows: Target portraits for the list.
-        version: Number of times that `rows` has been rendered.
+        version: Number of times that `rows` have been rendered.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class LightWork:
 
     @property
     def nearer(self) -> Nearer | None:
-        """The effect of the lamp at a shorter distance, or None if it has not been computed."""
+        """The effect of the lamp at a shorter distance, or None until the effect is computed."""
         nearer = self._nearer
         return nearer if nearer is not None and nearer.answers is self.answers else None
 
@@ -118,7 +118,7 @@ class LightWork:
         self.answers = self.view = self._view_key = None
 
     def forget(self) -> None:
-        """Discard the last question so that it is asked again."""
+        """Discard the last question. It will then be asked again."""
         self._asked_lamp = self._asked_places = ()
         self.trouble = ""
 
@@ -140,7 +140,7 @@ class LightWork:
     # -- lamp and positions --------------------------------------------------------------------
 
     def place(self, head: Head, lamp: Lamp, question: LampQuestion) -> None:
-        """Place a lamp, preparing it first if necessary."""
+        """Place a lamp, first preparing the lamp if necessary."""
         # Lamps defined by specifications are white.
         grey = question.objective == "paper" and not isinstance(lamp, NumbersLamp)
         if self._asked_lamp != (head, lamp, grey):
@@ -176,7 +176,7 @@ class LightWork:
         self._changed()
 
     def _stopped(self) -> None:
-        """Report that the user cancelled, unless a newer lamp is being prepared."""
+        """Report that the user cancelled the search, unless a newer lamp is being prepared."""
         if not self._services.runner.running(_LAMP):
             self.trouble = tr("Stopped before all positions were tried.")
             self._changed()
@@ -197,7 +197,7 @@ class LightWork:
             self._answered()
 
     def _come_closer(self, answers: Answers) -> None:
-        """If a lamp brings no style within reach, try it at half the distance."""
+        """Try the lamp at half the distance if it brings no style within reach."""
         lamp = answers.hand.lamp
         out = [one.name for one in answers.placements if not one.before.attainable]
         if rescued(answers.placements) or not out or not isinstance(lamp, NumbersLamp):
@@ -219,11 +219,11 @@ class LightWork:
         )
 
     def lens_of(self, one: LampPlacement) -> LampPlacement | None:
-        """Return the placement with the lens off the nose's axis, or None until it is computed."""
+        """Return the placement with the lens off the nose's axis, or None until computed."""
         return self._lens[1] if self._lens[0] is one else None
 
     def find_lens(self, answers: Answers, one: LampPlacement) -> None:
-        """Find the best lens position for a style, if the lens may leave the nose's axis."""
+        """Find the best lens position for a style if the lens may leave the nose's axis."""
         if answers.question.lens == STRAIGHT or self._lens[0] is one:
             return
         self._lens = (one, None)
@@ -242,7 +242,7 @@ class LightWork:
     def plan(
         self, result: LampResult, match: float, hold: HoldState, done: Callable[[LampPlan], None]
     ) -> None:
-        """Build the plan to turn first and then hold the lamp, and pass it to `done`."""
+        """Build a plan to turn first and then hold the lamp, and pass that plan to `done`."""
         answers, name, position = result.answers, result.one.name, result.position
 
         def work() -> LampPlan:
@@ -257,9 +257,9 @@ class LightWork:
     # -- pictures ------------------------------------------------------------------------------
 
     def look_at(self, answers: Answers, name: str, position: LampPosition, size: Size) -> None:
-        """Render pictures. While a job runs, only the newest request is queued.
+        """Render pictures. While a job is running, only the newest request is queued.
 
-        If each movement of the lamp cancelled the running job, no picture would ever be finished.
+        If every movement of the lamp cancelled the running job, no picture would ever be finished.
         """
         self._view_key = (answers, name, position, size)
         view = self.view

@@ -36,7 +36,7 @@ from app.ui.screens.light.placement.answers import (
 )
 
 Size: TypeAlias = tuple[int, int]
-"""Rows and columns in device pixels."""
+"""Size in rows and columns of device pixels."""
 
 _ROWS: Final = len(ALTITUDES_DEG)
 _STEP_DEG: Final = 5.625
@@ -69,7 +69,7 @@ class LampView:
 
 
 def result_with(answers: Answers, name: str, position: LampPosition, match: float) -> StyleResult:
-    """Return the result for a style at every turn, with the lamp at a fixed position."""
+    """Return the result for a style at every turn while the lamp stays at a fixed position."""
     one = answers.of(name)
     if one is None:
         raise KeyError(name)
@@ -95,7 +95,7 @@ def result_with(answers: Answers, name: str, position: LampPosition, match: floa
 
 
 def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64:
-    """Return 64 matches with the lamp fixed and the sitter facing azimuth 5.625° * index."""
+    """Return 64 matches with the lamp fixed. At index k, the sitter faces azimuth 5.625° * k."""
     hand, question = answers.hand, answers.question
     transport = hand.head.transport
     lamp, hidden = _of_lamp(hand, position)
@@ -112,7 +112,7 @@ def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64
 
 
 def _matches(head: Head, name: str, grey: Float64) -> Float64:
-    """Return the matches of n pictures over the face region, given their (P, n) luminance."""
+    """Return the matches of n pictures in the face region, given their luminance, (P, n)."""
     root = np.sqrt(head.pack.region_on(head.transport))
     flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
     target = less_mean(luminance(flat), root)
@@ -122,7 +122,7 @@ def _matches(head: Head, name: str, grey: Float64) -> Float64:
 
 
 def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
-    """Return the arc around a turn, in degrees, on which a curve is at least `least`."""
+    """Return both ends, in degrees, of the arc around a turn where a curve is at least `least`."""
     steps = np.arange(360)
     nodes = np.arange(TURNS + 1) * _STEP_DEG
     around = np.interp((turn_deg + steps) % 360.0, nodes, np.append(curve, curve[0])) >= least
@@ -135,7 +135,7 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
 def portrait_with(
     answers: Answers, name: str, position: LampPosition, facing_deg: float, size: Size
 ) -> Bytes:
-    """Render a style's portrait with the lamp at a position, facing an azimuth of the panorama."""
+    """Render a style's portrait with the lamp at a position and the face towards an azimuth."""
     hand, question = answers.hand, answers.question
     parts = _parts(hand, question, position, facing_deg)
     here = Facing(question.light, facing_deg, hand.head.expose_of(name))
@@ -145,7 +145,7 @@ def portrait_with(
 def _parts(
     hand: InHand, question: LampQuestion, position: LampPosition, facing_deg: float
 ) -> list[Float32]:
-    """Return (P, 3) pictures lit by the place alone and by the lamp alone, in the place's unit."""
+    """Return (P, 3) pictures lit by the place alone and by the lamp alone, in the place's units."""
     lamp, hidden = _of_lamp(hand, position)
     place = turned(question.light, facing_deg, hand.head.transport.environment_shape)
     picture = render(hand.head.transport, place * (1.0 - hidden)[..., None])
@@ -155,13 +155,13 @@ def _parts(
 def _picture(
     hand: InHand, position: LampPosition, here: Facing, parts: Sequence[Float32], size: Size
 ) -> Bytes:
-    """Combine the pictures from `_parts` into the portrait."""
+    """Combine the pictures from `_parts` into a portrait."""
     pictures = [to_image(hand.head.transport, part) for part in parts]
     return hand.head.portrait_with(here, [*pictures, _far(hand, position)], size)
 
 
 def _far(hand: InHand, position: LampPosition) -> FloatImage:
-    """Return the lamp as a distant light, (H, W, 3), of the same apparent size."""
+    """Return the lamp as a distant light, (H, W, 3), with the same apparent size."""
     lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         return placed_at(lamp, *spot)[0]
@@ -173,7 +173,7 @@ def _far(hand: InHand, position: LampPosition) -> FloatImage:
 
 
 def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
-    """Render sRGB target portraits of some styles, or of all by default, keyed by style name."""
+    """Render sRGB target portraits, keyed by style name, for some styles or for all by default."""
     pack = head.pack
     style_names = [style.name for style in pack.styles] if names is None else names
     linear = np.stack([pack.target(name) for name in style_names])
@@ -184,7 +184,7 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
 def look(
     answers: Answers, name: str, position: LampPosition, size: Size, before: LampView | None
 ) -> LampView:
-    """Render a style with the lamp at a position, and without the lamp.
+    """Render a style both with the lamp at a position and without the lamp.
 
     Raises:
         KeyError: If there is no answer for the style.
@@ -221,7 +221,7 @@ def look(
 
 
 def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
-    """Return the lamp's picture (P, 3) in cd/m2, and the hidden fraction (H, W) of each texel."""
+    """Return the lamp's picture, (P, 3) in cd/m2, and the hidden fraction of each texel, (H, W)."""
     lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         light, hidden = placed_at(lamp, *spot)
@@ -231,7 +231,7 @@ def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
 
 
 def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
-    """Return the hidden fraction of each texel, interpolated from the four nearest placements."""
+    """Interpolate the hidden fraction of each texel from the four placements nearest to `spot`."""
     columns = len(alpha) // _ROWS
     across = spot[0] / _STEP_DEG
     up = (spot[1] - float(ALTITUDES_DEG[0])) / float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
@@ -249,7 +249,7 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
 
 
 def _without(answers: Answers, one: LampPlacement, size: Size) -> Bytes:
-    """Render a portrait in the place's own light, at the style's best turn without a lamp."""
+    """Render a portrait in the place's own light at the style's best turn without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
     here = Facing(light, facing, head.expose_of(one.name))

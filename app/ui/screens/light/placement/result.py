@@ -1,4 +1,4 @@
-"""The selected style, with the lamp at its current position."""
+"""The result for the selected style, with the lamp at its current position."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _AT_BEST_DEG: Final = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampResult:
-    """The selected style, and the lamp at its current position."""
+    """The result for the selected style, with the lamp at its current position."""
 
     answers: Answers
     one: LampPlacement
@@ -29,7 +29,7 @@ class LampResult:
 
     @property
     def at_best(self) -> bool:
-        """Whether the lamp has its best power and is within half a degree of its best position."""
+        """Whether the lamp is at its best power and within half a degree of its best position."""
         best, position = best_held(self.one), self.position
         across = abs(wrap(position.azimuth_deg - best.azimuth_deg))
         near = (
@@ -48,7 +48,7 @@ class LampResult:
 
     @property
     def match(self) -> float | None:
-        """Match with the lamp at its current position, or None until it is computed."""
+        """Match with the lamp at its current position, or None until the match is computed."""
         if self.at_best:
             return self.one.match
         view = self.view
@@ -61,7 +61,7 @@ class LampResult:
 
     @property
     def spot(self) -> tuple[str, str, str]:
-        """Position of the lamp: direction in words, and distances from the head and the skin."""
+        """Position of the lamp as text: the direction and the distances from head and skin."""
         place = direction(*self.position[:2]) * self.distance_m
         skin = self.answers.hand.shape.distance_to_skin(place)
         azimuth, altitude = (float(whole(angle)) for angle in self.position[:2])

@@ -1,4 +1,4 @@
-"""The map of the match over all directions of the lamp."""
+"""The map that shows the match for every direction of the lamp."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ class SkyState:
     """The match for every direction of the lamp, at the current turn.
 
     Attributes:
-        tones: (h, w) uint8 or None. Brighter is better. Azimuths run from −180° on the left to 180°
-            on the right, which is the sitter's left, and altitudes from the top down.
-        closed: (h, w) bool or None. Directions in which the lamp may not be held.
-        line: (n, 4) float32. Segments of the contour at the limit: azimuth and altitude of both
-            ends, in degrees.
+        tones: (h, w) uint8 or None. Brighter tones mean a better match. Azimuths increase from
+            −180° at the left edge to 180° at the right, with the sitter's left on the right-hand
+            side. Altitudes decrease from top to bottom.
+        closed: (h, w) bool or None. True for directions in which the lamp may not be held.
+        line: (n, 4) float32. Segments of the contour at the limit, given by the azimuth and
+            altitude of both ends, in degrees.
     """
 
     tones: Bytes | None = field(default=None, repr=False)
@@ -50,13 +51,13 @@ def sky_of(
     limit: float | None,
     is_open: NDArray[np.bool_] | None = None,
 ) -> SkyState:
-    """Build the map.
+    """Build the map from the values at one turn.
 
     Args:
-        values: (9, 64) float. Objective at one turn, with altitudes upward and azimuths from the
-            front towards the sitter's left.
-        limit: Value of the contour, or None for no contour.
-        is_open: (576,) bool or None. Placements that can be reached.
+        values: (9, 64) float. Objective at one turn. Altitudes increase along the rows, and
+            azimuths along the columns from the front towards the sitter's left.
+        limit: Value at which to draw the contour, or None for no contour.
+        is_open: (576,) bool or None. For each placement, whether the lamp can be held there.
     """
     # Left to right from −180° to 180°: the sitter's right, the front, the sitter's left.
     around = np.roll(np.asarray(values, np.float64), _COLUMNS // 2, axis=1)
@@ -105,7 +106,7 @@ def _cubic(values: Float64, places: Float64) -> Float64:
 
 
 def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
-    """Return the zero contour of a map as segments, from two triangles per cell."""
+    """Return the zero contour of a map as segments, splitting each cell into two triangles."""
     above = (over >= 0).astype(np.int8)
     sides = above[:-1] + above[1:]
     # Only a few cells have corners on both sides.
@@ -119,7 +120,7 @@ def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
 
 
 def _through(*corners: tuple[Float64, ...]) -> Float64:
-    """Return the (n, 4) segments where triangles with corners (x, y, value) cross zero."""
+    """Return the (n, 4) segments along which triangles with corners (x, y, value) cross zero."""
     above = np.stack([corner[2] >= 0 for corner in corners])
     count = above.sum(axis=0)
     cut = np.flatnonzero((count == 1) | (count == 2))
