@@ -70,7 +70,7 @@ class PlaceScale:
 
     @property
     def white(self) -> float | None:
-        """The scale in cd/m2, which is the user's value or else the measured value."""
+        """The scale in cd/m2, as set by the user or else as measured, or None if it is unknown."""
         value = self._stated
         return self._measured if value is None else value
 

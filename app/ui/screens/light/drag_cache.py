@@ -26,7 +26,7 @@ class Resolver:
     def sections(
         self, result: LampResult, pictures: Mapping[str, Bytes], version: int
     ) -> tuple[Section, ...]:
-        """Build the list. Empty sections are omitted, except for the first section."""
+        """Build the list, omitting all empty sections other than the first."""
         answers, front = result.answers, result.one.name
         return self._cache.once(
             "sections",

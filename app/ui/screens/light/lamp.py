@@ -123,7 +123,7 @@ class LampHold:
         return DISTANCES_M[self.stop]
 
     def question(self) -> LampQuestion | None:
-        """Return the question to search for, or None if the brightness of the place is unknown."""
+        """Return the question for the search, or None if the brightness of the place is unknown."""
         model, gain = self._services.model, self._scale.white
         if model.light is None or gain is None:
             return None

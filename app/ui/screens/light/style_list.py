@@ -90,7 +90,7 @@ def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
 def sections_of(
     answers: Answers, front: str | None, pictures: Mapping[str, Bytes], version: int
 ) -> tuple[Section, ...]:
-    """Build the list. Empty sections are omitted, except for the first section."""
+    """Build the list, omitting all empty sections other than the first."""
     placements = answers.placements
     styles = {style.name: style for style in answers.hand.head.pack.styles}
     out = sum(not one.before.attainable for one in placements)

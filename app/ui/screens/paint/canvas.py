@@ -19,7 +19,7 @@ from app.ui.screens.paint.document import PaintDocument
 from app.ui.screens.paint.head_pixels import HeadLook, head_picture, turned_look
 
 Point: TypeAlias = "tuple[float, float, float]"
-"""Position of the pen, in canvas pixels from the upper left corner, and pressure, from 0 to 1."""
+"""Position of the pen in canvas pixels from the upper left corner, and its pressure, 0 to 1."""
 
 FRONT_ONLY: Final = tr("This head can be painted only from the front.")
 _TURN_JOB: Final = "paint-turn"

@@ -53,7 +53,7 @@ def first_title(style: Style | UserStyle | None) -> str:
 def named_style(
     head: Head, own: Sequence[UserStyle], name: str
 ) -> tuple[Style | None, UserStyle | None]:
-    """Return the style with a name, from either the built-in styles or the user's own."""
+    """Return the style with the given name, either a built-in style or one of the user's own."""
     mine = next((style for style in own if style.name == name), None)
     if mine is not None:
         return None, mine
@@ -91,7 +91,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
 
 
 class PaintDocument:
-    """The open painting with its session."""
+    """The open painting and its editing session."""
 
     def __init__(
         self,
@@ -129,7 +129,7 @@ class PaintDocument:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the canvas differs from the saved style, or else from its starting point."""
+        """Whether the canvas differs from the saved style, or from its start if never saved."""
         canvas = self.session.canvas
         if self._saved is None:
             return canvas.touched
@@ -165,7 +165,7 @@ class PaintDocument:
         return Draft(self.session.canvas, self.title, self.start, name, self.head.name)
 
     def saved_as(self, style: UserStyle, path: Path) -> None:
-        """Continue with the style as saved in `path`."""
+        """Continue with the style saved in `path`."""
         self.key, self.title, self.style, self.path = style.name, style.title, style, path
         self._saved = (style.weights, style.ignore)
 

@@ -233,7 +233,7 @@ def veil_bytes(
         coverage: (N, N) float32. Fraction of each pixel that the head covers.
         size: Width and height in device pixels.
         scale: Device pixels per pixel of the head.
-        offset: Upper left corner of the head's picture in device pixels.
+        offset: Upper left corner of the head's picture, in device pixels.
 
     Returns:
         (height, width) uint32. 0xAARRGGBB with premultiplied alpha.

@@ -1,4 +1,4 @@
-"""The live column, which shows the strokes' result at this place while the pen moves."""
+"""The live column, which shows the result of the strokes at this place while the pen moves."""
 
 from __future__ import annotations
 
@@ -342,7 +342,7 @@ def _limit(document: PaintDocument) -> float:
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:
-    """Return the result of the original style, such as "Rembrandt itself: 96, at 96°"."""
+    """Describe the result of the original style, for example "Rembrandt itself: 96, at 96°"."""
     result = next((one for one in model.results if one.name == start), None)
     if result is None or model.head is not head or model.computing:
         return ""

@@ -35,7 +35,7 @@ class ToolsState:
     """The state of the tool column.
 
     Attributes:
-        starts: Key, title and side of each style that painting can start from.
+        starts: Key, title and side of each style from which painting can start.
         start: Key of the current starting point.
         undo, redo: Name of the step to undo or redo, or an empty string if there is none.
         notice: The reason why there are no starting points.
@@ -84,7 +84,7 @@ class BrushBox:
             self._changed()
 
     def resize(self, steps: int) -> None:
-        """Change the size by a number of steps of 15%, each of at least 2 pixels."""
+        """Change the size of the brush in steps of 15%, or of 2 pixels if that is more."""
         now = self.brush.diameter
         size = round(now * _GROW**steps / _EVEN) * _EVEN
         self.change(diameter=now + _EVEN * steps if size == now else size)

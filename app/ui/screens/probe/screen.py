@@ -94,10 +94,10 @@ class ProbeView(Protocol):
 
 
 BEAT_MS: Final = 100
-"""Interval between updates while the screen shows a capture, in milliseconds."""
+"""Interval between updates, in milliseconds, while the screen shows a capture."""
 
 SLOW_BEAT_MS: Final = 1000
-"""Interval at which a view should call `ProbePresenter.tick`, in milliseconds."""
+"""Interval, in milliseconds, at which a view should call `ProbePresenter.tick` at other times."""
 
 _AGE_S: Final = 15.0
 

@@ -32,7 +32,7 @@ class _Relay(Token):
         return self.job.cancelled
 
     def check(self) -> None:
-        """Raise an exception if the waiting job has been cancelled."""
+        """Raise `Cancelled` if the waiting job has been cancelled."""
         self.job.check()
 
 

@@ -69,8 +69,7 @@ class DetailState:
         target, here: Portraits with the same size, crop and exposure rule, each (h, w, 3) uint8
             sRGB or None.
         target_tag, here_tag: Display text such as "Target" and "Here, at 96°".
-        target_exposed, here_exposed: Text such as "+1.3 stops". It is used only for the picture
-            here.
+        target_exposed, here_exposed: Text such as "+1.3 stops", set only for the picture here.
         exposed_tip: Sentence that explains the reference for these stops.
         lamps_note: Text such as "Shown with its own lamps: lamps of 2:1 would not show it."
         marks: Turns with the median and the minimum C, as in figure 4 of the paper. Used only in

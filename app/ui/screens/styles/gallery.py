@@ -31,7 +31,7 @@ Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 T = TypeVar("T")
 
 Size: TypeAlias = tuple[int, int]
-"""Size in rows and columns of device pixels."""
+"""Size of a picture, in rows and columns of device pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ class Snapshot:
 
     @property
     def paper(self) -> bool:
-        """Whether the paper's rule applies: if C is below its limit, the style is out of reach."""
+        """Whether the paper's rule applies. It puts a style with C below the limit out of reach."""
         return self.question.objective == "paper" and self.question.light is not None
 
     @cached_property

@@ -57,7 +57,7 @@ class Layout:
 
     Attributes:
         columns: Number of cards in a row.
-        offered: Smallest and largest numbers of columns that are possible.
+        offered: Smallest and largest possible numbers of columns.
         room: Width of a row, including the gap after each card.
     """
 
@@ -77,7 +77,7 @@ def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
     """Choose the number of columns and the size of the cards.
 
     Args:
-        width: Width of the gallery in logical pixels.
+        width: Width of the gallery, in logical pixels.
         compact: Whether to use the layout for small windows.
         card_width: Minimum width of a card at scale 1, or 0 for the usual number of columns.
 

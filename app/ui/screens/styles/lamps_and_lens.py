@@ -174,10 +174,10 @@ class LensChoice:
         self._place_controller.choose_lens(replace(self._services.model.lens, yaw=yaw))
 
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
-        """Require the background at a panorama azimuth in degrees, or allow any if it is None.
+        """Require the background at a panorama azimuth in degrees, or allow any background.
 
-        A lens straight in front of the face allows only one background, so requiring another
-        background frees the lens to move.
+        A lens straight in front of the face allows only one background. Requiring a background
+        therefore frees such a lens to move.
         """
         lens = self._services.model.lens
         if middle_deg is None:

@@ -24,7 +24,7 @@ class StylesPictures:
     """The latest gallery and details, and the jobs that render new ones.
 
     Attributes:
-        changed: Called when there are new pictures. Its argument tells whether to resolve the
+        changed: Called when there are new pictures. Its argument specifies whether to resolve the
             details.
     """
 

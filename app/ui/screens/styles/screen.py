@@ -250,17 +250,17 @@ class StylesPresenter(Presenter[StylesView]):
         self._services.model.set("card_width", width)
 
     def set_filter(self, key: str) -> None:
-        """Filter the cards by a value of `Filter`."""
+        """Show only the cards that match a value of `Filter`."""
         self._filter = Filter(key)
         self._refresh(detail=False)
 
     def set_sort(self, key: str) -> None:
-        """Sort the cards by a value of `Sort`."""
+        """Sort the cards in the order given by a value of `Sort`."""
         self._sort = Sort(key)
         self._refresh(detail=False)
 
     def look_at(self, turn_deg: float) -> None:
-        """Move the needle, and update the pictures, background, weights and numbers."""
+        """Move the needle, and update the pictures, the background, the weights and the numbers."""
         best = self._best()
         if best is None:
             return

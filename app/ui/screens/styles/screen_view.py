@@ -78,7 +78,7 @@ class StylesScreen(SheetHost):
         self._guess_sizes()
 
     def _guess_sizes(self) -> None:
-        """Assume the usual window size, which saves rendering most pictures twice."""
+        """Assume the usual window size. This avoids rendering most pictures twice."""
         t = theme()
         width, height = (952, 620) if self._compact else (1352, 804)
         detail = detail_width(t.px(width), t.px(height), self._compact)

@@ -20,8 +20,8 @@ class Scale:
         camera_deg: Turn of the camera's axis, or None while it is unknown. It differs from
             `now_deg` if the sitter is off-centre.
         fov_deg: Width of the frames, as an angle of the panorama in degrees.
-        arc_deg: Start and end of the arc within the light, taken clockwise, or None if there is no
-            arc.
+        arc_deg: Start and end of the arc that is in the light, in clockwise order, or None if there
+            is no arc.
         goal_words, now_words, arc_words: Display text such as "goal", "now" and "green: in the
             light".
         mirrored: Whether clockwise turns run to the left, as they do in selfie mode.

@@ -1,4 +1,4 @@
-"""The right-hand column, which shows the turn, the way to walk and whether the light is reached."""
+"""The right-hand column: how far to turn, which way to walk and whether the light is reached."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
 """Direction of the arrow, or the check mark that replaces it."""
 
 Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
-"""The reason why there is no heading. The panorama's index is still being built, no picture has
-been located yet, it is unknown which way the camera faces, or the panorama has no usable features.
+"""The reason why there is no heading: the panorama's index is still being built ("learning"), no
+picture has been located yet ("looking"), it is unknown which way the camera faces ("asking") or the
+panorama has no usable features ("blank").
 """
 
 PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
@@ -137,7 +138,7 @@ class GuidanceController:
         self._memory, self.asked_deg, self.from_deg = FRESH, None, 0.0
 
     def advance(self, goal: Goal, yaw_deg: float | None = None) -> Guide:
-        """Update the guidance to the current moment and return it.
+        """Update the guidance for the current moment, and return the result.
 
         Args:
             yaw_deg: Yaw of the sitter's face, in degrees, or None if it is unknown.
@@ -274,7 +275,7 @@ class GuidanceController:
         )
 
     def _advice(self, guidance: Guide) -> str:
-        """Return advice on a lost heading, which is usually to compare Live with Goal."""
+        """Return advice for when the heading is lost. It is usually to compare Live with Goal."""
         if guidance.phase is Phase.LEFT:
             return tr("This camera isn't moving with you, so the turn can't be measured.")
         if guidance.phase is not Phase.LOST:

@@ -36,7 +36,7 @@ def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
 
 
 class LargeWords(PaintedWidget):
-    """A centred line of text, at its designed size or as much smaller as it takes to fit."""
+    """A centred line of text at its designed size, reduced only as far as needed to fit."""
 
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class LargeWords(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
-        """Set the text, its colour role and its size. A role or size of None changes nothing."""
+        """Set the text, and also its colour role and its size unless they are None."""
         new = (text, role or self._role, size or self._size)
         if new != (self.words, self._role, self._size):
             self.words, self._role, self._size = new
@@ -116,7 +116,7 @@ _MODES: Final = (
     (tr("I walk around"), tr("I turn myself")),
     (tr("I walk"), tr("Selfie")),
 )
-"""Names of the two modes, in order of decreasing length, for narrower and narrower columns."""
+"""Names of the two modes, as pairs in order of decreasing length for narrower columns."""
 
 _KEYS: Final = ("walk", "selfie")
 _LONG_DIRECTION: Final = 11  # letters; a longer direction gets a smaller font

@@ -115,7 +115,7 @@ class LeftColumn(QWidget):
         self.arranged.emit()
 
     def _shared_out(self, width: int) -> tuple[QSize, QSize, int]:
-        """Return the sizes of each well and of the strip, and the total height, for a width."""
+        """Return the well size, the strip size and the total height for a given width."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
         fixed = self._fixed_height(self.tools.fit(inner))

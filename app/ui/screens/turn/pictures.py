@@ -20,7 +20,7 @@ from app.ui.screens.turn.live.overlay import LiveOverlay, live_picture
 from app.ui.screens.turn.portraits import now_portrait, target_portrait
 
 Size: TypeAlias = tuple[int, int]
-"""Size in rows and columns of device pixels."""
+"""Size of a picture, in rows and columns of device pixels."""
 
 T = TypeVar("T")
 
@@ -37,7 +37,7 @@ class Pictures:
     Attributes:
         live, goal: Pictures for the wells, mirrored in selfie mode.
         strip: The 150° of background, mirrored in selfie mode.
-        target, now: Portraits.
+        target, now: The Target and Now portraits.
     """
 
     live: Bytes | None = field(default=None, repr=False)
@@ -101,7 +101,7 @@ class TurnImages:
     def want_live(
         self, picture: Bytes, size: Size, mode: Mode, overlay: LiveOverlay | None
     ) -> None:
-        """Render the live picture, alone or over the goal."""
+        """Render the live picture, either alone or over the goal."""
         if not self._services.runner.running(_LIVE):
             self._want(
                 _LIVE,

@@ -32,7 +32,7 @@ class StyleWords:
     Attributes:
         match, match_at_goal: Display text such as "Match now 90" and "96 at the goal". Either may
             be empty.
-        face: How well the sitter's own face shows the style.
+        face: Text on how well the sitter's own face shows the style.
         now_tag: Tag on the second portrait.
     """
 
@@ -70,7 +70,7 @@ def style_words(model: Model, now: int | None, check: Check | None = None) -> St
 
 
 def match_words(result: StyleResult, goal_deg: float | None, now: int | None) -> tuple[str, str]:
-    """Return sentences for the match now and at the goal.
+    """Return the text for the match now and for the match at the goal.
 
     Args:
         goal_deg: Goal set by the user, in degrees, or None for the best turn.

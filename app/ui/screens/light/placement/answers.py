@@ -124,7 +124,7 @@ def best_held(placement: LampPlacement) -> LampPosition:
 
 
 def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
-    """Return the placement with the lens where the user's limits permit the best match."""
+    """Return the placement with the lens at the best position that the user's limits allow."""
     hand, head, question = answers.hand, answers.hand.head, answers.question
     if not head.views:
         return one

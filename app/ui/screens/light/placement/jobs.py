@@ -118,7 +118,7 @@ class LightWork:
         self.answers = self.view = self._view_key = None
 
     def forget(self) -> None:
-        """Discard the last question. It will then be asked again."""
+        """Discard the last question, which is then asked again."""
         self._asked_lamp = self._asked_places = ()
         self.trouble = ""
 

@@ -36,7 +36,7 @@ from app.ui.screens.light.placement.answers import (
 )
 
 Size: TypeAlias = tuple[int, int]
-"""Size in rows and columns of device pixels."""
+"""Size of a picture, in rows and columns of device pixels."""
 
 _ROWS: Final = len(ALTITUDES_DEG)
 _STEP_DEG: Final = 5.625
@@ -135,7 +135,7 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
 def portrait_with(
     answers: Answers, name: str, position: LampPosition, facing_deg: float, size: Size
 ) -> Bytes:
-    """Render a style's portrait with the lamp at a position and the face towards an azimuth."""
+    """Render a style's portrait, facing a panorama azimuth, with the lamp at a position."""
     hand, question = answers.hand, answers.question
     parts = _parts(hand, question, position, facing_deg)
     here = Facing(question.light, facing_deg, hand.head.expose_of(name))

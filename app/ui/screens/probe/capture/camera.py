@@ -127,7 +127,7 @@ class CameraFinder:
         self._changed()
 
     def credentials(self, camera: FoundCamera) -> Credentials | None:
-        """Return a camera's stored user name and password, or None. This never blocks."""
+        """Return a camera's stored credentials without blocking, or None if there are none."""
         return self._keys.get(_account(camera))
 
     # -- user actions --------------------------------------------------------------------------

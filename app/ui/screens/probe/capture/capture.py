@@ -113,7 +113,7 @@ class CaptureControl:
 
     @property
     def notice(self) -> Notice | None:
-        """The notice about an error or a capture that can be resumed, or None without either."""
+        """The notice about an error or a resumable capture, or None if there is neither."""
         if self._trouble is not None:
             return self._trouble
         offers = self._open_offers()

@@ -168,7 +168,7 @@ class CameraColumn(Surface):
         return boxed((row if fits else column)(*parts, gap=8))
 
     def show_state(self, state: ProbeState) -> None:
-        """Show the state, leaving unchanged parts alone."""
+        """Show the state, updating only the parts that have changed."""
         before, self._state = self._state, state
         if before is None or state.way != before.way:
             self._show_way(state.way)

@@ -1,4 +1,4 @@
-"""The sign shown during a capture, readable from three metres away."""
+"""The sign that is shown during a capture and can be read from three metres away."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ _AGAIN: Final = ("again", tr("Try again"))
 
 @dataclass(frozen=True, slots=True)
 class HowFar:
-    """How far a failed capture had progressed."""
+    """The progress made by a failed capture."""
 
     here: int = 0
     total: int = 0

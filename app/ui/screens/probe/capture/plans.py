@@ -1,4 +1,4 @@
-"""The number of frames in each plan and the time that they take."""
+"""The number of frames in each plan, and the time that each plan takes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PLAN_TITLES: Final[dict[str, str]] = {"paper": tr("Quick"), "full": tr("Full ran
 
 
 def plan_parts(camera: CameraSeen | None, auto_exposure: Exposure | None) -> tuple[ChoiceRow, ...]:
-    """Return a row for each plan, such as "3 frames, 9 s"."""
+    """Return a row for each plan, with details such as "3 frames, 9 s"."""
     model = camera.device.model if camera is not None else ""
     parts = []
     for kind in ("paper", "full"):
@@ -65,7 +65,7 @@ def _estimate(model: str, auto_exposure: Exposure, kind: Literal["paper", "full"
 
 
 def metered_of(capture: CaptureFacts | None) -> Exposure | None:
-    """Return the exposure of the frame taken as metered, or None if there is no such frame."""
+    """Return the metered exposure, taken from the frame at 0 EV, or None without such a frame."""
     for frame in () if capture is None else capture.frames:
         if abs(frame.ev) < 0.1 and frame.iso > 0 and frame.aperture > 0 and frame.shutter_s > 0:
             return Exposure(frame.shutter_s, frame.iso, frame.aperture)

@@ -39,8 +39,8 @@ class AlignmentState:
         available: Whether there is a live picture to compare.
         mode: ``overlay``, ``split`` or ``blink``.
         swaps: Whether a button swaps Live and Goal because blinking is switched off.
-        opacity: Opacity of Live over Goal, or the fraction of the width that Live takes up in a
-            split, each in per cent.
+        opacity: Opacity of Live over Goal or, in a split, the part of the width that Live takes up,
+            in per cent.
     """
 
     on: bool = False
@@ -147,7 +147,7 @@ class AlignmentPanel:
 
     @property
     def _unaligned(self) -> bool:
-        """Whether both heading and alignment are lost, so Live cannot be placed over Goal."""
+        """Whether Live cannot be placed over Goal, because heading and alignment are both lost."""
         guide = self._guidance.guide
         lost = guide is not None and guide.phase in (Phase.LOST, Phase.LEFT)
         return lost and not self._is_aligned

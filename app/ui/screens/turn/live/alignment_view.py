@@ -1,4 +1,4 @@
-"""The tools below the pictures, for the comparison with the goal and the quality of the heading."""
+"""The tools below the pictures: the comparison with the goal and the quality of the heading."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ class LiveCamera:
             self.again()
 
     def learn_fov(self, fov_deg: float) -> None:
-        """Remember an estimated horizontal field of view in degrees. Only drawing uses it."""
+        """Remember an estimated horizontal field of view, in degrees, for use in drawing only."""
         before = self.view.learnt_deg
         inside = FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]
         if inside and (before is None or abs(fov_deg - before) >= _LEARN_DEG):
@@ -280,7 +280,7 @@ class LiveCamera:
 
     @property
     def error(self) -> WebcamError | None:
-        """The problem with the camera or its pictures, or None."""
+        """The problem with the camera or its pictures, or None if there is no problem."""
         return None if self._webcam is None else self._webcam.error
 
     @property
@@ -307,7 +307,7 @@ class LiveCamera:
 
     @property
     def own_fov_deg(self) -> float | None:
-        """Horizontal field of view reported by the source, in degrees, or None if it has none."""
+        """Horizontal field of view in degrees as reported by the source, or None if unreported."""
         return None if self._webcam is None else self._webcam.fov_deg
 
     @property
@@ -323,7 +323,7 @@ class LiveCamera:
 
     @property
     def looks(self) -> str:
-        """The person that the camera faces: ``sitter``, ``me``, or ``ask`` if it is unknown."""
+        """The person that the camera faces: ``sitter``, ``me``, or ``ask`` if that is unknown."""
         hint = getattr(self._webcam, "looks_at", "")
         if hint in ("sitter", "me"):
             return str(hint)

@@ -200,6 +200,6 @@ class HeadingTracker:
 
 
 def _key(light: PlaceLight) -> bytes:
-    """Return a hash of the panorama. It is the same each time the place is reopened."""
+    """Return a hash of the panorama, which stays the same when the place is reopened."""
     coarse = np.ascontiguousarray(light.display[::_COARSE, ::_COARSE])
     return hashlib.blake2b(coarse.tobytes(), digest_size=16).digest()

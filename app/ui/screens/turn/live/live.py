@@ -133,7 +133,7 @@ class LivePanel:
         return LiveWords(live, goal, message=message, brief=brief)
 
     def _quality(self, guide: Guide) -> tuple[str, str]:
-        """Return a phrase for the quality of the heading, and its icon."""
+        """Return a phrase that describes the quality of the heading, and the icon for it."""
         source, tracker, track = self._camera.source, self._tracker, self._guidance.track
         words = source_words(self._camera.chosen.kind)
         if source is HeadingSource.AWAY:

@@ -20,8 +20,8 @@ class LiveOverlay(NamedTuple):
         goal: The goal picture, (h, w, 3) uint8 sRGB, at the size of the well and not mirrored.
         homography: (3, 3) float64 matrix that maps pixels of the live picture to pixels of a target
             `TARGET_WIDTH` pixels wide, or None while the two are not aligned.
-        opacity: Opacity of the live picture, or the fraction of the width that it takes up in a
-            split, each from 0 to 1.
+        opacity: Opacity of the live picture or, in a split, the fraction of the width that it takes
+            up, from 0 to 1.
         split: Whether Live is on the left and Goal on the right.
     """
 

@@ -330,7 +330,7 @@ def _learnt(learnt_deg: float | None) -> str:
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
-    """Return the available resolutions. Except for webcams, pictures are scaled down."""
+    """Return the available resolutions. Pictures not from a webcam are scaled down."""
     exact = kind == "webcam"
     sizes = (
         (str(w), _SIZES[w] if exact else tr("At most {pixels} px wide", pixels=w)) for w in WIDTHS

@@ -387,7 +387,7 @@ class Shots:
 
 
 def _face_words(shot: Shot) -> str:
-    """Compare the face with the style's prediction in words, or return "" without results."""
+    """Describe how the face compares with the style's prediction, or return "" if unknown."""
     parts = []
     if shot.grade is not None:
         grade = grade_words(shot.grade, attainable=True)

@@ -1,4 +1,4 @@
-"""The photos taken here, as a line for the last photo and as a full list."""
+"""The photos taken here: a line for the last photo, and the full list."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class ShotsLine(QWidget):
         return self._words.text()
 
     def set_main(self, main: bool) -> None:
-        """Set whether *Check my shot* is the main button, as it is while in the light."""
+        """Set whether *Check my shot* is the main button, which it is only in the light."""
         self.opener.kind = "primary" if main else "outlined"
         self.again.kind = "outlined" if main else "primary"
         for button in (self.opener, self.again):
@@ -126,7 +126,7 @@ class ShotsLine(QWidget):
 
 
 def _together(words: str) -> str:
-    """Return the text with each number and its unit kept on the same line."""
+    """Return the text with non-breaking spaces where a line must not break."""
     return words.replace(": ", ":\u00a0").replace(" %", "\u00a0%")
 
 
