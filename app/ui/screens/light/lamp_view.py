@@ -87,7 +87,7 @@ class LampColumn(Surface):
         return column(lamp, 12, *fields, 4, bright, 4)
 
     def show_state(self, state: LightState) -> None:
-        """Show the changes."""
+        """Show the state, updating only the parts that have changed."""
         self._show_lamp(state.lamp)
         self._note.say(state.note)
         self._closer.set_text(state.note_action)

@@ -116,7 +116,7 @@ class LightScreen(SheetHost):
     # -- what the presenter calls --------------------------------------------------------------
 
     def show_state(self, state: LightState) -> None:
-        """Show the changes."""
+        """Show the state, updating only the parts that have changed."""
         before, self._state = self._state, state
         self.lamp.show_state(state)
         self._show_page(state)

@@ -88,7 +88,7 @@ class RowCard(Card):
         painter.setOpacity(1.0)
 
     def _numbers(self, painter: QPainter, line: QRectF) -> float:
-        """Paint numbers such as "29 → 63" on the right, and return their left edge."""
+        """Paint numbers such as "29 → 63" on the right, and return the numbers' left edge."""
         t, state = theme(), self.state
         strong, plain = t.font(14, 700), t.font(14)
         after, before = str(state.after), str(state.before)

@@ -65,7 +65,7 @@ class CanvasLook:
         self._document = document
 
     def show(self, mode: CanvasMode) -> None:
-        """Show other contents on the canvas."""
+        """Show different contents on the canvas."""
         if mode is not self.mode:
             self.mode = mode
             if self._document is not None and mode is not CanvasMode.WEIGHTS:

@@ -129,7 +129,11 @@ class PaintDocument:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the canvas differs from the saved style, or from its start if never saved."""
+        """Whether the canvas has unsaved changes.
+
+        The canvas is compared with the saved style or, if it was never saved, with its starting
+        point.
+        """
         canvas = self.session.canvas
         if self._saved is None:
             return canvas.touched

@@ -70,7 +70,7 @@ def fitting(width: float, height: float, size: int) -> Viewing:
     """Return the mapping that shows the whole head as large as possible, in zoom steps of 10%.
 
     Args:
-        width, height: Size of the widget in logical pixels.
+        width, height: Size of the widget, in logical pixels.
         size: Side length of the canvas, in pixels.
     """
     room = min(height / (size * _HEAD_HEIGHT), width / (size * _HEAD_WIDTH))

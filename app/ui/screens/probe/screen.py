@@ -94,10 +94,10 @@ class ProbeView(Protocol):
 
 
 BEAT_MS: Final = 100
-"""Interval between updates, in milliseconds, while the screen shows a capture."""
+"""Interval between calls of `ProbePresenter.tick` while the camera is busy, in milliseconds."""
 
 SLOW_BEAT_MS: Final = 1000
-"""Interval, in milliseconds, at which a view should call `ProbePresenter.tick` at other times."""
+"""Interval between calls of `ProbePresenter.tick` at other times, in milliseconds."""
 
 _AGE_S: Final = 15.0
 

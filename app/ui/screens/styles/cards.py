@@ -1,4 +1,4 @@
-"""The cards of the gallery: their order and their text."""
+"""The order and the text of the cards in the gallery."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, s
 def cards_of(
     snapshot: Snapshot, card_filter: Filter, sort: Sort, front: str | None
 ) -> tuple[CardState, ...]:
-    """Return the cards of the gallery in reading order, with unreadable files last."""
+    """Return the cards in the gallery in reading order, with unreadable files last."""
     names = [name for name in snapshot.styles if _passes(snapshot, name, card_filter)]
     names.sort(key=lambda name: _order(snapshot, name, sort))
     if sort is Sort.MATCH and snapshot.results:

@@ -1,4 +1,4 @@
-"""The cards of the gallery.
+"""The cards in the gallery.
 
 Each card is painted in one pass, because a window can show twenty of them.
 

@@ -169,12 +169,12 @@ class LensChoice:
         return model.place is not None and model.head is not None and bool(model.head.views)
 
     def choose(self, key: str) -> None:
-        """Choose the angle of the face to the lens by its key in `LENS_CHOICES`."""
+        """Choose the angle of the face to the lens, given by its key in `LENS_CHOICES`."""
         yaw: YawAsked = float(key) if key.lstrip("-").isdigit() else cast("YawWord", key)
         self._place_controller.choose_lens(replace(self._services.model.lens, yaw=yaw))
 
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
-        """Require the background at a panorama azimuth in degrees, or allow any background.
+        """Require a panorama azimuth in degrees behind the sitter, or allow any if this is None.
 
         A lens straight in front of the face allows only one background. Requiring a background
         therefore frees such a lens to move.

@@ -79,7 +79,7 @@ class _Photo(Picture):
     pressed = Signal(float, float)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Emit the position of a click as fractions of the picture's size."""
+        """Emit the position of a click, as fractions of the picture's size."""
         at = event.position()
         self.pressed.emit(at.x() / self.width(), at.y() / self.height())
 

@@ -225,7 +225,7 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw a tag at the edge, with an arrow towards the camera, and return its area."""
+        """Draw a tag with an arrow towards the camera at the edge, and return the tag's area."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)

@@ -41,7 +41,7 @@ class CameraHead(QWidget):
         row(badge, (words, 1), change, into=self, gap=16)
 
     def show_block(self, block: CameraBlock) -> None:
-        """Show the camera."""
+        """Show the camera's name and status."""
         self.title.set_text(block.title)
         words = block.short if self._compact and block.short else block.second
         second = f"{block.second}. {block.warning}" if block.warning else block.second

@@ -164,7 +164,7 @@ class CaptureControl:
 
         Args:
             plan: Key of the plan.
-            delay_s: Length of the self-timer in seconds.
+            delay_s: Length of the self-timer, in seconds.
             back: Whether to return to the Styles screen afterwards.
         """
         model = self._services.model

@@ -50,7 +50,7 @@ def sign_of(status: Status, count: int, delay_s: int) -> DistantSign:
 
     Args:
         count: Number of seconds left on the self-timer.
-        delay_s: Length of the self-timer in seconds.
+        delay_s: Length of the self-timer, in seconds.
     """
     message, early = _timed(progress_words(status.message), status), status.stage in _BEFORE
     if not early and (status.may_move or status.stage not in _SHOOTING):

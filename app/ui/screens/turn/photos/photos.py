@@ -60,7 +60,7 @@ _SAME_GOAL_DEG: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class ShotRow:
-    """One row of the list.
+    """One row in the list of photos.
 
     Attributes:
         sentence: Text such as "In the light, 3° short of the best".
@@ -332,7 +332,7 @@ class Shots:
     # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> ShotsState:
-        """Return the state of the list."""
+        """Return the state of the list of photos."""
         shots = self._shots[::-1]
         rows = tuple(self._row(shot) for shot in shots)
         busy = tr("Locating the photo…") if self._busy else ""

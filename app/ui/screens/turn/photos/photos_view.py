@@ -152,7 +152,7 @@ class ShotsSheet(Sheet):
         self.body.addWidget(Scroll(inside), 1)
 
     def show_shots(self, state: ShotsState) -> None:
-        """Show the list."""
+        """Show the list of photos."""
         self.mirrored.setChecked(state.mirrored)
         pictures = tuple(id(shot.thumbnail) for shot in state.rows)
         if state == self._state and pictures == self._pictures:
