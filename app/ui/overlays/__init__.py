@@ -22,13 +22,14 @@ OVERLAYS: Final = {
     "settings": (tr("Settings"), 640, "centre", "settings", "SettingsBody"),
     "tour": (tr("How it works"), 688, "centre", "help", "TourBody"),
 }
-"""The title, width in pixels, side of the window, module and class of each sheet."""
+"""For each sheet: its title, width in pixels, side of the window, module and class."""
 
 
 def open_overlay(what: str, commands: Commands) -> Sheet:
     """Open a sheet over the current screen.
 
-    A section may follow the sheet's key: "manual#Match" opens the manual at the section "Match".
+    `what` is the sheet's key, which may be followed by a section: "manual#Match" opens the manual
+    at the section "Match".
     """
     what, _, part = what.partition("#")
     title, width, side, module, body_class = OVERLAYS[what]

@@ -85,7 +85,7 @@ class ThingList(BareList):
         field.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle those keys of the field that move the selection or run an entry."""
+        """Handle key presses in the field that move the selection or run an entry."""
         del watched
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False

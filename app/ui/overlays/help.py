@@ -33,13 +33,16 @@ from app.words.explanations import EXPLANATIONS
 _LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
 _BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")
 _BLOCK: Final = re.compile(r"(#*) ?(?:[*] |\d[.] )?(?:[*]{2}([^*]+)[.][*]{2})?(.*)")
-"""Its groups are the heading marks, a bold term at the start and the rest of the text."""
+"""Pattern for a block of the manual.
+
+The groups are the heading marks, a bold term at the start and the rest of the text.
+"""
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 _INSIDE: Final = (0, 0, 16, 0)
 
 
 def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
-    """Return the shortcuts and their actions, with one row per key."""
+    """Return the shortcuts with the actions that they trigger, with one row per key."""
     lines: dict[str, str] = {}
     for one in actions:
         keys = key_text(one.shortcut) if one.shortcut else one.keys
@@ -49,7 +52,7 @@ def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
 
 
 class HelpBody(QWidget):
-    """The shortcuts for the current screen and for every screen, and explanations of terms."""
+    """The shortcuts for the current screen and for every screen, with explanations of terms."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -74,7 +77,7 @@ class HelpBody(QWidget):
 
 
 class ManualBody(QWidget):
-    """The manual that comes with the app, without its pictures and links."""
+    """The manual supplied with the app, shown without its pictures and links."""
 
     def __init__(self, _commands: Commands) -> None:
         super().__init__()
@@ -111,7 +114,7 @@ class ManualBody(QWidget):
 
 
 class MessagesBody(QWidget):
-    """The messages since the app started."""
+    """The messages reported since the app started."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -147,7 +150,7 @@ _PICTURE: Final = (640, 400)
 
 
 class TourBody(QWidget):
-    """Shows five screens of the app, one at a time, and a button that opens the demo."""
+    """A tour of five screens of the app, shown one at a time, with a button that opens the demo."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
@@ -192,7 +195,7 @@ class _Page(QWidget):
         column((self._picture, 0, Qt.AlignmentFlag.AlignHCenter), 8, *texts, ..., into=self, gap=8)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the aspect ratio of the picture, so that the whole screen is visible."""
+        """Scale the picture to show the whole screen without distortion."""
         super().resizeEvent(event)
         self._picture.setMaximumWidth(self._picture.height() * _PICTURE[0] // _PICTURE[1])
 

@@ -1,4 +1,4 @@
-"""The sheet on which the user chooses the layer of a panorama that contains the light."""
+"""The sheet for choosing which layer of a panorama contains the light."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.ui.widgets.surfaces import Scroll
 
 
 class LayersBody(QWidget):
-    """A button for each layer, which opens the panorama with that layer."""
+    """A list of buttons, one per layer, each of which opens the panorama with its layer."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -42,7 +42,7 @@ _AT_ONCE: Final = 3  # rows added or removed per event
 
 
 class _Pick(Pressable):
-    """A small box that selects a place for comparison."""
+    """A small checkbox that selects a place for comparison."""
 
     preferred_size = (24, 32)
 
@@ -70,7 +70,7 @@ class _Tag(Pressable):
 
 
 class _PlaceLine(PictureLine):
-    """The row of one place."""
+    """The row that shows one place."""
 
     def __init__(self, place: PlacesListRow, body: PlacesBody) -> None:
         super().__init__(place.name, place.thumbnail, _PICTURE, raised=place.current)
@@ -100,7 +100,7 @@ class _PlaceLine(PictureLine):
         self.row.addWidget(more)
 
     def _add_opener(self) -> None:
-        """Add a button to open or finish the place, unless the place has no frames yet."""
+        """Add a button that opens or finishes the place, unless the place has no frames yet."""
         place = self.place
         if place.unfinished is not None and not place.unfinished.can_finish:
             return
@@ -118,7 +118,7 @@ class _PlaceLine(PictureLine):
 
 
 class _Edit(KeysSheet):
-    """The name, tags and notes of a place, which are saved however the sheet is closed."""
+    """Edits the name, tags and notes of a place, and saves them however the sheet is closed."""
 
     def __init__(self, host: QWidget, place: PlacesListRow, keep: Callable[..., None]) -> None:
         super().__init__(host, tr("Name, tags and notes"), 560)
@@ -267,7 +267,7 @@ class PlacesBody(QWidget):
             self._column.insertWidget(self._column.count() - 1, widget)
 
     def _order_stops(self, state: PlacesListState) -> None:
-        """Make the places a single Tab stop, before the buttons below them."""
+        """Make the list of places a single Tab stop that precedes the buttons below the list."""
         parts: list[Sequence[QWidget]] = [self._lines[place].stops for place in state.rows]
         parts += [one.findChildren(Button) for one in (*self._heads, *self._deleted_rows)]
         self._stops = [stop for part in parts for stop in part]
@@ -315,7 +315,7 @@ class PlacesBody(QWidget):
             self.open(place)
 
     def open(self, place: PlacesListRow) -> None:
-        """Open a place, or finish it."""
+        """Open a place, or finish it first if it is unfinished."""
         self.leave(lambda: self.presenter.open(place.folder))
 
     def _compare_picked(self) -> None:
@@ -323,7 +323,10 @@ class PlacesBody(QWidget):
         self._over(SpotsSheet(self._commands, folders, self.leave))
 
     def _head(self, day: str, places: Sequence[PlacesListRow]) -> QWidget:
-        """Create the heading of a day, with a button that compares its places if it has several."""
+        """Create the heading for a day.
+
+        If the day has several places, the heading has a button that compares them.
+        """
         folders = [place.folder for place in places if place.can_compare]
         count = tr_plural("{count} place", "{count} places", len(places))
         words = [Text(day, 16, 600), Text(count, 12, role="dim")]
@@ -359,7 +362,7 @@ class PlacesBody(QWidget):
         return frame
 
     def show_more(self, place: PlacesListRow, under: QWidget) -> None:
-        """Open the menu of a place."""
+        """Open the menu for a place."""
         menu = Menu(self, tr("More about {name}", name=place.name))
         menu.add(tr("Name, tags and notes…"), lambda: self._edit(place), "edit")
         menu.add(tr("Show the folder"), lambda: show_folder(place.folder), "folder")
@@ -370,7 +373,7 @@ class PlacesBody(QWidget):
         self._over(_Edit(self.window(), place, partial(self.presenter.edit, place.folder)))
 
     def _over(self, sheet: Sheet) -> None:
-        """Open a sheet over the list, and close it together with the list."""
+        """Open a sheet over the list, and delete the sheet when it closes or the list is deleted."""
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
         sheet.open()

@@ -1,4 +1,4 @@
-"""The sheet with the settings, which saves every change at once."""
+"""The sheet with the settings, which saves every change immediately."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from app.words import settings as words
 
 
 class SettingsBody(QWidget):
-    """All visible settings under their headings."""
+    """All visible settings, grouped under headings."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -28,7 +28,7 @@ _ONE_ROW: Final = 4
 
 
 class _Spot(OutlineBox):
-    """A spot's picture, its verdict and a button that opens the spot.
+    """A spot's picture and verdict, with a button that opens the spot.
 
     The best spot has a thicker border.
     """

@@ -1,4 +1,4 @@
-"""The number of degrees to go and the turn arrow, painted by hand because they plot no data."""
+"""The remaining degrees and the turn arrow, painted without pyqtgraph because they plot no data."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class BigDegrees(Plot):
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
         """Show a non-negative number of degrees, or nothing if `degrees` is None.
 
-        The number is None while the heading is lost. The text is "to go" or "too far", for example,
-        and takes two lines if it has more than two words.
+        `degrees` is None while the heading is lost. `words`, such as "to go" or "too far", is set
+        on two lines if it has more than two words.
         """
         self._number = degrees
         parts = words.split()
@@ -75,12 +75,15 @@ class BigDegrees(Plot):
         return theme().font(size, 700)
 
     def _extent(self, size: int) -> float:
-        """Return the required width: twice the wider half, because the number is centred."""
+        """Return the required width.
+
+        This is twice the width of the wider half, because the number is centred.
+        """
         digits, number = self._widths(theme().font(size, 700), size)
         return max(number, 2.0 * (digits + self._side(size) - number / 2.0))
 
     def _widths(self, font: QFont, size: int) -> tuple[float, float]:
-        """Return the width of the digits without and with the degree sign."""
+        """Return the width of the digits, first without and then with the degree sign."""
         digits = QFontMetricsF(font).horizontalAdvance(str(self._number))
         return digits, digits + QFontMetricsF(self._sign_font(size)).horizontalAdvance(_SIGN)
 
@@ -124,7 +127,7 @@ class BigDegrees(Plot):
 
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
-"""The sign shown by the turn arrow, which is "none" while the heading is lost."""
+"""Sign that the turn arrow shows. It is "none" while the heading is lost."""
 
 NAMES = {
     "clockwise": tr("Turn clockwise"),
@@ -135,7 +138,7 @@ NAMES = {
 
 
 class TurnArrow(Plot):
-    """A thick curved arrow in amber, or a green check mark."""
+    """A thick, curved amber arrow, or a green check mark."""
 
     preferred_size = (320, 104)
     policies = (QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)

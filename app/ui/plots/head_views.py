@@ -1,10 +1,10 @@
-"""The lamp around the head, drawn with pyqtgraph in pixels from the middle of the head.
+"""Drawings of the lamp around the head, drawn with pyqtgraph in pixels from the head's centre.
 
 One drawing shows the head from above, with the camera at the bottom, and the other shows it from
-the side that the lamp is on. Both have the same scale and use the outlines of the loaded head. From
-above, the face looks down, towards the camera, so the sitter's left is on the right, as the camera
-sees it. Seen from the sitter's left, the face looks to the left, and seen from the sitter's right,
-it looks to the right.
+the side that the lamp is on. Both are drawn to the same scale, using the outlines of the loaded
+head. In the view from above, the face points down towards the camera. The sitter's left is
+therefore on the right, as the camera sees it. In the view from the side, the face points left when
+seen from the sitter's left, and right when seen from the sitter's right.
 """
 
 from __future__ import annotations
@@ -68,14 +68,14 @@ class _HeadView(LampPlot):
 
     @property
     def ring(self) -> float:
-        """Radius of the ring in logical pixels, which is equal in two drawings of the same size."""
+        """Radius of the ring in logical pixels. Drawings of equal size have rings of equal size."""
         across = self.width() * _RING_SHARE
         room = self.height() - px(_TITLE + 20) - self._foot_height
         return max(min(across, room / 2.0, self.width() / 2.0 - px(_DOT / 2 + 4)), 8.0)
 
     @property
     def _foot_height(self) -> int:
-        """Height of the space below the ring, which is smaller in a flat drawing."""
+        """Height of the space below the ring, which is smaller in a wide, flat drawing."""
         flat = self.width() > _FLAT * self.height()
         return px(32 if flat else 56)
 
@@ -87,13 +87,13 @@ class _HeadView(LampPlot):
 
     @property
     def reach(self) -> float:
-        """Distance of the lamp from the middle of the head in logical pixels."""
+        """Distance from the centre of the head to the lamp, in logical pixels."""
         distance = self._state.distance_m if self._state is not None else 0.3
         return min(distance * self.scale, self.ring)
 
     @property
     def middle(self) -> Point:
-        """Middle of the head in logical pixels."""
+        """Centre of the head, in logical pixels."""
         top, foot = px(_TITLE), self._foot_height
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
@@ -102,7 +102,7 @@ class _HeadView(LampPlot):
         raise NotImplementedError
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the middle of the head in place."""
+        """Keep the centre of the head in place."""
         super().resizeEvent(event)
         x, y = self.middle
         self.panel.look_at(QRectF(-x, -y, float(self.width()), float(self.height())))
@@ -133,7 +133,7 @@ class _HeadView(LampPlot):
         self.panel.viewport().update()
 
     def _still(self, state: Heads) -> tuple[object, ...]:
-        """Return a cache key made of everything that the backdrop depends on."""
+        """Return a cache key that contains everything the backdrop depends on."""
         return self.size(), self.scale, self.reach, self.title, id(state.shape)
 
     def _place(self, state: Heads) -> None:
@@ -146,7 +146,7 @@ class _HeadView(LampPlot):
         return place[0] - middle[0], place[1] - middle[1]
 
     def draw(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the frame while there is no head."""
+        """Paint the frame if there is no head."""
         if self.panel.isHidden():
             self._draw_frame(painter, self.rect())
 
@@ -170,7 +170,7 @@ class _HeadView(LampPlot):
     def _plated(
         painter: QPainter, place: Point, words: str, font: QFont, align: float = 0.5
     ) -> None:
-        """Draw text on a plate over the lines of the drawing."""
+        """Draw text on a plate that hides the lines behind it."""
         t = theme()
         painter.setFont(font)
         wide = painter.fontMetrics().horizontalAdvance(words)
@@ -199,7 +199,7 @@ class AboveView(_HeadView):
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Return the position of a lamp.
 
-        The higher or lower the lamp is, the closer it appears to the head.
+        A lamp that is higher or lower than the head appears closer to it.
         """
         level = self.reach * math.cos(math.radians(altitude_deg))
         x, y = self.middle
@@ -207,7 +207,7 @@ class AboveView(_HeadView):
         return x + level * math.sin(azimuth), y + level * math.cos(azimuth)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return the azimuth at a point, and the current altitude."""
+        """Return the azimuth at a point, together with the current altitude."""
         state, (x, y) = self._state, self.middle
         altitude = 0.0 if state is None else state.altitude_deg
         if math.dist(point, (x, y)) < 1.0:
@@ -226,7 +226,7 @@ class AboveView(_HeadView):
         self._ticks.set_ends(np.array(ends), QRectF(-edge, -edge, 2.0 * edge, 2.0 * edge))
 
     def _draw_below(self, painter: QPainter, _part: QRect) -> None:
-        """Paint the camera, and labels for both sides."""
+        """Paint the camera and the labels for both sides."""
         if self._state is None or self._state.shape is None:
             return
         t, (x, y) = theme(), self.middle
@@ -256,7 +256,7 @@ class AboveView(_HeadView):
             draw_text(painter, (right, low + px(line)), words, font, t.c.dim, 1.0)
 
     def _coming(self, painter: QPainter, azimuth_deg: float) -> None:
-        """Draw the direction of the place's own light as an arrow towards the head."""
+        """Draw an arrow towards the head in the direction of the place's own light."""
         t, (x, y) = theme(), self.middle
         way, aside = self._way_of_light(azimuth_deg)
         head = 0.13 * self.scale
@@ -287,7 +287,7 @@ class AboveView(_HeadView):
             self._plated(painter, place, tr("light here"), font)
 
     def _way_of_light(self, azimuth_deg: float) -> tuple[Point, QPointF]:
-        """Return the direction of the light, and the offset of its arrow from the lamp's line."""
+        """Return the direction of the light and the offset of its arrow from the lamp's line."""
         angle = math.radians(azimuth_deg)
         way = (math.sin(angle), math.cos(angle))
         state = self._state
@@ -299,9 +299,9 @@ class AboveView(_HeadView):
 
 
 class SideView(_HeadView):
-    """The head from the side that the lamp is on.
+    """A view of the head from the side that the lamp is on.
 
-    Dragging raises and lowers the lamp, and moves it between front and back on its side.
+    Dragging raises or lowers the lamp, and moves it between the front and the back of that side.
     """
 
     def __init__(self) -> None:
@@ -327,7 +327,7 @@ class SideView(_HeadView):
 
     @property
     def way(self) -> float:
-        """Direction of the face in the drawing: −1 for left and 1 for right."""
+        """Direction in which the face points in the drawing: −1 for left, 1 for right."""
         return -1.0 if self.from_left else 1.0
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
@@ -338,7 +338,7 @@ class SideView(_HeadView):
         return x + self.way * front, y - self.reach * math.sin(altitude)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return the azimuth on the visible side and the altitude at a point."""
+        """Return the azimuth, which is on the visible side, and the altitude at a point."""
         x, y = self.middle
         up = min(max((y - point[1]) / self.reach, -1.0), 1.0)
         altitude = min(max(math.degrees(math.asin(up)), -HIGHEST_DEG), HIGHEST_DEG)
@@ -360,7 +360,7 @@ class SideView(_HeadView):
         return *super()._still(state), *self._words(state)
 
     def _words(self, state: Heads) -> list[tuple[str, Point, float]]:
-        """Return the labels at the ends of the level line, except those near the lamp."""
+        """Return the labels for the ends of the level line, omitting any that are near the lamp."""
         (x, y), radius = self.middle, self.reach
         lamp = self.place_of(state.azimuth_deg, state.altitude_deg)
         front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)
@@ -375,7 +375,7 @@ class SideView(_HeadView):
         return [each for each in places if math.dist(each[1], lamp) > px(_CLEAR)]
 
     def _level(self, painter: QPainter, state: Heads) -> None:
-        """Draw the line at the height of the ears, and the labels at its ends."""
+        """Draw the line at ear height, and the labels at its ends."""
         t, (x, y), radius = theme(), self.middle, self.reach
         line = snap(y, device_ratio(painter), t.line_width)
         painter.setPen(QPen(t.c.line, t.line_width))

@@ -21,7 +21,7 @@ from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 
 HIGHEST_DEG: Final = 67.5
-"""Largest angle of a lamp above or below the level of the head, in degrees."""
+"""Largest angle of a lamp above or below head level, in degrees."""
 
 _DOT: Final = 24
 _HIT: Final = 40
@@ -36,8 +36,8 @@ class Heads(Protocol):
     Attributes:
         shape: Outlines of the head, or None to draw nothing.
         best: Best azimuth and altitude in degrees, or None if there is no best position.
-        place_light_deg: Azimuth of the place's own light on the face in degrees, or None if the
-            light comes from all around.
+        place_light_deg: Azimuth, relative to the face, from which the place's own light comes, in
+            degrees, or None if the light comes from all around.
     """
 
     @property
@@ -124,7 +124,7 @@ class LampPlot(Plot):
         raise NotImplementedError
 
     def takes(self, point: Point) -> bool:
-        """Return whether a press at a point grabs the lamp."""
+        """Return whether pressing the mouse at a point grabs the lamp."""
         place = self.lamp_place()
         return place is not None and math.dist(point, place) <= px(_HIT) / 2.0
 
@@ -174,13 +174,13 @@ class LampPlot(Plot):
         super().mouseReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Repaint the lamp, which shows that the drawing has the focus."""
+        """Repaint the lamp to show that the drawing has the focus."""
         super().focusInEvent(event)
         self.update()
 
 
 def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None:
-    """Draw the lamp as an amber dot with a bulb and an edge that stands out on any background."""
+    """Draw the lamp as an amber dot with a bulb, and an edge that stands out on any background."""
     t = theme()
     radius = px(_DOT) / 2.0
     disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)

@@ -1,4 +1,4 @@
-"""A captured panorama on which a mask of the lamp is painted, and the ring of the brush."""
+"""A canvas for painting a mask of the lamp on a captured panorama, and the ring of the brush."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import pen
 
 BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]
-"""The effect of the brush: brighter, darker, ignore or restore."""
+"""Effect of the brush: to make an area brighter or darker, or to ignore or restore it."""
 
 _RING_WHITE = QColor(255, 255, 255)
 _BLACK = QColor(0, 0, 0)
@@ -98,7 +98,7 @@ class MaskPicture(Protocol):
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Azimuth and elevation of the middle of the initial view, in degrees."""
+        """Azimuth and elevation of the centre of the initial view, in degrees."""
 
     @property
     def adds_lamp(self) -> bool:
@@ -110,10 +110,11 @@ class MaskPicture(Protocol):
 
 
 class MaskCanvas(Plot):
-    """The panorama with the mask over it, and the brush.
+    """The panorama, overlaid with the mask and the brush.
 
-    The mouse paints, the wheel zooms around the pointer, and the right button pans. The arrow keys
-    move the brush by 1°, or by 10° with Shift. Enter or Space paints a dab, and + and − zoom.
+    Dragging paints, the wheel zooms around the pointer, and dragging with the right button pans.
+    The arrow keys move the brush by 1°, or by 10° with Shift. Enter or Space paints a dab, and +
+    and − zoom.
     """
 
     preferred_size = (720, 360)
@@ -191,7 +192,7 @@ class MaskCanvas(Plot):
         return _ZOOMS[min(max(here, 0), len(_ZOOMS) - 1)]
 
     def _sized(self) -> Viewport:
-        """Return the same view at the widget's current size."""
+        """Return the same view, adjusted to the widget's current size."""
         view = replace(
             self._view,
             width=float(max(self.width(), 1)),
@@ -205,7 +206,7 @@ class MaskCanvas(Plot):
         self._show_brush()
 
     def _show_brush(self) -> None:
-        """Place the ring at the brush, stretched like the panorama at that elevation."""
+        """Place the ring around the brush, stretched as the panorama is at that elevation."""
         self._ring.setVisible(self._brush is not None and self._state is not None)
         if self._brush is None or self._state is None:
             return
@@ -219,7 +220,7 @@ class MaskCanvas(Plot):
         self._ring.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the view when the size changes."""
+        """Keep the same view when the size changes."""
         super().resizeEvent(event)
         self._look(self._sized())
 
@@ -325,7 +326,7 @@ def _fitting(alpha: NDArray[np.float32]) -> float:
 def _draw(
     picture: NDArray[np.uint8], tinted: NDArray[np.uint8], alpha: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
-    """Return the picture with the lamp tinted and outlined in white on black."""
+    """Return the picture with the lamp tinted, and outlined in white with a black edge."""
     inside = (alpha > 0.5).astype(np.uint8)
     around = np.ones((3, 3), np.uint8)
     outer = cv2.dilate(inside, around) - inside

@@ -62,7 +62,7 @@ class _Data:
 
 
 class PolarPlot(TurnPlot):
-    """The match (or quality) at every turn, with 0° at the top and clockwise turns to the right.
+    """The match (or quality) at every turn, with 0° at the top and clockwise turns on the right.
 
     The arrow keys move the needle by 1°, or by 10° with Shift. Home moves it to the best turn, and
     Page Down and Page Up move it to the next peak clockwise or counter-clockwise.
@@ -71,7 +71,7 @@ class PolarPlot(TurnPlot):
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     peak_chosen = Signal(int)
-    """Emitted with the index of a secondary peak chosen with a click or a page key."""
+    """Emitted with the index of a secondary peak when it is chosen with a click or a page key."""
 
     def __init__(self, name: str = tr("Match by turn"), size: int = 224) -> None:
         super().__init__(name)
@@ -158,7 +158,7 @@ class PolarPlot(TurnPlot):
         self.set_needle(0.0 if turn is None else turn)
 
     def tell(self, numbers: str, limit: str, marked: Sequence[str] = ()) -> None:
-        """Set the spoken text for the needle, the limit and the marks."""
+        """Set the text spoken for the needle, the limit and the marks."""
         self._numbers, self._limit_words, self._marked = numbers, limit, tuple(marked)
         self.describe()
 
@@ -188,7 +188,7 @@ class PolarPlot(TurnPlot):
         return Dial(centre, min(float(px(_CORE)), rim * 0.4), rim)
 
     def peak_places(self) -> list[Point]:
-        """Centres of the secondary peaks' rings, in logical pixels."""
+        """Centres of the rings that mark the secondary peaks, in logical pixels."""
         dial, data = self.dial, self._data
         return [dial.place(turn, value_at(data.curve, turn)) for turn in data.peaks if data.curve]
 
@@ -219,7 +219,7 @@ class PolarPlot(TurnPlot):
 
     @property
     def _round(self) -> Dial:
-        """The dial with its centre at the origin of the items."""
+        """The dial, with its centre at the origin of the items' coordinates."""
         return replace(self.dial, centre=_O)
 
     def _show_data(self) -> None:
@@ -233,7 +233,7 @@ class PolarPlot(TurnPlot):
         self._lay_signs(dial)
 
     def _lay_signs(self, dial: Dial) -> None:
-        """Place the peaks and the marks on the curve, and the marks' names outside or inside it."""
+        """Place the peaks and marks on the curve, and the names of the marks beside it."""
         x, y = self.dial.centre
         places = [(place[0] - x, place[1] - y) for place in self.peak_places()]
         signs: list[tuple[Point, Draw, float]] = []
@@ -248,7 +248,7 @@ class PolarPlot(TurnPlot):
         self._marks.show_marks(signs)
 
     def _show_needle(self) -> None:
-        """Turn the head and the needle, and hide a number that the dot would cover."""
+        """Turn the head and the needle, and hide a number if the dot would cover it."""
         has_curve = bool(self._data.curve)
         self._turned.setRotation(self.needle)
         self._needle_line.setVisible(has_curve)
@@ -294,12 +294,12 @@ class PolarPlot(TurnPlot):
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
 
     def turn_under(self, point: Point) -> float | None:
-        """Return the turn at a pointer position, or None near the middle."""
+        """Return the turn at a pointer position, or None if the pointer is near the centre."""
         far = math.dist(point, self.dial.centre) > _STILL
         return turn_at(self.dial.centre, point) if far else None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move the needle to the next peak, or by a step."""
+        """Move the needle to the next peak, or by one step."""
         ways = {Qt.Key.Key_PageDown: 1.0, Qt.Key.Key_PageUp: -1.0}
         way = ways.get(Qt.Key(event.key()))
         if way is None:

@@ -1,4 +1,4 @@
-"""The ViewBox of a plot, with items positioned in data units."""
+"""The pyqtgraph view of a plot, whose items are positioned in data units."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _Item = TypeVar("_Item", bound=QGraphicsItem)
 
 
 class Panel(pg.GraphicsView):  # type: ignore[misc]
-    """The part of a plot drawn by pyqtgraph, in data units with x to the right and y downward.
+    """The part of a plot that pyqtgraph draws, in data units.
 
-    The plot itself handles the mouse and the keyboard. `over` paints on top of all items, in
-    logical pixels.
+    In data units, x increases to the right and y increases downward. The plot itself handles the
+    mouse and the keyboard. `over` paints on top of all items, in logical pixels.
     """
 
     def __init__(self, plot: QWidget, over: Callable[[QPainter], None]) -> None:
@@ -47,11 +47,11 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         return item
 
     def paint_changes_only(self) -> None:
-        """Repaint only the areas of changed items."""
+        """Repaint only the areas of items that have changed."""
         self.setViewportUpdateMode(self.ViewportUpdateMode.MinimalViewportUpdate)
 
     def look(self, view: Viewport) -> None:
-        """Show part of a panorama, with degrees as the data units."""
+        """Show part of a panorama, using degrees as the data units."""
         across, up = view.width / 2.0 / view.scale, view.height / 2.0 / view.scale
         x, y = view.azimuth_deg, -view.elevation_deg
         self.look_at(QRectF(x - across, y - up, 2.0 * across, 2.0 * up))

@@ -1,4 +1,4 @@
-"""The panorama of a place with zoom, pan, overlays and the marker for the photographer."""
+"""The panorama of a place, with zoom, pan, overlays and a marker for the photographer."""
 
 from __future__ import annotations
 
@@ -49,16 +49,16 @@ _STANDING: Final = tr("Photographer stands here")
 class PanoramaView(Plot):
     """A panorama that can be zoomed and panned, with a marker for the photographer's position.
 
-    All azimuths in this class are the panorama's own, but the scale below counts from the
-    photographer. The arrow keys pan by 1°, or by 10° with Shift. Plus and minus zoom, 0 shows
-    everything, Home centres the photographer, and M focuses the marker.
+    All azimuths in this class are relative to the panorama, but the scale below it is numbered from
+    the photographer's azimuth. The arrow keys pan by 1°, or by 10° with Shift. Plus and minus zoom,
+    0 shows everything, Home centres the photographer, and M focuses the marker.
     """
 
     marker_moved = Signal(float)
     """Emitted with the marker's azimuth in (-180, 180] degrees, repeatedly while it is dragged."""
 
     marker_released = Signal(float)
-    """Emitted on release with the marker's azimuth in degrees.
+    """Emitted with the marker's azimuth in degrees when the marker is released.
 
     The marker stays there until `set_front` is called.
     """
@@ -100,8 +100,8 @@ class PanoramaView(Plot):
         """Show a different picture, keeping the view.
 
         Args:
-            picture: Panorama, (h, w, 3) uint8 sRGB at 2:1, up to 4096 x 2048, or None for an empty
-                well.
+            picture: Panorama, (h, w, 3) uint8 sRGB at 2:1, up to 4096 x 2048, or None to show an
+                empty well.
         """
         if picture is self._picture:
             return
@@ -127,8 +127,9 @@ class PanoramaView(Plot):
         """Set the clipped areas, which are hatched.
 
         Args:
-            clipped: (H, W) array of any size that states whether each texel is clipped (bool), or
-                which fraction of it is clipped, from 0 to 1 (float). None hatches nothing.
+            clipped: (H, W) array of any size. It is either bool, True for each clipped texel, or
+                float, giving the clipped fraction of each texel from 0 to 1. If it is None, nothing
+                is hatched.
         """
         if clipped is not self._clipped:
             self._clipped = clipped
@@ -166,16 +167,16 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_zoom(self, zoom: float) -> None:
-        """Zoom around the middle, clamped to the range from 1 to 8."""
+        """Zoom around the centre of the view, clamping the zoom to the range from 1 to 8."""
         view = self.view
         self._look(view.zoomed(zoom, view.width / 2.0, view.height / 2.0))
 
     def zoom_by(self, steps: float) -> None:
-        """Zoom in by a number of steps of 25%, or out if the number is negative."""
+        """Zoom in by the given number of 25% steps, or out if the number is negative."""
         self.set_zoom(self.view.zoom * _ZOOM_STEP**steps)
 
     def fit(self) -> None:
-        """Show the whole panorama with the photographer in the middle."""
+        """Show the whole panorama with the photographer in the centre."""
         self._look(Viewport(self.view.width).moved_to(self._front, 0.0))
 
     # Geometry
@@ -196,7 +197,7 @@ class PanoramaView(Plot):
         return QSize(360, self.heightForWidth(360))
 
     def heightForWidth(self, width: int) -> int:
-        """Return the height of a 2:1 picture with its scale."""
+        """Return the height needed for a 2:1 picture and its scale."""
         return width // 2 + px(_SCALE)
 
     def focus_shape(self) -> tuple[QRect, int]:
@@ -256,7 +257,7 @@ class PanoramaView(Plot):
         self.marker_moved.emit(self.marker_deg)
 
     def _release(self) -> None:
-        """Emit the marker's azimuth if it has moved and is not being dragged."""
+        """Emit the marker's azimuth if the marker has moved and is not being dragged."""
         if self.marker_deg != self._front and not self.grip.held and not self._leading:
             self.marker_released.emit(self.marker_deg)
 
@@ -317,7 +318,7 @@ class PanoramaView(Plot):
         self.say(". ".join(words) + ".")
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the view at the new width."""
+        """Keep the same view at the new width."""
         super().resizeEvent(event)
         view = self.view
         new = Viewport(float(self.picture_rect.width()), view.zoom)
@@ -378,7 +379,7 @@ class PanoramaView(Plot):
         self._look(self.view.zoomed(self.view.zoom * factor, x, y))
 
     def event(self, event: QEvent) -> bool:
-        """Also zoom when two fingers pinch on a touchpad."""
+        """Zoom when two fingers pinch on a touchpad, and handle other events as usual."""
         if isinstance(event, QNativeGestureEvent) and (
             event.gestureType() == Qt.NativeGestureType.ZoomNativeGesture
         ):

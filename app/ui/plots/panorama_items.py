@@ -62,7 +62,7 @@ class PanoramaDrawing:
             self._show_lamp(view, lamp)
 
     def _show_grid(self, view: Viewport, marks: Marks) -> None:
-        """Centre the grid on the line nearest to the middle of the view."""
+        """Centre the grid on the grid line that is nearest to the centre of the view."""
         if self._grid is None and marks.grid:
             # Draw all dark edges below all lines.
             self._grid = self._panel.add(Group(*_grid(_DARK, 2.0), *_grid(_LIGHT, 0.0)))
@@ -90,7 +90,10 @@ class PanoramaDrawing:
 
 
 def _grid(colour: QColor, wider: float) -> list[PlotLine]:
-    """Return vertical lines around azimuth 0 and horizontal lines, with a thicker horizon."""
+    """Return the vertical grid lines around azimuth 0, and the horizontal grid lines.
+
+    The horizon is thicker than the other lines.
+    """
     lines = []
     for azimuth in range(-5 * _AROUND_DEG, 5 * _AROUND_DEG + 1, _AROUND_DEG):
         lines.append(PlotLine(pen(colour, 1.0 + wider)))

@@ -39,12 +39,12 @@ class Sky(Protocol):
     """A map of matches.
 
     Attributes:
-        tones: (h, w) uint8, or None to draw nothing. Azimuths run from −180° at the left to 180°
-            at the right, and the highest altitude is at the top.
-        closed: (h, w) bool, or None if no direction is forbidden. True in the directions in which
+        tones: (h, w) uint8, or None to draw nothing. Azimuths run from −180° at the left to 180° at
+            the right, and the highest altitude is at the top.
+        closed: (h, w) bool, or None if no direction is forbidden. True for each direction in which
             the lamp must not be held.
-        line: (n, 4) float32. Segments of the contour at the limit, each with the azimuth and the
-            altitude of both ends in degrees.
+        line: (n, 4) float32. Segments of the contour at the limit. Each row contains the azimuth
+            and the altitude of both ends of a segment, in degrees.
     """
 
     @property
@@ -65,7 +65,7 @@ class Sky(Protocol):
 
 
 class SkyMap(LampPlot):
-    """A map of all azimuths and of the range of altitudes that is searched.
+    """A map of every azimuth and of the range of altitudes that is searched.
 
     Azimuth increases to the right, where the camera sees the sitter's left.
     """
@@ -147,7 +147,7 @@ class SkyMap(LampPlot):
         return across * 360.0 - 180.0, half - 2.0 * half * down
 
     def takes(self, point: Point) -> bool:
-        """Return whether a point is on the map. A press on the map moves the lamp there."""
+        """Return whether a point is on the map, where a press moves the lamp to it."""
         ready = self._state is not None and self._state.shape is not None
         return ready and self.area.contains(QPointF(*point))
 
@@ -167,7 +167,7 @@ class SkyMap(LampPlot):
         self._look()
 
     def _look(self) -> None:
-        """Show the whole map in its area, with room around it for text and half a lamp."""
+        """Show the whole map in its area, leaving room around it for text and half a lamp."""
         area, half = self.area, self._half_deg
         unit = 2.0 * half / area.height()
         whole = QRectF(-180.0, -half - area.top() * unit, 360.0, self.height() * unit)
@@ -217,7 +217,7 @@ class SkyMap(LampPlot):
 
 
 def _outline(closed: NDArray[np.bool_]) -> QPainterPath:
-    """Return the outline of the forbidden cells, in columns and rows."""
+    """Return the outline of the forbidden cells, measured in columns and rows."""
     path = QPainterPath()
     edges = np.diff(np.pad(closed.astype(np.int8), ((0, 0), (1, 1))))
     # one rectangle for each run of cells in a row

@@ -1,4 +1,4 @@
-"""The walk seen from above, painted by hand because its labels must stay clear of the arrows."""
+"""The walk seen from above, painted without pyqtgraph to keep its labels clear of the arrows."""
 
 from __future__ import annotations
 
@@ -32,12 +32,11 @@ _TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
     "goal": (9, 1.0, "amberfill", "onamber", ""),
     "lamp": (10, 0.6, "amberfill", "onamber", "bulb"),
 }
-"""The radius, position (as a fraction of the ring's radius), fill, ink and icon of each disc.
-"""
+"""Radius, position (as a fraction of the ring's radius), fill, ink and icon of each disc."""
 
 
 class PlanView(Plot):
-    """A plan with the sitter, start, current turn, goal, way to the goal, light and background."""
+    """A plan of the sitter, start, current turn, goal, way to the goal, light and background."""
 
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -69,7 +68,7 @@ class PlanView(Plot):
         return max(min(wide, high), float(px(30)))
 
     def _px(self, length: float) -> int:
-        """Return a design length, scaled up in a large drawing."""
+        """Return a design length in pixels, scaled up in a large drawing."""
         grown = min(self.width() / px(_DESIGNED[0]), self.height() / px(_DESIGNED[1]))
         return px(length * min(max(grown, 1.0), 2.0))
 
@@ -118,7 +117,7 @@ class PlanView(Plot):
         painter.drawArc(area, round(16.0 * angle), round(-16.0 * extent))
 
     def _draw_way(self, painter: QPainter) -> None:
-        """Draw the rest of the walk, with an arrowhead before the goal."""
+        """Draw the remaining part of the walk, with an arrowhead before the goal."""
         start, extent = self._plan.way
         if abs(extent) < _LEAST_DEG:
             return
@@ -147,7 +146,7 @@ class PlanView(Plot):
         self._boxes.append(_around(place, radius))
 
     def _draw_nose(self, painter: QPainter, mark: PlanMark) -> None:
-        """Draw the direction of the nose, and that of the lens if it differs."""
+        """Draw the direction of the nose, and the direction of the lens if it is different."""
         lens = self._plan.lens_deg
         if self._plan.yaw_deg:
             self._draw_arrow(painter, lens, (0.86, 0.34), (3.0, 3.0))
@@ -199,7 +198,7 @@ class PlanView(Plot):
                 return
 
     def _places(self, mark: PlanMark, wide: float) -> Iterator[QRectF]:
-        """Yield positions for a label: outside and inside the ring, or beside an arrow."""
+        """Yield possible positions for a label: outside and inside the ring, or beside an arrow."""
         inner = mark.kind in ("nose", "light", "lamp", "background")
         beside = self.ring * (0.45 if mark.kind == "nose" else 0.64 if inner else 1.0)
         # far enough from an arrow for half the label

@@ -38,7 +38,10 @@ _GAP: Final = 12
 
 
 def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
-    """Draw the tile of a weight, aligned with pixels: orange with a plus or blue with a minus."""
+    """Draw the tile of a weight, aligned with pixels.
+
+    The tile is orange with a plus sign or blue with a minus sign.
+    """
     t = theme()
     box(painter, area, px(3), t.c.plus if sign == "plus" else t.c.minus)
     arm = area.width() * 0.22
@@ -132,7 +135,7 @@ _DOTS: Final = (2.0, 2.0)
 
 
 def dimmed(picture: Bytes) -> Bytes:
-    """Convert a panorama, (h, w, 3) uint8 sRGB, to darkened grey, (h, w) uint8."""
+    """Convert a panorama, (h, w, 3) uint8 sRGB, to darkened greyscale, (h, w) uint8."""
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     table = np.round(np.arange(256) * _SHADE).astype(np.uint8)
     return np.asarray(cv2.LUT(grey, table), np.uint8)
@@ -144,11 +147,13 @@ def tinted(
     """Colour a pre-integrated target, with more opacity where light has more effect.
 
     Args:
-        target: (H, W) float. F of eq. 3 for turn 0, on any scale, positive where light helps.
-        plus, minus: sRGB colours of positive and negative weights.
+        target: (H, W) float. F of eq. 3 for turn 0, on an arbitrary scale, positive where light
+            helps.
+        plus, minus: sRGB colours for positive and negative weights.
 
     Returns:
-        (H, W, 4) uint8. Premultiplied blue, green, red and opacity. Qt blends this format fastest.
+        (H, W, 4) uint8. Premultiplied blue, green and red, followed by opacity. Qt blends this
+        format fastest.
     """
     values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
     largest = float(np.abs(values).max(initial=0.0))
@@ -162,9 +167,9 @@ def tinted(
 class WeightPanorama(TurnPlot):
     """The panorama of a place with the weights of a style, which turn with the sitter.
 
-    The middle of the panorama is the photographer's position at turn 0. A solid line marks the
+    The centre of the panorama is the photographer's position at turn 0. A solid line marks the
     direction that the sitter faces, and a dotted line marks the background behind them. Dragging
-    turns the sitter, and so do the arrow keys: by 1°, or by 10° with Shift.
+    turns the sitter. The arrow keys turn the sitter by 1°, or by 10° with Shift.
     """
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -204,7 +209,10 @@ class WeightPanorama(TurnPlot):
         self.update()
 
     def set_target(self, target: NDArray[np.floating[Any]] | None) -> None:
-        """Show different weights: the pre-integrated F (eq. 3) for turn 0, (H, W), on any scale."""
+        """Show different weights, which are the pre-integrated F of eq. 3 for turn 0.
+
+        The array is (H, W), on an arbitrary scale.
+        """
         c = theme().c
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
         self._weights.set_pixels(None if target is None else tinted(target, plus, minus))
@@ -220,7 +228,7 @@ class WeightPanorama(TurnPlot):
     def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
         """Turn the sitter without emitting a signal.
 
-        Weights at azimuth a move to azimuth a + turn.
+        The weights at azimuth a move to azimuth a + turn.
         """
         if best_deg is not None:
             self._best = wrap(best_deg)
@@ -258,7 +266,10 @@ class WeightPanorama(TurnPlot):
             box(painter, self.rect(), px(_RADIUS), theme().c.well)
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the labels of the lines, with the second below the first if they would overlap."""
+        """Paint the labels of the lines.
+
+        The second label is placed below the first if they would otherwise overlap.
+        """
         box = QRectF()
         for words, turn in zip(self._words, (self.needle, self.needle + 180.0), strict=True):
             if words:

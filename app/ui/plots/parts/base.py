@@ -41,19 +41,19 @@ _ARROWS: Final = {
 
 
 def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
-    """Return an arrow key's step to the right and up in degrees, or None for any other key."""
+    """Return an arrow key's step as (right, up) in degrees, or None for any other key."""
     way = _ARROWS.get(Qt.Key(event.key()))
     size = 10.0 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
     return None if way is None else (way[0] * size, way[1] * size)
 
 
 def device_ratio(painter: QPainter) -> float:
-    """Return how many device pixels a painter uses per logical pixel."""
+    """Return the number of device pixels that a painter uses per logical pixel."""
     return max(painter.deviceTransform().m11(), 0.25)
 
 
 def snap(value: float, ratio: float, width: float = 1.0) -> float:
-    """Return the middle of a line, moved so that the line's edges align with device pixels."""
+    """Return the centre of a line, shifted to align the line's edges with device pixels."""
     odd = round(width * ratio) % 2
     return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
 
@@ -77,8 +77,8 @@ def draw_text(
 ) -> float:
     """Draw one line of text aligned with device pixels, and return its width.
 
-    `middle` is at half the height of the capital letters, and `align` is the fraction of the text's
-    width to the left of it.
+    `middle` is the point at half the height of the capital letters, and `align` is the fraction of
+    the text's width that lies to the left of this point.
     """
     text = visible(text)
     painter.setFont(font)
@@ -101,7 +101,7 @@ def draw_label(
     ink: QColor | None = None,
     weight: int = 400,
 ) -> QRectF:
-    """Draw a label with a dark edge on a picture, and return its rectangle."""
+    """Draw a label with a dark edge on a picture, and return the rectangle of the label."""
     area = label_area(place, text, weight=weight)
     if fill is not None:
         edge = px(4) + 1
@@ -141,7 +141,8 @@ def disc(
 class Plot(Paints, QWidget):
     """A widget that takes the focus and describes itself to screen readers.
 
-    Everything positioned in data units is an item of its panel, and `draw` paints the background.
+    Everything that is positioned in data units is an item in the plot's panel, and `draw` paints
+    the background.
     """
 
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -176,7 +177,7 @@ class Plot(Paints, QWidget):
         return self.rect()
 
     def draw_over(self, painter: QPainter, ratio: float) -> None:
-        """Paint over the panel, in its coordinates."""
+        """Paint over the panel, in the panel's coordinates."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the panel in its area."""
@@ -192,7 +193,7 @@ class Plot(Paints, QWidget):
     def cached_picture(
         self, name: str, key: Hashable, size: QSize, ratio: float, draw: Callable[[QPainter], None]
     ) -> QPixmap:
-        """Return a picture that is redrawn only when its key changes.
+        """Return a cached picture, which is redrawn only when its key changes.
 
         The picture has a transparent background and is drawn in logical pixels.
         """
@@ -214,7 +215,10 @@ class Plot(Paints, QWidget):
         return pixmap
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the background under the panel with an antialiased painter in logical pixels."""
+        """Paint the background below the panel.
+
+        The painter is antialiased and works in logical pixels.
+        """
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Return the rectangle and the corner radius of the focus ring."""

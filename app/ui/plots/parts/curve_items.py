@@ -1,6 +1,6 @@
-"""Lines, curves and marks in data units, with the same width on any screen and at any zoom.
+"""Lines, curves and marks in data units that keep their widths on any screen and at any zoom.
 
-pyqtgraph measures its pens in device pixels, which makes lines thin on high-resolution screens.
+pyqtgraph measures pens in device pixels, which makes lines too thin on high-resolution screens.
 """
 
 from __future__ import annotations
@@ -55,7 +55,10 @@ class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
 
 
 class Curve(pg.PlotCurveItem):  # type: ignore[misc]
-    """A curve drawn with any number of pens, widest first. A curve with a fill is closed."""
+    """A curve drawn with any number of pens, widest first.
+
+    A curve that has a fill is closed.
+    """
 
     def __init__(self, *pens: QPen, fill: QColor | None = None) -> None:
         super().__init__(pen=_padding(pens))
@@ -88,21 +91,21 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
 
     def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
-        """Set the segments, and the area that they are clipped to.
+        """Set the segments and the area to which they are clipped.
 
         Args:
-            ends: (n, 4). The x and y of both ends of each segment.
+            ends: (n, 4). Each row contains the x and y of both ends of a segment.
         """
         self._ends, self._area = np.asarray(ends, float), area
         places = self._ends.reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1], connect="pairs")
 
     def boundingRect(self) -> QRectF:
-        """Return the area that the segments are clipped to."""
+        """Return the area to which the segments are clipped."""
         return self._area
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
-        """Paint only the exposed segments, because all of them would take too long."""
+        """Paint only the exposed segments, because painting all of them would take too long."""
         transform = _to_pixels(painter)
         wide = self._pens[0].widthF()
         area = transform.mapRect(option.exposedRect).adjusted(-wide, -wide, wide, wide)
@@ -118,7 +121,7 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
 
 
 def _padding(pens: Sequence[QPen]) -> QPen:
-    """Return a pen from which pyqtgraph learns the total width of a curve's own pens."""
+    """Return a pen that gives pyqtgraph the total width of a curve's own pens."""
     pen = QPen(pens[0]) if pens else QPen(Qt.PenStyle.NoPen)
     pen.setCosmetic(True)
     return pen
@@ -151,9 +154,9 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
 
 
 class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
-    """A layer between items that a function paints in logical pixels.
+    """A layer between items, which a function paints in logical pixels.
 
-    The function receives the exposed part, which is all that it needs to paint.
+    The function receives the exposed area and need not paint anything outside it.
     """
 
     def __init__(self, draw: Callable[[QPainter, QRect], object]) -> None:
@@ -168,9 +171,9 @@ class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
 
 
 class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
-    """Items that rarely change, painted once into a picture of the whole view.
+    """A group of rarely changing items, painted once into a picture of the whole view.
 
-    The scene does not paint them, so call `changed` after a change to one of them.
+    The scene does not paint these items, so call `changed` after changing any of them.
     """
 
     def __init__(self, *items: Any) -> None:
@@ -188,7 +191,7 @@ class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
         self.update()
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint the picture."""
+        """Paint the cached picture."""
         transform = _to_pixels(painter)
         area, ratio = self.getViewWidget().rect(), device_ratio(painter)
         if (transform, area, ratio) != self._key:
@@ -215,7 +218,7 @@ class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
 
 
 class Group(pg.ItemGroup):  # type: ignore[misc]
-    """Items that move, turn and hide together."""
+    """A group of items that are moved, turned and hidden together."""
 
     def __init__(self, *items: Any) -> None:
         super().__init__()
@@ -249,9 +252,9 @@ class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
 
 
 def around(*pens: QPen) -> Group:
-    """Return a vertical line at the azimuth that is the group's x.
+    """Return a group that contains a vertical line at the azimuth given by the group's x.
 
-    The line is repeated a full turn to each side, so that it can appear at both edges of a
+    The line is repeated one full turn to each side. It can therefore appear at both edges of a
     panorama.
     """
     lines = [PlotLine(*pens) for _ in range(3)]

@@ -1,8 +1,8 @@
-"""The geometry of plots: circles of turns, smooth outlines, arrows, and labels kept apart.
+"""The geometry of plots: circles of turns, smooth outlines, arrows and the spacing of labels.
 
 Points are (x, y) in logical pixels, with x to the right and y downward. Turns and azimuths are in
-degrees, positive clockwise seen from above; on a circle, 0 is at the top and 90 at the right. This
-module does not use Qt, so that every sign can be tested on its own.
+degrees and increase clockwise as seen from above. On a circle, 0 is at the top and 90 is on the
+right. This module does not use Qt, which allows every sign to be tested on its own.
 """
 
 from __future__ import annotations
@@ -34,7 +34,10 @@ _CIRCLE: Final = np.array([at_turn((0.0, 0.0), 1.0, 90.0 + 2.0 * k) for k in ran
 
 @cache
 def _half_head() -> list[Point]:
-    """Return half the mean head's outline from above, as (side, forward) in half head lengths."""
+    """Return half the outline of the mean head, seen from above.
+
+    The points are (side, forward) in units of half the head's length.
+    """
     outline = json.loads((resources() / "heads" / "outline.json").read_text(encoding="utf-8"))
     return [(float(side), float(front)) for side, front in outline]
 
@@ -56,7 +59,7 @@ def circle(radius: float) -> NDArray[np.float64]:
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
-    """Return the outline of the sector for a clockwise arc (from, to), which may wrap.
+    """Return the outline of the sector for a clockwise arc (from, to), which may wrap around.
 
     The centre comes first, unless the arc is the whole circle.
     """
@@ -69,7 +72,8 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 def value_at(curve: Sequence[float], turn_deg: float) -> float:
     """Return the value of a curve at a turn.
 
-    The curve is sampled at evenly spaced turns from 0, and interpolated between the samples.
+    The curve is sampled at evenly spaced turns starting at 0, and is interpolated between the
+    samples.
     """
     count = len(curve)
     place = (turn_deg / 360.0 * count) % count
@@ -95,7 +99,10 @@ class Dial:
         return at_turn(self.centre, self.radius(value), turn_deg)
 
     def outline(self, curve: Sequence[float]) -> NDArray[np.float64]:
-        """Return the positions of values at evenly spaced turns from 0, clockwise, as (n, 2)."""
+        """Return the positions of values at evenly spaced turns, clockwise from 0.
+
+        The result is an (n, 2) array.
+        """
         values = np.clip(np.asarray(curve, np.float64), 0.0, 100.0)
         radii = self.core + (self.rim - self.core) * values / 100.0
         turns = np.arange(len(radii)) * (2.0 * np.pi / max(len(radii), 1))
@@ -106,8 +113,8 @@ class Dial:
 def smooth(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.float64]:
     """Fit a smooth closed Bezier curve through points.
 
-    The tangent at a point is that of the parabola through the point and its neighbours. Each
-    handle is a third of the chord long, so that no loop forms between a long and a short segment.
+    The tangent at a point is that of the parabola through the point and its neighbours. Each handle
+    is one third as long as the chord. This prevents a loop between a long and a short segment.
 
     Returns:
         (n, 3, 2). For each point, the two control points of the segment to the next point, followed
@@ -130,7 +137,10 @@ def smooth(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.fl
 
 
 def finely(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.float64]:
-    """Return the smooth closed curve through points as (n, 2), with four samples per point."""
+    """Return a smooth closed curve through points, sampled four times per point.
+
+    The result is an (n, 2) array.
+    """
     if not len(points):
         return np.zeros((0, 2))
     pieces = np.concatenate([np.asarray(points, float)[:, None], smooth(points)], axis=1)
@@ -139,7 +149,7 @@ def finely(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.fl
 
 
 def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
-    """Return the outline of the mean head from above, starting at its nose.
+    """Return the outline of the mean head from above, starting at the nose.
 
     The outline is exactly symmetric about `turn_deg`, and `size` is half its length. Use `smooth`
     to round it.
@@ -166,7 +176,7 @@ def spread(
 ) -> list[float]:
     """Move overlapping labels apart by equal distances, within the limits of their line.
 
-    `targets` are the labels' preferred centres in any order.
+    `targets` contains the preferred centres of the labels, in any order.
     """
     order = sorted(range(len(targets)), key=lambda index: targets[index])
     middles = [targets[index] for index in order]

@@ -1,4 +1,4 @@
-"""Images of a whole panorama, and hatching over them, in degrees of azimuth and elevation."""
+"""Images of a whole panorama and hatching over them, in degrees of azimuth and elevation."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         """Show a different image.
 
         Args:
-            pixels: uint8 array of (h, w) grey, (h, w, 3) sRGB, or (h, w, 4) premultiplied blue,
-                green and red with opacity, or None to show nothing. Azimuths run from −180° to
-                180°, shifted by `setX`.
+            pixels: uint8 array of one of three shapes: (h, w) for greyscale, (h, w, 3) for sRGB, or
+                (h, w, 4) for premultiplied blue, green and red with opacity. If it is None, nothing
+                is shown. Azimuths run from −180° to 180°, shifted by `setX`.
         """
         self._images = {}
         self._copies = [] if pixels is None else [pixels]
@@ -59,11 +59,11 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         self.setRect(QRectF(-180.0, -90.0, 360.0, 180.0))
 
     def boundingRect(self) -> QRectF:
-        """Return the area of the panorama plus half a turn on both sides, in panorama pixels."""
+        """Return the area of the panorama plus half a turn on each side, in panorama pixels."""
         return self._around if self._copies else QRectF()
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint the smallest copy with enough pixels."""
+        """Paint the smallest copy that has enough pixels."""
         if not self._copies:
             return
         index, scale = 0, painter.deviceTransform().m11()
@@ -74,7 +74,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         painter.drawImage(self._around, self._images[index])
 
     def _copy(self, index: int) -> Bytes:
-        """Return the pixels, halved `index` times."""
+        """Return a copy of the pixels, halved in size `index` times."""
         while len(self._copies) <= index:
             rows, columns = self._copies[-1].shape[:2]
             size = (columns // 2, max(rows // 2, 1))
@@ -84,7 +84,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
 
 
 def _image_around(pixels: Bytes) -> QImage:
-    """Return an image in Qt's fastest format, with an extra half turn on both sides."""
+    """Return an image in Qt's fastest format, with an extra half turn on each side."""
     half = pixels.shape[1] // 2
     around = np.concatenate([pixels[:, -half:], pixels, pixels[:, :half]], axis=1)
     formats = QImage.Format
@@ -97,7 +97,10 @@ def _image_around(pixels: Bytes) -> QImage:
 
 
 class Hatching(QGraphicsItem):
-    """Black and white hatching with a black edge over clipped areas, equally wide at any zoom."""
+    """Black-and-white hatching with a black edge over clipped areas.
+
+    The hatching and the edge are equally wide at any zoom.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -108,14 +111,15 @@ class Hatching(QGraphicsItem):
         """Set the hatched areas.
 
         Args:
-            clipped: (h, w) array of any size that states whether each texel is clipped (bool), or
-                which fraction of it is clipped, from 0 to 1 (float). None hatches nothing.
+            clipped: (h, w) array of any size. It is either bool, True for each clipped texel, or
+                float, giving the clipped fraction of each texel from 0 to 1. If it is None, nothing
+                is hatched.
         """
         self._outlines = [] if clipped is None else _outlines(clipped)
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """Return the area of the panorama plus half a turn on both sides."""
+        """Return the area of the panorama plus half a turn on each side."""
         return QRectF(-360.0, -90.0, 720.0, 180.0)
 
     def paint(
@@ -142,16 +146,16 @@ class Hatching(QGraphicsItem):
         painter.fillPath(path, lines)
 
     def _ratio(self, painter: QPainter) -> float:
-        """Return the number of device pixels per logical pixel, without the scene's own scale."""
+        """Return the number of device pixels per logical pixel, ignoring the scene's own scale."""
         return painter.deviceTransform().m11() / max(self.sceneTransform().m11(), 1e-9)
 
 
 def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
-    """Return outlines of clipped areas in degrees, with an extra half turn on both sides.
+    """Return the outlines of the clipped areas in degrees, with an extra half turn on each side.
 
     Returns:
-        list of (QRectF, QPainterPath). For each piece, the area that its edge may cover, and its
-        path including any holes.
+        list of (QRectF, QPainterPath). For each piece, the area that the edge may cover, and the
+        path of the piece including any holes.
     """
     mask = np.asarray(np.asarray(clipped, np.float32) > _CLIPPED, np.uint8)
     if not mask.any():
@@ -175,7 +179,7 @@ def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
 
 
 def _joined(mask: Bytes) -> Bytes:
-    """Close the gaps between nearby specks, which would look like noise."""
+    """Close the gaps between nearby specks, which would otherwise look like noise."""
     reach = round(mask.shape[1] * _GAP)
     if reach < 1:
         return mask

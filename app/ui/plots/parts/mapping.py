@@ -1,8 +1,8 @@
 """The mapping between angles and pixels, for a moving panorama and for a strip of a panorama.
 
-Azimuths and turns are in degrees, positive clockwise seen from above, which is to the right in the
-picture. Elevations are positive upward. Pixels are logical, with y downward. This module does not
-use Qt.
+Azimuths and turns are in degrees and increase clockwise as seen from above, which is to the right
+in the picture. Elevations increase upward. Pixels are logical pixels, with y downward. This module
+does not use Qt.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ SPAN_DEG: Final = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """A tick on a scale, with its distance from the left end and its label in degrees."""
+    """A tick on a scale, with its label and its distance from the left end in logical pixels."""
 
     x: float
     label: str
 
 
 def scale_label(value_deg: float) -> str:
-    """Format a value on a scale, keeping −180° for the left end.
+    """Format a value in degrees for a scale, keeping −180° as the label of the left end.
 
     Examples:
         >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
@@ -42,7 +42,7 @@ def scale_label(value_deg: float) -> str:
 def label_step(pixels_per_degree: float, room: float) -> int:
     """Return the spacing of the labels on a scale: 1, 5, 15, 45 or 90 degrees.
 
-    A label needs `room` logical pixels.
+    `room` is the width that a label needs, in logical pixels.
     """
     steps = (1, 5, 15, 45)
     return next((step for step in steps if step * pixels_per_degree >= room), 90)
@@ -50,11 +50,11 @@ def label_step(pixels_per_degree: float, room: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Viewport:
-    """The visible part of a panorama, for the ViewBox.
+    """The visible part of a panorama, which is set on a ViewBox.
 
-    pyqtgraph's ViewBox supports neither wrapping nor poles. The azimuth, in (-180, 180], and the
-    elevation are those of the centre, in degrees. `shape` is the height of the window divided by
-    its width.
+    This class handles wrapping and the poles, which pyqtgraph's ViewBox does not support. The
+    azimuth, in (-180, 180], and the elevation are those of the centre, in degrees. `shape` is the
+    height of the window divided by its width.
     """
 
     width: float
@@ -74,31 +74,35 @@ class Viewport:
         return self.width * self.zoom / 360.0
 
     def x_of(self, azimuth_deg: float) -> float:
-        """Return the x of an azimuth, which may be outside the window.
+        """Return the x coordinate of an azimuth, which may be outside the window.
 
-        An azimuth recurs after every full turn. This is its position nearest to the centre.
+        An azimuth recurs after every full turn. This method returns the position nearest to the
+        centre.
         """
         return self.width / 2.0 + difference(azimuth_deg, self.azimuth_deg) * self.scale
 
     def xs_of(self, azimuth_deg: float, margin: float = 0.0) -> list[float]:
-        """Return every x of an azimuth that is inside the window or at most `margin` outside it.
+        """Return the x coordinates of an azimuth inside the window or at most `margin` outside it.
 
-        At zoom 1 the azimuth opposite the centre is at both edges.
+        At zoom 1, the azimuth opposite the centre is at both edges.
         """
         nearest, turn = self.x_of(azimuth_deg), 360.0 * self.scale
         places = (nearest - turn, nearest, nearest + turn)
         return [x for x in places if -margin - 1e-9 <= x <= self.width + margin + 1e-9]
 
     def azimuth_at(self, x: float) -> float:
-        """Return the azimuth at an x, in (-180, 180] degrees. This is the inverse of `x_of`."""
+        """Return the azimuth at an x coordinate, in (-180, 180] degrees.
+
+        This is the inverse of `x_of`.
+        """
         return wrap(self.azimuth_deg + (x - self.width / 2.0) / self.scale)
 
     def y_of(self, elevation_deg: float) -> float:
-        """Return the y of an elevation, which may be outside the window."""
+        """Return the y coordinate of an elevation, which may be outside the window."""
         return self.height / 2.0 - (elevation_deg - self.elevation_deg) * self.scale
 
     def elevation_at(self, y: float) -> float:
-        """Return the elevation at a y, in degrees. This is the inverse of `y_of`."""
+        """Return the elevation at a y coordinate, in degrees. This is the inverse of `y_of`."""
         return self.elevation_deg - (y - self.height / 2.0) / self.scale
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
@@ -121,7 +125,7 @@ class Viewport:
         return new.moved_to(azimuth - across, elevation - up)
 
     def ticks(self, front_deg: float, step: int, labelled: int) -> list[Tick]:
-        """Return the ticks of the scale under the window, numbered from an azimuth."""
+        """Return the ticks of the scale below the window, numbered from the azimuth `front_deg`."""
         middle = difference(self.azimuth_deg, front_deg)
         half = self.width / 2.0 / self.scale + 1e-9
         first = math.ceil((middle - half) / step)
@@ -154,11 +158,14 @@ class StripScale:
         return self.width / self.span_deg
 
     def x_of(self, turn_deg: float) -> float:
-        """Return the x of a turn, on or off the strip, measured the shorter way from the goal."""
+        """Return the x coordinate of a turn, which may be off the strip.
+
+        The turn is measured the shorter way from the goal.
+        """
         return self._x(difference(turn_deg, self.goal_deg))
 
     def _x(self, beside_deg: float) -> float:
-        """Return the x of an angle clockwise from the goal."""
+        """Return the x coordinate of an angle that is measured clockwise from the goal."""
         way = -self.scale if self.mirrored else self.scale
         return self.width / 2.0 + beside_deg * way
 
@@ -168,14 +175,14 @@ class StripScale:
         return x - half, x + half
 
     def beyond(self, turn_deg: float) -> int:
-        """Return -1 for a turn past the left edge of the strip, 1 past the right edge, or 0."""
+        """Return -1 for a turn past the strip's left edge, 1 past its right edge, otherwise 0."""
         x = self.x_of(turn_deg)
         return -1 if x < 0.0 else 1 if x > self.width else 0
 
     def bands(self, arc_deg: tuple[float, float]) -> list[tuple[float, float]]:
         """Return the edges of each piece of a clockwise arc (from, to) on the strip.
 
-        A wide arc can enter from both sides, which gives two pieces.
+        A wide arc can enter the strip from both sides. The result then has two pieces.
         """
         extent = arc_width(arc_deg)
         if extent >= 360.0:
@@ -193,7 +200,7 @@ class StripScale:
     def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
         """Return the ticks, numbered from the goal in both directions without signs.
 
-        Labels closer than `room_deg` to one of the turns `avoid_deg` are left out.
+        Labels closer than `room_deg` to one of the turns in `avoid_deg` are left out.
         """
         last = math.ceil(self.span_deg / 2.0 / step) - 1
         beside = [difference(other, self.goal_deg) for other in avoid_deg]

@@ -1,4 +1,7 @@
-"""The marker's grip, and a panorama's scale, painted here because pyqtgraph cuts labels off."""
+"""The marker's grip, and the scale below a panorama.
+
+The scale is painted here because pyqtgraph would cut off its labels.
+"""
 
 from __future__ import annotations
 
@@ -89,7 +92,7 @@ class MarkerGrip(PaintedWidget):
         return self._moving or self._words
 
     def sizeHint(self) -> QSize:
-        """Return the size of the pill with its text at rest. It keeps this size during a move."""
+        """Return the size of the pill with its text at rest, which it keeps during a move."""
         text = QFontMetricsF(theme().font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
         return QSize(px(parts) + round(text), px(_HEIGHT))
@@ -181,7 +184,7 @@ def draw_corners(
 
 
 def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
-    """Paint the scale of azimuths under the picture, with the marker's position in amber."""
+    """Paint the scale of azimuths below the picture, with the marker's position in amber."""
     t = theme()
     left, top = area.left(), float(area.bottom() + 1)
     amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)
@@ -206,7 +209,7 @@ def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
 
 
 def _draw_pointer(painter: QPainter, place: tuple[float, float], area: QRect, words: str) -> None:
-    """Paint the triangle and the number under the marker."""
+    """Paint the triangle and the number below the marker."""
     t = theme()
     x, top = place
     half, height = px(7), px(9)
