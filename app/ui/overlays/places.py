@@ -373,7 +373,10 @@ class PlacesBody(QWidget):
         self._over(_Edit(self.window(), place, partial(self.presenter.edit, place.folder)))
 
     def _over(self, sheet: Sheet) -> None:
-        """Open a sheet over the list, and delete the sheet when it closes or the list is deleted."""
+        """Open a sheet over the list.
+
+        The sheet is deleted when it closes or when the list is deleted.
+        """
         sheet.closed.connect(sheet.deleteLater)
         self.destroyed.connect(sheet.deleteLater)
         sheet.open()

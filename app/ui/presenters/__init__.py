@@ -1,1 +1,4 @@
-"""The logic of the screens, without Qt. Presenters turn models into states for the views."""
+"""The logic of the screens, independent of Qt.
+
+Presenters turn models into states that the views show.
+"""

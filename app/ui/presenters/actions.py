@@ -1,4 +1,4 @@
-"""Actions as data, and the search for entries that match a few letters."""
+"""Actions as data, and the search for entries that match a few typed letters."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ class Findable:
 
 
 def score(query: str, words: str) -> float:
-    """Return how well a few letters match some text, from 0 (no match) to 1.
+    """Return how well a few letters match a text, from 0 (no match) to 1 (perfect match).
 
-    Every word of the query must occur in the text. A word scores highest at the start of the text's
-    word in the same position, less at the start of any other word, and least inside a word. Shorter
-    texts score slightly higher.
+    Every word of the query must occur in the text. A query word scores highest at the start of the
+    text word in the same position, lower at the start of any other word, and lowest inside a word.
+    Shorter texts score slightly higher.
 
     Examples:
         >>> score("rem", "Rembrandt") > score("rem", "Save as a rembrandt") > 0
@@ -75,7 +75,7 @@ def best(query: str, things: Iterable[Findable]) -> Sequence[Findable]:
 
 
 def nothing_words(query: str) -> str:
-    """Return the message for a search without matches, including suggestions."""
+    """Return the message for a search that has no matches, including suggestions."""
     return tr(
         "Nothing found for “{typed}”. Type a few letters of {searched}.",
         typed=query.strip(),
@@ -101,9 +101,9 @@ class Action:
         key: Unique name in code, such as ``open-files``.
         shortcut: Shortcuts in Qt's notation, such as "Ctrl+O", separated by "; ", or an empty
             string if there are none.
-        hint: One or two words for the line at the foot of the window, or an empty string to leave
-            the action out of that line.
-        about: What the action applies to now, shown after `words`, such as "delete My Rembrandt"
+        hint: One or two words for the line at the foot of the window, or an empty string to omit
+            the action from that line.
+        about: Current object of the action, shown after `words`, such as "delete My Rembrandt"
             after "Undo".
     """
 

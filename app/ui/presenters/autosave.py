@@ -19,13 +19,13 @@ from app.ui.presenters.services import Services
 _MOMENT_S: Final = 0.4
 
 Conflicts: TypeAlias = list[tuple[str, Path]]
-"""The name of each place that another process has also changed, and the copy of that version."""
+"""Name of each place that another process has also changed, with the copy of that version."""
 
 
 class Autosave:
-    """Writes places in the order of their changes, after a short delay.
+    """Writes places after a short delay, in the order in which they were changed.
 
-    During a continuous change, such as a drag of the needle, only the last state is written.
+    During a continuous change, such as dragging the needle, only the last state is written.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Autosave:
         self._last: dict[Path, tuple[PlaceSource | None, Facts]] = {}
 
     def keep(self, folder: Path, place: Place) -> None:
-        """Write a place after a short delay, unless a newer state of it replaces this one first."""
+        """Write a place after a short delay, unless a newer state replaces this one first."""
         with self._lock:
             running, self._running = self._running, True
             self._waiting[folder] = place
@@ -57,7 +57,8 @@ class Autosave:
             The versions that another process has written since the places were read.
 
         Raises:
-            PlaceError: If a write fails. The write is tried again with the next one.
+            PlaceError: If a write fails. The failed write is tried again together with the next
+                one.
         """
         with self._lock:
             # A waiting older state would otherwise overwrite this one.
@@ -65,12 +66,12 @@ class Autosave:
         return self._write_waiting()
 
     def unkept(self, folder: Path) -> Place | None:
-        """Return the unsaved state of a place, or None if everything is on the disk."""
+        """Return the unsaved state of a place, or None if everything is already on disk."""
         with self._lock:
             return self._waiting.get(folder)
 
     def forget(self, folder: Path) -> None:
-        """Discard the waiting state of a place, for example if the place was saved elsewhere."""
+        """Discard a place's waiting state, for example because the place was saved elsewhere."""
         with self._lock:
             self._waiting.pop(folder, None)
 

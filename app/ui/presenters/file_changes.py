@@ -1,4 +1,4 @@
-"""Undoable changes to the user's files, which are made in order and never skipped.
+"""Undoable changes to the user's files, which run in order and are never skipped.
 
 All screens use this module to copy, rename, delete, export and import the user's own styles.
 """
@@ -34,10 +34,10 @@ K = TypeVar("K")
 
 
 class SerialQueue:
-    """Runs changes to files one after the other.
+    """Runs changes to files one after another.
 
-    The job runner cancels an older job with the same key and drops its result. That suits computed
-    answers, but if two styles are deleted in quick succession, both deletions must run.
+    The job runner cancels an older job with the same key and drops its result. That is right for
+    computed answers, but if two styles are deleted in quick succession, both deletions must run.
     """
 
     def __init__(self, services: Services, key: str) -> None:
@@ -47,7 +47,7 @@ class SerialQueue:
         self._busy = False
 
     def submit(self, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]) -> None:
-        """Run the work after everything queued before it (see `Runner.submit`)."""
+        """Run a task after every task that is already in the queue (see `Runner.submit`)."""
         done, cancelled = how.get("done"), how.get("cancelled")
         on_error = how.get("failed") or self.services.notify.tell_error
 
@@ -79,10 +79,11 @@ class SerialQueue:
 
 
 class FileChange(Generic[T]):
-    """An undoable change to the user's files. The change and its undo both wait in the queue.
+    """An undoable change to the user's files.
 
-    The change is on the undo stack as soon as it is requested, so an immediate undo applies to it
-    and not to an earlier step. An error without a handler is shown to the user.
+    The change and its undo both wait their turn in the queue. The change is on the undo stack as
+    soon as it is requested. An immediate undo therefore applies to this change and not to an
+    earlier step. If an error has no handler, it is shown to the user.
     """
 
     def __init__(
@@ -112,7 +113,7 @@ class FileChange(Generic[T]):
         self._submit(self._make, self._is_made, lambda: self._stack.drop(self.step))
 
     def take_back(self) -> None:
-        """Undo the change, whatever has happened since."""
+        """Undo the change, even if others have been made since."""
         self._stack.take_back(self.step)
 
     def _again(self) -> None:
@@ -156,15 +157,15 @@ def delete_with_undo(
     returned: Callable[[K], str],
     before: Callable[[], None] = lambda: None,
 ) -> None:
-    """Delete an item that the user can restore with Undo or with the message's button.
+    """Delete an item, which the user can restore with Undo or with the button in the message.
 
     Args:
         files: Queue for the file changes.
-        title: Title of the item, for the undo step.
+        title: Title of the item, used to name the undo step.
         put_away: Moves the item to the trash.
         bring_back: Restores the item from the trash.
-        message: Called after the deletion to get the title to show.
-        returned: Called after the restoration to get the title to show.
+        message: Called after the deletion to get the title of the message.
+        returned: Called after the restoration to get the title of the message.
         before: Called before the deletion.
     """
     tell = files.services.notify.tell
@@ -196,14 +197,14 @@ def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exc
 
 
 class OwnStyles:
-    """Changes the files of the user's styles, and updates the model to match.
+    """Changes the files of the user's own styles, and updates the model to match.
 
-    `PlaceController` owns an instance. Files are changed one after the other (see `SerialQueue`).
-    Screens add their own steps as callables, and the events inform all other screens.
+    `PlaceController` owns an instance. Files are changed one after another (see `SerialQueue`). A
+    screen passes its own steps as callables, and events inform all other screens.
 
     Attributes:
-        leaving: Emits the name of a style before it is deleted, so that unsaved work can be
-            written.
+        leaving: Emits the name of a style before the style is deleted, which allows unsaved work to
+            be written.
     """
 
     def __init__(self, services: Services, files: SerialQueue) -> None:
@@ -242,7 +243,7 @@ class OwnStyles:
         self._files.submit(lambda *_: duplicate(folder, style), done=done)
 
     def delete(self, style: UserStyle) -> None:
-        """Delete a style with its draft. Undo or the message's button restores both."""
+        """Delete a style together with its draft. Undo or the message's button restores both."""
         folders, model = self._services.folders, self._services.model
         # The needle and the goal belong to this style only.
         front = ("chosen", "needle_deg", "goal_deg")

@@ -27,8 +27,8 @@ class HeadChoice:
     def titles(self) -> tuple[tuple[str, str], ...]:
         """Return the name and title of every head, with the built-in ones first.
 
-        The user's own heads are in the folder `heads`, next to the user's styles, or are files that
-        the user has selected.
+        The user's own heads are those in the folder `heads`, next to the user's styles, and any
+        files that the user has selected.
         """
         model, folder = self._services.model, self._services.folders.home / _FOLDER
         last, head = model.settings.own_head, model.head
@@ -37,7 +37,7 @@ class HeadChoice:
         return tuple((name, head_title(name)) for name in list_heads(folder, *files))
 
     def choose(self, file: Path) -> None:
-        """Load the user's own head from a file, and add it to the list."""
+        """Load the user's own head from a file, and add the head to the list."""
         try:
             self._services.model.set("own_head", str(file))
         except CoreError as error:
@@ -45,9 +45,9 @@ class HeadChoice:
         self.load(str(file))
 
     def load(self, name: str) -> None:
-        """Select and load one of the heads in `titles`, or the generic head if that one is gone.
+        """Select and load one of the heads in `titles`, or the generic head if it is missing.
 
-        Answers for the previous head become invalid.
+        Answers for the previous head are no longer valid.
         """
         self._target = name
         names = pack_names()
@@ -65,8 +65,8 @@ class HeadChoice:
     def load_for_place(self, name: str) -> None:
         """Load the head of a place, unless it is already loaded or loading.
 
-        Call this before setting the place's light, which would otherwise be solved with the wrong
-        head.
+        Call this method before setting the place's light, which would otherwise be solved for the
+        wrong head.
         """
         model, runner = self._services.model, self._services.runner
         is_coming = runner.running("head") and self._target == name

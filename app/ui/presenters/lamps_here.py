@@ -13,10 +13,10 @@ _PLACES: Final = 2  # the open place, and one for comparison
 
 
 def lamps_here(light: PlaceLight, capture: CaptureFacts | None) -> Findings:
-    """Find the lamps of a place. The first call is too slow for the main thread.
+    """Find the lamps of a place. The first call for a place is too slow for the main thread.
 
     Args:
-        capture: How the light was measured, or None if that is unknown.
+        capture: How the light was measured, or None if this is unknown.
     """
     if capture is None:
         return _findings(light, None, None)

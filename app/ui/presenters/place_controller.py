@@ -47,10 +47,10 @@ class PlaceController:
     """Opens, solves and saves places.
 
     Attributes:
-        photo_taker: Callable or None. Accepts files that may be photos of the sitter while the
-            current screen can use them, and returns whether it accepted them.
-        layer_asker: Callable or None. Asks which of `layers` to read.
-        layers: Layers of the panorama that is waiting for that choice.
+        photo_taker: Callable, or None if the current screen has no use for photos of the sitter. It
+            is offered files that may be such photos, and returns whether it accepted them.
+        layer_asker: Callable that asks the user which of `layers` to read, or None.
+        layers: Layers of the panorama for which the user still has to choose one.
     """
 
     def __init__(self, services: Services) -> None:
@@ -100,7 +100,7 @@ class PlaceController:
         self._opened(new_place, self._services.model.step)
 
     def keep_all(self) -> bool:
-        """Save everything that is not on the disk yet, and return whether that succeeded."""
+        """Save everything that is not on disk yet, and return whether this succeeded."""
         return self.saving.keep_all()
 
     def refresh_user_styles(self) -> None:
@@ -119,7 +119,8 @@ class PlaceController:
     def open_paths(self, paths: Sequence[Path]) -> None:
         """Open a place, a panorama, a bracket, or a folder that contains one of these.
 
-        If the current screen accepts photos of the sitter, such photos are checked instead.
+        If the current screen accepts photos of the sitter, any such photos are checked instead of
+        being opened.
         """
         if self.photo_taker is None or not self.photo_taker(paths):
             self.open_as_place(paths)
@@ -130,7 +131,7 @@ class PlaceController:
         self._open(*self._reading(paths))
 
     def choose_layer(self, layer: str) -> None:
-        """Open one layer of the panorama that is waiting for a choice."""
+        """Open one layer of the panorama for which a layer still had to be chosen."""
         self._open(*self._reading(self._layered, layer=layer))
 
     def _open(
@@ -164,7 +165,7 @@ class PlaceController:
         self._services.notify.tell_error(error, actions=actions, about="open")
 
     def finish(self, unfinished: UnfinishedPlace) -> None:
-        """Finish a place by merging the available photos or resuming its capture."""
+        """Finish a place, either by merging the available photos or by resuming its capture."""
         if unfinished.session is not None:
             if self.finisher is not None:
                 self._services.model.update(step=Step.PROBE)
@@ -176,7 +177,7 @@ class PlaceController:
         )
 
     def take_in(self, paths: Sequence[Path]) -> None:
-        """Open a bracket that has arrived in a watched folder, after any earlier ones."""
+        """Open a bracket from a watched folder, after any brackets that arrived earlier."""
         work, name = self._reading(paths, way="camera")
         title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
@@ -192,7 +193,7 @@ class PlaceController:
         self._open(work, name)
 
     def open_film(self, film: Film, video: Path, folder: TemporaryDirectory[str]) -> None:
-        """Create a place from a new film, then remove its temporary `folder`."""
+        """Create a place from a new video, then remove the temporary `folder` that contains it."""
         own, options = FilmOptions(film), self._options()
         intake = Intake(tr("Filmed turn"), files=(video,), way="film", own=own)
 
@@ -203,7 +204,7 @@ class PlaceController:
         self._open(work, intake.name)
 
     def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
-        """Open a saved place, optionally with a style and on a given screen."""
+        """Open a saved place, optionally with a style selected and on a given screen."""
         model = self._services.model
         fields: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
         if style and folder == model.place_folder:
@@ -217,7 +218,7 @@ class PlaceController:
         self._open(work, tr("the place"), step or (Step.STYLES if style else Step.PROBE))
 
     def take_capture(self, capture: CapturedPlace) -> None:
-        """Show a capture at once, and save it in the background."""
+        """Show a capture immediately, and save it in the background."""
         settings = self._services.model.settings
         place = replace(capture.place, head=settings.head, studios=settings.studios)
         new_place = OpenPlace(capture.folder, place, capture.light)
@@ -242,10 +243,10 @@ class PlaceController:
         )
 
     def choose_lamps(self, studio: Studio | None, style: str = "") -> None:
-        """Light the targets of the open place with other lamps. The user can undo this.
+        """Light the targets of the open place with different lamps. The user can undo this.
 
         Args:
-            studio: The lamps, or None to use the common lamps again.
+            studio: The lamps, or None to return to the common lamps.
             style: The style to change together with its mirror image, or an empty string to change
                 all styles.
         """
@@ -255,7 +256,7 @@ class PlaceController:
             self.change(tr("change the lamps"), studios=studios)
 
     def choose_lens(self, lens: LensWish) -> None:
-        """Set the allowed camera positions. The user can undo this."""
+        """Set the permitted camera positions. The user can undo this."""
         if self._services.model.place is not None:
             self.change(tr("change the camera position"), lens=lens)
 
@@ -323,7 +324,7 @@ class PlaceController:
     def _reading(
         self, paths: Sequence[Path], name: str = "", way: str = "", layer: str = ""
     ) -> tuple[Callable[[Token, Report], OpenPlace], str]:
-        """Return a job that opens files, and the name to show while it runs.
+        """Return a job that opens files, and the name to show while the job runs.
 
         Args:
             way: How the photos were taken, or an empty string to use the setting.
@@ -376,7 +377,7 @@ class PlaceController:
         self.saving.hold(new_place)
 
     def _remember(self, folder: Path | None) -> None:
-        """Remember which place to reopen at the next start."""
+        """Remember which place to reopen when the app next starts."""
         model, last = self._services.model, "" if folder is None else str(folder)
         if last and last != model.settings.last_place:
             with suppress(CoreError):

@@ -101,12 +101,12 @@ class PlacesListState:
 
     @property
     def days(self) -> tuple[tuple[str, tuple[PlacesListRow, ...]], ...]:
-        """The places grouped by day, each day with its heading, newest first."""
+        """The places grouped by day, newest day first, with each day's heading."""
         return tuple((day, tuple(rows)) for day, rows in groupby(self.rows, lambda row: row.day))
 
 
 class PlacesListPresenter(Presenter[View]):
-    """Lists the saved places and acts on them."""
+    """Lists the saved places, and opens, changes and deletes them."""
 
     def __init__(
         self,
@@ -126,7 +126,7 @@ class PlacesListPresenter(Presenter[View]):
         self._picks: tuple[Path, ...] = ()
 
     def attach(self, view: View) -> None:
-        """Show the list in `view` from now on, and reload it."""
+        """Show the list in `view` from now on, and reload the list."""
         super().attach(view)
         self._place_controller.places_changed.connect(self.refresh)
         self._services.model.changed.connect(self._model_changed)
@@ -205,7 +205,7 @@ class PlacesListPresenter(Presenter[View]):
             self._place_controller.open_place(folder)
 
     def edit(self, folder: Path, name: str, tags: str, notes: str) -> None:
-        """Change the name, comma-separated tags and notes of a place. The user can undo this."""
+        """Change a place's name, comma-separated tags and notes. The user can undo this."""
         before = next((row for row in self.resolve().rows if row.folder == folder), None)
         if before is None:
             return
@@ -226,7 +226,7 @@ class PlacesListPresenter(Presenter[View]):
             )
 
     def delete(self, folder: Path) -> None:
-        """Move a place to the trash. Undo or the message's button restores it."""
+        """Move a place to the trash. Undo or the message's button restores the place."""
         name, model, was_open = self._title(folder), self._services.model, False
 
         def close() -> None:
@@ -322,7 +322,10 @@ class PlacesListPresenter(Presenter[View]):
         return tr("{reached} of {every} within reach, best {best}", **values)
 
     def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
-        """Return the name, tags and notes. Those of the open place may be newer than its file."""
+        """Return the object with the current name, tags and notes of a place.
+
+        For the open place, these may be newer than the ones in the place's file.
+        """
         place = self._services.model.place
         here = place is not None and one.folder == self._services.model.place_folder
         return place if here and place is not None else one
@@ -335,7 +338,7 @@ class PlacesListPresenter(Presenter[View]):
 
 
 def _look(folder: Path, most: int) -> _Reading:
-    """Return the places in a folder with their thumbnails, and the deleted places."""
+    """Return the places in a folder with their thumbnails, and the places in the trash."""
     places = list_places(folder)
     unfinished = {one.folder: each for one in places if (each := find_unfinished(one)) is not None}
     pictures = {}
@@ -347,7 +350,7 @@ def _look(folder: Path, most: int) -> _Reading:
 
 
 def _unfinished_words(unfinished: UnfinishedPlace) -> str:
-    """Return the state of an unfinished place, such as "Unfinished: 3 of 7 frames"."""
+    """Return the status of an unfinished place, such as "Unfinished: 3 of 7 frames"."""
     if unfinished.total:
         return tr(
             "Unfinished: {here} of {total} frames", here=unfinished.here, total=unfinished.total

@@ -1,4 +1,4 @@
-"""Saves the open place after a short delay, at once, or in another folder if its own fails."""
+"""Saves the open place after a short delay, at once, or in another folder if saving fails."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.ui.presenters.services import Services
 
 
 def disk_words(error: BaseException) -> str:
-    """Return the reason for a disk error, such as "the disk is full", or "" for other errors."""
+    """Return the cause of a disk error, such as "the disk is full", or "" for other errors."""
     trouble = disk_trouble(error)
     return "" if trouble is None else TROUBLE_WORDS[trouble]
 
@@ -54,10 +54,11 @@ _LOOK: Final = "place-folder"
 
 
 class Saving:
-    """Saves the open place, and reports an error if that fails.
+    """Saves the open place, and reports an error if saving fails.
 
     Attributes:
-        folder_asker: Asks the user for a folder and returns it, or None if they cancel.
+        folder_asker: Asks the user for a folder and returns it, or returns None if the user
+            cancels.
     """
 
     def __init__(self, services: Services, file_work: SerialQueue) -> None:
@@ -73,7 +74,7 @@ class Saving:
     # -- changes of a place --------------------------------------------------------------------
 
     def unkept(self, folder: Path) -> Place | None:
-        """Return the unsaved state of a place, or None if everything is on the disk."""
+        """Return the unsaved state of a place, or None if everything is already on disk."""
         return self._keeper.unkept(folder)
 
     def keep(self) -> None:
@@ -83,7 +84,7 @@ class Saving:
             self._keeper.keep(*current)
 
     def keep_now(self) -> bool:
-        """Write the open place at once, and return whether that succeeded."""
+        """Write the open place immediately, and return whether this succeeded."""
         current = self._current()
         if current is None:
             return True
@@ -96,7 +97,7 @@ class Saving:
         return True
 
     def keep_all(self) -> bool:
-        """Write everything that is not on the disk yet, and return whether that succeeded."""
+        """Write everything that is not on disk yet, and return whether this succeeded."""
         model = self._services.model
         folder, place, light = model.place_folder, self._now(), model.light
         waiting = dict(self._storing)
@@ -188,7 +189,7 @@ class Saving:
         )
 
     def look(self) -> None:
-        """Check whether the open place's folder still exists, and show an error if it does not."""
+        """Check that the open place's folder still exists, and show an error if it does not."""
         folder, runner = self._services.model.place_folder, self._services.runner
         # A missing drive may never respond, so run only one check at a time.
         if folder is None or folder in self._storing or runner.running(_LOOK):
@@ -207,7 +208,7 @@ class Saving:
         runner.submit(_LOOK, lambda *_: folder_state(folder), done=done, failed=self._not_kept)
 
     def rescue(self) -> bool:
-        """Save the open place wherever possible, and return whether that succeeded."""
+        """Save the open place in any folder that works, and return whether this succeeded."""
         model, places = self._services.model, self._services.folders.places
         folder, place, light = model.place_folder, self._now(), model.light
         if place is None or light is None:
@@ -219,7 +220,7 @@ class Saving:
         return True
 
     def _again(self) -> None:
-        """Try again to save in the place's own folder."""
+        """Try again to save the place in its own folder."""
         model = self._services.model
         folder, place, light = model.place_folder, self._now(), model.light
         if folder is None:
@@ -273,7 +274,7 @@ class Saving:
             self._not_kept(error)
 
     def _not_kept(self, error: Exception) -> None:
-        """Report once that the place is not saved, with buttons that solve the problem."""
+        """Report once that the place is not saved, with buttons for solving the problem."""
         model = self._services.model
         name = model.place.name if model.place is not None else tr("place")
         folder = model.place_folder

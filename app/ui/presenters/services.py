@@ -30,7 +30,7 @@ NO_LOUDSPEAKER: Final = tr("No sound output")
 
 
 class Sounds:
-    """Plays short sounds without blocking or failing. This base class is silent."""
+    """Plays short sounds without ever blocking or failing. This base class is silent."""
 
     @property
     def available(self) -> bool:
@@ -43,7 +43,7 @@ class Sounds:
         return False
 
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
-        """Play a sound from its beginning, cutting off one that is still playing.
+        """Play a sound from the beginning, cutting off any sound that is still playing.
 
         Args:
             samples: (n,) int16, mono, at the sample rate `app.core.guidance.beeps.RATE`.
@@ -51,7 +51,7 @@ class Sounds:
         """
 
     def stop(self) -> None:
-        """Stop the sound."""
+        """Stop the sound that is playing."""
 
     def say(self, words: str) -> None:
         """Speak text with the system's voice."""
@@ -75,7 +75,7 @@ class Runner(Protocol):
     def submit(
         self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
-        """Start `work`. An older job with the same key is cancelled and its result is dropped."""
+        """Start `work`. Any older job with the same key is cancelled, and its result is dropped."""
 
     def cancel(self, key: str) -> None:
         """Cancel the job with this key, if one is running."""
@@ -100,15 +100,15 @@ class Notifier(Protocol):
         about: str = "",
         stay: bool = False,
     ) -> None:
-        """Show a sentence for a while, and keep it in the list of messages.
+        """Show a message for a while, and keep it in the list of messages.
 
-        Errors stay until they are closed, acted upon or resolved.
+        An error stays until it is closed, acted on or resolved.
         """
 
     def tell_error(
         self, error: Exception, *, actions: Sequence[Action] = (), about: str = ""
     ) -> None:
-        """Show an error with its own message, and log the error if it is unexpected."""
+        """Show an error with its own message, and also log the error if it is unexpected."""
 
     def mended(self, about: str) -> None:
         """Remove the messages about a problem that has been resolved."""
@@ -121,7 +121,7 @@ class Devices(Protocol):
         """Look for 360 cameras for a few seconds."""
 
     def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
-        """Look for a camera at an address that the user has typed.
+        """Look for a camera at an address that the user has entered.
 
         Raises:
             CoreError: If the address is invalid.
@@ -143,7 +143,7 @@ class Devices(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Folders:
-    """The folders with the user's data."""
+    """The folders that contain the user's data."""
 
     home: Path
     places: Path
@@ -178,7 +178,7 @@ V = TypeVar("V", bound=View)
 
 
 class Presenter(Generic[V]):
-    """Resolves a state, and shows it while a view is attached and visible."""
+    """Resolves a state, and shows that state while a view is attached and visible."""
 
     def __init__(self, services: Services) -> None:
         self._services = services

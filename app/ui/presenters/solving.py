@@ -18,7 +18,7 @@ from app.ui.presenters.window_model import Model, Selection
 SELECTION_FIELDS: Final = frozenset(
     {"light", "head", "front_deg", "user_styles", "settings", "place"}
 )
-"""Fields of the model that the answers depend on."""
+"""Fields of the model on which the answers depend."""
 
 _SAME_DEG: Final = 1e-6
 _NO_GOAL: Final[dict[str, float | None]] = {"goal_deg": None}
@@ -32,11 +32,11 @@ class Solving:
         self._question: tuple[Selection, Head] | None = None
 
     def forget(self) -> None:
-        """Make the next `solve` start a job even if the selection is unchanged."""
+        """Make the next call to `solve` start a job even if the selection is unchanged."""
         self._question = None
 
     def cancel(self) -> None:
-        """Cancel running jobs, whose answers are for another place or head."""
+        """Cancel any running jobs, because their answers are for another place or head."""
         self._question = None
         self._services.runner.cancel("solve")
 
@@ -90,8 +90,8 @@ def _followed(
 ) -> dict[str, float | None]:
     """Return the change to the goal that new answers require, if any.
 
-    A goal at the best turn moves to the new best turn. A goal set by hand keeps its direction, and
-    the goal of a lamp keeps its lamp.
+    A goal at the best turn moves to the new best turn. A goal that was set by hand keeps its
+    direction, and a goal that has a lamp keeps that lamp.
     """
     before, answered = model.result, model.answered
     now = next((one for one in results if one.name == model.chosen), None)

@@ -1,4 +1,4 @@
-"""Comparison of several places for one style, to find the best spot."""
+"""The comparison of several places for one style, to find the best spot."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Spot:
     """A place, solved for the current head.
 
     Attributes:
-        trouble: The reason why the place could not be read, or an empty string if it was read.
+        trouble: Reason why the place could not be read, or an empty string if it could.
         pictures: Portrait at the best turn of each style, (h, w, 3) uint8 sRGB.
     """
 
@@ -66,7 +66,7 @@ class SpotCard:
 
     Attributes:
         grade_words: Grade, match and leeway.
-        why: The reason why the style is out of reach or why the place could not be read.
+        why: Reason why the style is out of reach or why the place could not be read.
     """
 
     folder: Path
@@ -85,7 +85,8 @@ class SpotsState:
     """The compared spots, best first.
 
     Attributes:
-        styles: Key, title and number of places within reach for each style.
+        styles: For each style, its key, its title and the number of places where it is within
+            reach.
     """
 
     cards: tuple[SpotCard, ...] = ()
@@ -107,7 +108,7 @@ class SpotsPresenter(Presenter[View]):
         self._style = services.model.chosen or ""
 
     def attach(self, view: View) -> None:
-        """Show the comparison in `view`, and start reading the places."""
+        """Show the comparison in `view`, and start to read the places."""
         super().attach(view)
         self._read_next()
 
@@ -174,7 +175,7 @@ def _answer(
     folder: Path,
     unkept: Place | None,
 ) -> Spot:
-    """Solve one place, and render the head there at the best turn of every style."""
+    """Solve one place, and render the head at that place for the best turn of every style."""
     try:
         spot_place, head = (
             load_place(folder, unkept),

@@ -1,4 +1,4 @@
-"""The undo stack: one list of steps for the whole window, limited to a number of bytes."""
+"""The undo stack: a single list of steps for the whole window, limited to a number of bytes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Undoable:
             Rembrandt".
         place: Folder of the place that must be open for this step, or None if the step does not
             depend on a place.
-        result: Returns the item that the step moved to the trash, which identifies the step.
+        result: Returns the item that the step moved to the trash. The item identifies the step.
     """
 
     words: str
@@ -38,7 +38,7 @@ class UndoStack:
 
     Attributes:
         give_up: Aborts a step in progress, such as a stroke while the pen is down, and returns
-            whether there was one. Undo does this first.
+            whether there was such a step. Undo calls this first.
     """
 
     def __init__(self, most_bytes: int = _MOST_BYTES) -> None:
@@ -60,7 +60,7 @@ class UndoStack:
         return self._undone[-1].words if self._undone else ""
 
     def push(self, step: Undoable) -> None:
-        """Add a step and discard the undone ones."""
+        """Add a step, and discard the steps that have been undone."""
         self._past.append(step)
         self._undone.clear()
         while len(self._past) > 1 and sum(one.size for one in self._past) > self._most_bytes:
@@ -82,7 +82,7 @@ class UndoStack:
             self._tell(step, self._past, tr("Redone: {step}.", step=step.words))
 
     def take_back(self, step: Undoable) -> None:
-        """Undo a particular step, as its message offers, unless it is already undone."""
+        """Undo a particular step, as its message offers, unless the step is already undone."""
         if step in self._past:
             self._past.remove(step)
             self._undone.append(step)
@@ -97,7 +97,7 @@ class UndoStack:
         return step is not None
 
     def failed(self, step: Undoable, *, undoing: bool) -> None:
-        """Record that the undo or redo of a slow step has failed."""
+        """Put a slow step back in its previous list after its undo or redo has failed."""
         source, target = (self._undone, self._past) if undoing else (self._past, self._undone)
         if step in source:
             source.remove(step)
@@ -112,7 +112,7 @@ class UndoStack:
         self.changed.emit()
 
     def forget_places(self) -> None:
-        """Remove the steps of the open place, for example when it is closed."""
+        """Remove all steps that need the open place, for example when the place is closed."""
         for steps in (self._past, self._undone):
             steps[:] = [one for one in steps if one.place is None]
         self.changed.emit()

@@ -1,4 +1,4 @@
-"""The frame around the screens: the place, sitter, camera, completed steps and undo."""
+"""The frame around the screens: the place, the sitter, the camera, the completed steps and undo."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.ui.presenters.window_model import COMPUTING, CameraSeen, Step, out_of_r
 from app.words.phrases.quantities import time_words
 
 WHAT_TO_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
-"""Text for drop areas, and for the window while files are dragged over it."""
+"""Text for drop areas, and for the window while files are being dragged over it."""
 
 NOT_SAVED: Final = tr("This place is not saved: {reason}.")
 STROKES_KEPT: Final = tr("Every stroke is saved. You can leave at any time.")
@@ -111,7 +111,7 @@ def camera_words(camera: CameraSeen) -> str:
 
 
 def _status(services: Services) -> tuple[str, str]:
-    """Return the message at the foot of the window while no job runs, with its icon."""
+    """Return the message for the foot of the window while no job is running, with its icon."""
     model = services.model
     if model.step == Step.TURN:
         return sound_words(model.settings.sounds, services.sounds)
@@ -148,7 +148,7 @@ def battery_words(camera: CameraSeen | None) -> str:
 
 
 def camera_warning(camera: CameraSeen | None) -> str:
-    """Return a warning about low battery or storage, or an empty string if both are fine."""
+    """Return a warning about a low battery or low storage, or an empty string if both are fine."""
     if camera is None:
         return ""
     if camera.battery is not None and camera.battery < _LOW_BATTERY:

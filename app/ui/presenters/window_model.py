@@ -1,4 +1,4 @@
-"""The state of the whole window (place, head and chosen style) and its events."""
+"""The state of the whole window (the place, the head and the chosen style), and its events."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 
 def out_of_reach(results: Iterable[StyleResult]) -> int:
-    """Return the number of styles graded out of reach."""
+    """Return the number of styles whose grade is out of reach."""
     return sum(not result.attainable for result in results)
 
 
 def looking_words(head: Head) -> str:
-    """Return the message shown during the search for catchlights.
+    """Return the message to show during the search for catchlights.
 
     The message is empty if the head has no large portraits.
     """
@@ -61,7 +61,7 @@ class Event:
         self._callbacks: tuple[Callback, ...] = ()
 
     def connect(self, callback: Callback) -> None:
-        """Call `callback` on every event. Connecting it twice has no effect."""
+        """Call `callback` on every event. Connecting the same callback twice has no effect."""
         if callback not in self._callbacks:
             self._callbacks = (*self._callbacks, callback)
 
@@ -85,11 +85,11 @@ NO_LIGHT: Final = tr("No light measured yet.")
 COMPUTING: Final = tr("Computing…")
 """Text shown in place of an answer, or over an answer for another selection."""
 DEMO_SPOT: Final = "demo"
-"""`Place.spot` of the demo place."""
+"""Value of `Place.spot` for the demo place."""
 
 
 class Step(StrEnum):
-    """The screens on the rail, as named by `Model.step`."""
+    """The screens on the rail. `Model.step` holds the current one."""
 
     PROBE = "probe"
     STYLES = "styles"
@@ -102,7 +102,7 @@ class CameraSeen:
     """The 360 camera, as shown in the window's top bar.
 
     Attributes:
-        battery: Charge from 0 to 1, or None if the camera does not report it.
+        battery: Charge from 0 to 1, or None if the camera does not report the charge.
     """
 
     device: FoundCamera
@@ -113,10 +113,10 @@ class CameraSeen:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Everything that an answer depends on, so that equal selections have equal answers.
+    """Everything that an answer depends on. Equal selections have equal answers.
 
     Attributes:
-        head: The head under each style's own lamps, or None while the selected head is loading.
+        head: The head as lit by each style's own lamps, or None while the selected head is loading.
     """
 
     light: PlaceLight | None
@@ -128,24 +128,24 @@ class Selection:
     lens: LensWish
 
     def matches_apart_from_front(self, other: Selection) -> bool:
-        """Return whether built-in styles have the same answers, given as panorama azimuths."""
+        """Return whether built-in styles have the same answers when given as panorama azimuths."""
         one, two = (replace(each, front_deg=0.0, styles=()) for each in (self, other))
         return one == two
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampPlan:
-    """The lamp that belongs to a turn, shared by all screens until the turn is reached.
+    """The lamp to hold at a turn, shared by all screens until the sitter reaches the turn.
 
     Attributes:
         selection: Selection for which the lamp was placed.
-        hold, where: Instruction, such as "Hold the LED panel in front, raised 28°, at full power",
-            and the lamp's distance from the head and the skin.
-        portrait: Renders a portrait, (rows, columns, 3) uint8 sRGB, with the lamp in position. The
+        hold, where: `hold` is the instruction, such as "Hold the LED panel in front, raised 28°, at
+            full power", and `where` states the lamp's distance from the head and from the skin.
+        portrait: Renders a portrait, (rows, columns, 3) uint8 sRGB, with the lamp in position. Its
             arguments are the panorama azimuth that the sitter faces, in degrees, and the size as
             (rows, columns).
-        azimuth_deg: Azimuth of the lamp from the face in degrees, positive towards the sitter's
-            left.
+        azimuth_deg: Azimuth of the lamp relative to the face, in degrees, positive towards the
+            sitter's left.
     """
 
     head: Head
@@ -160,13 +160,16 @@ class LampPlan:
 
 
 class Model:
-    """The state shared by several screens, made of frozen values and changed only through `update`.
+    """The state that several screens share.
+
+    The state consists of frozen values and is changed only through `update`.
 
     Attributes:
         before: The previous step, or an empty string at the start.
-        head: The head that is lit, or None until it is loaded.
+        head: The head being lit, or None until a head is loaded.
         head_name: The selected head, which may still be loading.
-        answered: Selection for which `results` were computed, or None if they are from a file.
+        answered: Selection for which `results` were computed, or None if the results are from a
+            file.
         needle_deg: The displayed turn, or None for the best turn.
         goal_deg: The target turn set by "Turn to this", or None for the best turn.
         reached: The `aim` at which the sitter was last seen in the light, or None.
@@ -205,7 +208,8 @@ class Model:
     def update(self, **changes: Any) -> None:
         """Set attributes, then emit the names of those that changed in a single event.
 
-        Setting a head selects it. Results without `answered` belong to the current selection.
+        Setting `head` also selects that head. Results that are set without `answered` belong to the
+        current selection.
 
         Raises:
             AttributeError: If a name is unknown.
@@ -236,9 +240,9 @@ class Model:
         self.update(settings=self.settings.with_(key, value))
 
     def choose(self, name: str) -> None:
-        """Choose another style, at its best turn.
+        """Choose another style, shown at its best turn.
 
-        The needle and the goal are cleared, because they belong to the previous style. Choosing the
+        The needle and the goal are cleared because they belong to the previous style. Choosing the
         current style again keeps them.
         """
         if name != self.chosen:
@@ -246,12 +250,12 @@ class Model:
 
     @property
     def studios(self) -> Mapping[str, Studio]:
-        """Lamps of the open place, or the lamps for new places if none is open."""
+        """Lamps of the open place, or those for new places if no place is open."""
         return self.settings.studios if self.place is None else self.place.studios
 
     @property
     def lens(self) -> LensWish:
-        """Allowed camera positions, in azimuths of the panorama."""
+        """Permitted camera positions, as azimuths of the panorama."""
         return STRAIGHT if self.place is None else self.place.lens
 
     @property
@@ -271,12 +275,15 @@ class Model:
 
     @property
     def computing(self) -> bool:
-        """Whether `results` are for another selection and new ones are being computed."""
+        """Whether `results` are for another selection while new results are being computed."""
         return self.light is not None and self.answered != self.selection
 
     @property
     def goal_computing(self) -> bool:
-        """Whether the goal's answer is for another selection, or False for a goal with a lamp."""
+        """Whether the goal's answer is for another selection.
+
+        This is always False for a goal with a lamp.
+        """
         return self.computing and self.lamp_plan is None
 
     @property
@@ -291,7 +298,7 @@ class Model:
 
     @property
     def demo_open(self) -> bool:
-        """Whether the demo place is open as supplied, so that the demo's own webcam is used."""
+        """Whether the open demo place is unchanged and therefore uses the demo's own webcam."""
         place = self.place
         if place is None or place.capture is None:
             return False
@@ -304,12 +311,15 @@ class Model:
 
     @property
     def own_style(self) -> UserStyle | None:
-        """The chosen style if it is one of the user's own, otherwise None."""
+        """The chosen style if it is one of the user's own, or None if it is not."""
         return next((style for style in self.user_styles if style.name == self.chosen), None)
 
     @property
     def pack_style(self) -> str | None:
-        """Name of the chosen style in the pack, or of its original if it is an unpainted copy."""
+        """Name of the chosen style in the pack.
+
+        For an unpainted copy, this is the name of the original.
+        """
         own = self.own_style
         return self.chosen if own is None else own.copy_of or self.chosen
 
@@ -334,7 +344,7 @@ class Model:
 
     @property
     def target_turn_deg(self) -> float | None:
-        """Target turn: the goal set by the user, or else the best turn of the chosen style."""
+        """Target turn, which is the goal set by the user or else the chosen style's best turn."""
         if self.goal_deg is not None:
             return self.goal_deg
         return None if self.result is None else self.result.turn_refined_deg
@@ -351,7 +361,7 @@ class Model:
 
     @property
     def aim(self) -> tuple[Path | None, str | None, float] | None:
-        """Place, style and azimuth of the goal, used to recognise whether the goal was reached."""
+        """Place, style and azimuth of the goal, which identify a goal that has been reached."""
         if self.goal_deg is None:
             return None
         return self.place_folder, self.chosen, round(self.azimuth_of(self.goal_deg), 3)
