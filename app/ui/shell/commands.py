@@ -61,7 +61,7 @@ class Commands:
         services.model.changed.connect(self._model_changed)
 
     def attach(self, window: Window) -> None:
-        """Use this window from now on."""
+        """Use the given window from now on."""
         self._window = window
         window.asked.connect(self.ask)
         self.place_controller.saving.folder_asker = lambda title: ask_folder(window, title)
@@ -88,7 +88,7 @@ class Commands:
             self.change("tour_seen", value=True)
 
     def go(self, step: str) -> None:
-        """Switch to a screen of the rail."""
+        """Switch to one of the screens on the rail."""
         self.services.model.update(step=step, painting=None)
 
     def everywhere(self) -> Sequence[Action]:
@@ -125,7 +125,7 @@ class Commands:
         )  # fmt: skip
 
     def all_actions(self) -> Sequence[Action]:
-        """Return all currently available actions, with those of this screen first."""
+        """Return all currently available actions, starting with those of the current screen."""
         return (*self.window.screen_actions(), *self.everywhere())
 
     def ask(self, what: str, at: QPoint | None = None) -> None:
@@ -141,7 +141,7 @@ class Commands:
             self.overlay.closed.connect(self._overlay_closed)
 
     def guide(self) -> None:
-        """Play the two-minute demo until it ends or the user leaves it."""
+        """Play the two-minute demo until the demo ends or the user leaves it."""
         self.close_overlay()
         if self.guided is None:
             self.guided = GuidedDemo(
@@ -152,7 +152,7 @@ class Commands:
         self.guided = None
 
     def show_setting(self, key: str) -> None:
-        """Open the settings, scrolled to one of them."""
+        """Open the settings and scroll to one of them."""
         self.ask("settings")
         item = None if self.overlay is None else self.overlay.body.itemAt(0)
         reveal = getattr(None if item is None else item.widget(), "reveal", None)
@@ -165,12 +165,12 @@ class Commands:
             self.overlay.shut()
 
     def reopen(self) -> None:
-        """Rebuild the overlay, for example after a change of theme."""
+        """Rebuild the open overlay, for example after a change of theme."""
         if self.overlay is not None:
             self.ask(self._question)
 
     def messages(self) -> tuple[Message, ...]:
-        """Return all messages since the app started, and mark them as read."""
+        """Return all messages since the app started, and mark the messages as read."""
         self._notify.read()
         return self._notify.messages
 
@@ -189,31 +189,31 @@ class Commands:
         menu.popup(at)
 
     def choose_head(self) -> None:
-        """Ask for a head file created with ``turnlight bake``, and load it."""
+        """Ask the user for a head file created with ``turnlight bake``, and load the head."""
         title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
         path = ask_file(self.window, title, kinds)
         if path is not None:
             self.place_controller.heads.choose(path)
 
     def open_files(self) -> None:
-        """Ask for files and open them."""
+        """Ask the user for files, and open the selected files."""
         paths = ask_files(self.window, tr("Open files"), _FILES)
         if paths:
             self.open_paths(paths)
 
     def open_folder(self) -> None:
-        """Ask for a folder that contains a bracket or a panorama, and open it."""
+        """Ask the user for a folder that contains a bracket or a panorama, and open the folder."""
         folder = ask_folder(self.window, tr("Open a folder"))
         if folder is not None:
             self.open_paths([folder])
 
     def open_paths(self, paths: Sequence[Path]) -> None:
-        """Close the overlay and open files that were selected or dropped."""
+        """Close the overlay, then open files that were selected or dropped."""
         self.close_overlay()
         self.place_controller.open_paths(paths)
 
     def change(self, key: str, value: object) -> None:
-        """Change a setting and save it."""
+        """Change a setting, and save the new value."""
         self.services.model.set(key, value)
 
     def quit(self) -> None:
@@ -232,7 +232,7 @@ class Commands:
             self._keep(self.services.model.settings)
 
     def shut(self) -> None:
-        """Write the settings that are not on the disk yet."""
+        """Write any settings that are not on disk yet."""
         try:
             self._write_settings()
         except CoreError as error:

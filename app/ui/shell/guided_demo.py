@@ -72,14 +72,14 @@ STEPS: Final = (
         ),
     ),
 )
-"""Key, title and text of each step of the demo and of the tour, which also shows pictures."""
+"""Key, title and text of each step. The tour uses the same steps and adds pictures."""
 
 SECONDS: Final = {"probe": 18.0, "styles": 30.0, "turn": 36.0, "paint": 18.0, "light": 18.0}
-"""Duration of each step of the demo."""
+"""Duration of each step of the demo, in seconds."""
 
 
 class DemoBar(Surface):
-    """The current step with its explanation, and buttons to pause, continue and leave."""
+    """A bar with the current step, its explanation, and buttons to pause, continue and leave."""
 
     def __init__(self, leave: Callable[[], None], pause: Callable[[], None],
                  further: Callable[[], None]) -> None:  # fmt: skip
@@ -97,7 +97,7 @@ class DemoBar(Surface):
         self._bar.setFixedWidth(px(80))
 
     def show_step(self, number: int, share: float, paused: bool) -> None:
-        """Show the step, and the elapsed fraction of the demo from 0 to 1."""
+        """Show a step, and the fraction of the demo that has elapsed, from 0 to 1."""
         _, title, words = STEPS[number]
         self._title.set_text(title)
         self._words.set_text(words)
@@ -132,7 +132,7 @@ class GuidedDemo(QObject):
         self._timer.start()
 
     def leave(self) -> None:
-        """End the demo, and restore the place and the screen that were open before."""
+        """End the demo, and return to the place and the screen that were open before."""
         self._timer.stop()
         self._window.set_foot(None)
         folder, step = self._came_from
@@ -144,7 +144,7 @@ class GuidedDemo(QObject):
         self.deleteLater()
 
     def tick(self) -> None:
-        """Advance the demo by a tenth of a second."""
+        """Advance the demo by one tenth of a second."""
         opening = self._services.runner.running("open")
         ready = self._model.demo_open and self._model.results and not opening
         is_covered = bool(Sheet.over(self._window))
@@ -168,7 +168,7 @@ class GuidedDemo(QObject):
         self._show()
 
     def _further(self) -> None:
-        """Continue with the next step, or leave after the last one."""
+        """Continue with the next step, or leave the demo after the last one."""
         if self.number + 1 == len(STEPS):
             self.leave()
         elif self._model.demo_open and self._model.results:
@@ -183,7 +183,7 @@ class GuidedDemo(QObject):
             self._bar.show_step(number, share, self._paused)
 
     def _enter(self, key: str) -> None:
-        """Show a step with the suggested style."""
+        """Enter a step, with the suggested style selected."""
         model, name = self._model, proposal(self._model.results)
         best = next(one.turn_refined_deg for one in model.results if one.name == name)
         model.update(chosen=name, needle_deg=None, goal_deg=best if key == "turn" else None)

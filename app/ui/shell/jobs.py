@@ -1,6 +1,6 @@
-"""The job runner, which works on a thread pool and delivers the results to the UI thread.
+"""The job runner, which runs jobs on a thread pool and delivers the results to the UI thread.
 
-Long tasks use a lot of memory, which this module returns to the system.
+Long tasks use a lot of memory. This module returns that memory to the system.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ _LARGE = 1 << 20  # bytes
 def keep_little() -> None:
     """Make the allocator return large arrays to the system as soon as they are freed.
 
-    The GNU C library would otherwise keep freed memory for reuse, separately for every thread.
-    No-op on other systems.
+    The GNU C library would otherwise keep freed memory for reuse, separately for every thread. On
+    other systems, this function does nothing.
     """
     library = _library()
     if library is not None:
@@ -43,8 +43,9 @@ def keep_little() -> None:
 def give_back() -> None:
     """Return freed memory to the system.
 
-    The GNU C library keeps memory that a thread has freed for that thread. With several threads at
-    work on large pictures, that adds up to several times the memory in use. No-op on other systems.
+    The GNU C library keeps the memory that a thread has freed for use by that thread. With several
+    threads working on large pictures, this adds up to several times the memory in use. On other
+    systems, this function does nothing.
     """
     library = _library()
     if library is not None:
@@ -55,11 +56,12 @@ def give_back() -> None:
 def reading_in() -> Iterator[None]:
     """Exclude the modules imported in this context from garbage collection.
 
-    The modules live until the app ends, and a full collection would otherwise visit every function
-    of every library and block the UI for about 50 ms.
+    The modules live until the app ends. A full collection would otherwise visit every function in
+    every library, which would block the UI for about 50 ms.
 
     Yields:
-        None, while garbage collection is off. Objects that exist afterwards are never scanned.
+        None, while garbage collection is off. Objects that exist when the context ends are never
+        scanned.
     """
     was = gc.isenabled()
     gc.disable()
@@ -88,12 +90,12 @@ _THREADS: Final = 6  # some jobs only wait for a folder, a camera or a delay
 _HEAVY_S: Final = 0.2  # longer work leaves freed memory behind
 _log = logging.getLogger(__name__)
 _stuck: Final[list[QtRunner]] = []
-"""Runners whose jobs ignored their cancellation, kept because destroying them would block."""
+"""Runners whose jobs ignored cancellation, kept alive because destroying them would block."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobLine:
-    """The progress of a visible job, with `fraction` from 0 to 1."""
+    """The progress of a visible job, where `fraction` runs from 0 to 1."""
 
     key: str
     title: str
@@ -103,7 +105,7 @@ class JobLine:
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    """A job, whose identity distinguishes its result from that of an older job."""
+    """A job. Its identity distinguishes its result from the result of an older job."""
 
     key: str
     work: Callable[[Token, PhraseReport], Any]
@@ -115,7 +117,10 @@ class _Job:
 
 
 class _Bridge(QObject):
-    """Carries the results of all jobs from any thread to the UI thread, and is never deleted."""
+    """Carries the results of all jobs from any thread to the UI thread.
+
+    This object is never deleted.
+    """
 
     progressed = Signal(object, float, str)
     finished = Signal(object, object, object)
@@ -126,7 +131,7 @@ def _report(bridge: _Bridge, job: _Job, fraction: float, step: Progress | str) -
 
 
 def _work(job: _Job, bridge: _Bridge) -> None:
-    """Run a job on the pool, and report any outcome with a single signal."""
+    """Run a job on the pool, and report the outcome, whatever it is, with a single signal."""
     answer: Any = None
     error: BaseException | None = None
     began = time.thread_time()
@@ -143,12 +148,15 @@ def _work(job: _Job, bridge: _Bridge) -> None:
 
 
 class QtRunner(QObject):
-    """Runs jobs, each with a key. A newer job replaces an older one with the same key."""
+    """Runs jobs, each of which has a key. A new job replaces an older one with the same key."""
 
     line_changed = Signal(object)
-    """Emitted with the visible `JobLine`, or None when no visible job is running."""
+    """Emitted with the visible `JobLine`, or with None when no visible job is running."""
     ended = Signal(str, str)
-    """Emitted with a visible job's title and its outcome: ``done``, ``failed`` or ``cancelled``."""
+    """Emitted when a visible job ends, with its title and its outcome.
+
+    The outcome is ``done``, ``failed`` or ``cancelled``.
+    """
 
     def __init__(self, on_failure: Callable[[Exception], None]) -> None:
         super().__init__()
@@ -179,7 +187,7 @@ class QtRunner(QObject):
         self._pool.start(partial(_work, job, self._bridge))
 
     def cancel(self, key: str) -> None:
-        """Cancel the job with this key, and call its ``cancelled`` once the job has stopped."""
+        """Cancel the job with this key. Its ``cancelled`` is called once the job has stopped."""
         job = self._jobs.get(key)
         if job is not None:
             job.token.cancel()
@@ -189,7 +197,7 @@ class QtRunner(QObject):
         return key in self._jobs
 
     def shutdown(self, milliseconds: int = 5000) -> bool:
-        """Cancel all jobs, report no more results, and return whether the threads ended in time."""
+        """Cancel all jobs, drop their results, and return whether the threads ended in time."""
         self._closed = True
         for job in self._jobs.values():
             job.token.cancel()
@@ -202,7 +210,7 @@ class QtRunner(QObject):
 
     @property
     def at_work(self) -> bool:
-        """Whether any job is still running."""
+        """Whether any jobs are still running."""
         return not self._pool.waitForDone(0)
 
     @Slot(object, float, str)
@@ -243,10 +251,10 @@ class QtRunner(QObject):
 
 
 def leave_if_stuck(code: int) -> None:
-    """End the process if jobs are still running after the shutdown of their runner.
+    """End the process if any jobs are still running after their runner has been shut down.
 
-    A read from a missing drive may never return, and Python would wait for it. By then, everything
-    worth saving has been written.
+    A read from a missing drive may never return, and Python would wait for it. By this time,
+    everything worth saving has been written.
 
     Args:
         code: Exit code of the process.

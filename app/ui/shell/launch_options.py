@@ -1,4 +1,4 @@
-"""The options for starting the app, in a module that is imported before Qt."""
+"""The options for starting the app, in a module that can be imported before Qt."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ class LaunchOptions:
     """The options with which the app starts.
 
     Attributes:
-        scale: Device pixels per logical pixel, 1 or 2, or None for the screen's own scale.
+        scale: Device pixels per logical pixel, either 1 or 2, or None to use the screen's own
+            scale.
         paths: Files or folders to open.
     """
 

@@ -1,4 +1,4 @@
-"""The log of the window, and the interpreter's crash report.
+"""The window's log and the interpreter's crash report.
 
 LOGS/turnlight.log   starts, ends and errors, in at most two files of 1 MiB each
 LOGS/crash.log       written by `faulthandler` during a run, and empty unless a library crashes
@@ -43,7 +43,7 @@ class _PrivateFile(logging.handlers.RotatingFileHandler):
 
 
 def log_to(folder: Path) -> None:
-    """Write the log to a file in a folder, if possible."""
+    """Write the log to a file in the given folder, if possible."""
     with contextlib.suppress(OSError):
         make_folder(folder, private=True)
         # File names may contain bytes that are not valid text.
@@ -68,7 +68,7 @@ def log_to(folder: Path) -> None:
 
 
 class CrashLog:
-    """Makes the interpreter record its stack when a library crashes the process.
+    """Makes the interpreter record its stack if a library crashes the process.
 
     Attributes:
         crashed: Whether the previous run ended in a crash.

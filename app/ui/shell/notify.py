@@ -53,7 +53,7 @@ class Message:
 
 
 class Notify:
-    """The notifier of the window (see `app.ui.presenters.services.Notifier`)."""
+    """The window's notifier (see `app.ui.presenters.services.Notifier`)."""
 
     def __init__(self, today: Callable[[], datetime]) -> None:
         self.changed = Event()
@@ -75,10 +75,10 @@ class Notify:
         return len(self._unread)
 
     def attach(self, toasts: Toasts | None) -> None:
-        """Show messages in this window from now on, starting with earlier unresolved ones.
+        """Show messages in this window from now on, starting with any that are still unresolved.
 
         Args:
-            toasts: The window's toasts, or None while the window is rebuilt.
+            toasts: The window's toasts, or None while the window is being rebuilt.
         """
         self._toasts = toasts
         if toasts is not None:
@@ -96,7 +96,7 @@ class Notify:
         about: str = "",
         stay: bool = False,
     ) -> None:
-        """Show a sentence (see `app.ui.presenters.services.Notifier.tell`)."""
+        """Show a message (see `app.ui.presenters.services.Notifier.tell`)."""
         if about:
             self.mended(about)
         one = Message(self._today(), message, kind, tuple(actions), about)
@@ -158,7 +158,7 @@ class Notify:
         )
 
     def _mark_read(self, message: Message) -> None:
-        """Remove a message that was closed or resolved."""
+        """Mark a message as read because it was closed or resolved."""
         self._standing = [each for each in self._standing if each is not message]
         self._unread = [each for each in self._unread if each is not message]
         self.changed.emit()
@@ -182,8 +182,8 @@ _BACKENDS: Final = ("WASAPI", "DSOUND", "WINMM", "COREAUDIO", "PULSEAUDIO")
 class Speaker(Sounds):
     """Plays one sound at a time (see `app.ui.presenters.services.Sounds`).
 
-    The device opens with the first sound, and everything stays silent if there is no device.
-    Starting and stopping a device takes time, so a thread does both.
+    The device is opened for the first sound. If there is no device, everything stays silent.
+    Starting and stopping a device takes time, so both are done on a separate thread.
     """
 
     def __init__(self) -> None:
@@ -206,14 +206,14 @@ class Speaker(Sounds):
         return self._device is not None
 
     def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
-        """Play a sound from its beginning, cutting off one that is still playing."""
+        """Play a sound from the beginning, cutting off any sound that is still playing."""
         if self.available:
             louder = samples * min(max(volume, 0.0), 1.0)
             self._sound = louder.astype(samples.dtype).tobytes()
             self._wake.set()
 
     def stop(self) -> None:
-        """Stop the sound."""
+        """Stop the sound that is playing."""
         self._sound = b""
 
     @property
@@ -227,7 +227,7 @@ class Speaker(Sounds):
             threading.Thread(target=_say, args=(words,), name="voice", daemon=True).start()
 
     def _run(self) -> None:
-        """Run the device while there is sound to play."""
+        """Run the device whenever there is sound to play."""
         while self._wake.wait() and not self._closing:
             frames = self._frames()
             next(frames)
@@ -244,7 +244,7 @@ class Speaker(Sounds):
         self._device.close()
 
     def _frames(self) -> Generator[bytes, int, None]:
-        """Yield data for the device's buffer, which the device pads with silence."""
+        """Yield data for the device's buffer. The device fills any remainder with silence."""
         sound, position = b"", 0
         frames = yield b""
         while True:
@@ -277,7 +277,10 @@ _VOICES: Final = {
 
 @cache
 def _voice() -> tuple[str, ...]:
-    """Return the command that speaks its argument or the variable `_SAYS`, or () if none exists."""
+    """Return the command that speaks its argument or the variable `_SAYS`.
+
+    The command is empty if the system has none.
+    """
     for program, *options in _VOICES.get(sys.platform, ()):
         if (path := shutil.which(program)) is not None:
             return (path, *options)
@@ -298,7 +301,7 @@ def _say(words: str) -> None:
 
 
 def _device() -> Any:
-    """Return the opened sound device, or None if there is none."""
+    """Return the sound device, already opened, or None if there is none."""
     try:
         # The library has no build for Linux on ARM.
         import miniaudio

@@ -1,7 +1,8 @@
-"""Allows only one window per data folder. A second start opens its files in the first window.
+"""Allows only one window per data folder.
 
-The first window listens on a local socket with a random name. The name and a key are in a file that
-only the user can read, so other users can neither guess the socket nor send it requests.
+If the app is started a second time, its files open in the first window. That window listens on a
+local socket with a random name. The name and a key are stored in a file that only the user can
+read. Other users can therefore neither guess the socket nor send it requests.
 """
 
 from __future__ import annotations
@@ -67,10 +68,10 @@ _request: Final = record(
 
 
 class WindowServer(QObject):
-    """Listens for later starts, and calls `show` with the files that they send.
+    """Listens for later starts of the app, and calls `show` with the files that they send.
 
-    Any of the user's programs can send messages, so messages are limited in size, validated and
-    accepted only with the key.
+    Any program run by the user can send messages. Messages are therefore limited in size,
+    validated, and accepted only with the key.
     """
 
     def __init__(self, home: Path, show: Callable[[list[Path]], None]) -> None:
@@ -148,10 +149,10 @@ class WindowServer(QObject):
 
 
 def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) -> WindowLock | None:
-    """Become the window of a data folder, or pass the files to the window that is already open.
+    """Claim a data folder for a new window, or pass the files to the window that is already open.
 
     Returns:
-        The lock, or None if the open window has accepted the files and is in front.
+        The lock, or None if the open window has accepted the files and come to the front.
 
     Raises:
         CoreError: If another process uses the folder and does not respond.
@@ -174,7 +175,7 @@ def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) ->
 
 
 def _hand_over(home: Path, paths: Sequence[Path]) -> bool:
-    """Ask the open window to open these files, and return whether it did."""
+    """Ask the open window to open these files, and return whether it has done so."""
     address = _read_address(home)
     if address is None:
         return False

@@ -1,4 +1,4 @@
-"""Keyboard shortcuts, which work while their actions are available."""
+"""Keyboard shortcuts that work whenever their actions are available."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Shortcuts:
         self._shortcuts: dict[str, QShortcut] = {}
 
     def bind(self, actions: Sequence[Action]) -> None:
-        """Replace the group's shortcuts."""
+        """Replace the shortcuts of the group."""
         self._actions = {
             keys.strip(): action
             for action in actions
@@ -37,7 +37,7 @@ class Shortcuts:
         self._enable()
 
     def rest(self, resting: bool) -> None:
-        """Disable or enable the shortcuts, for example under an overlay."""
+        """Disable or enable the shortcuts, for example while an overlay is open."""
         if resting != self._resting:
             self._resting = resting
             self._enable()
@@ -56,7 +56,7 @@ class Shortcuts:
 
 
 def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:
-    """Return the shortcuts for the line at the foot, as tuples of keys and text."""
+    """Return the shortcuts for the line at the foot, as pairs of keys and text."""
     return [
         (action.keys or key_text(action.shortcut), action.hint) for action in actions if action.hint
     ]

@@ -1,7 +1,7 @@
 """Delivers the signals that end the process (SIGTERM, SIGHUP and Ctrl-C) to the main thread.
 
-Python runs a signal handler only between two bytecode instructions, and Qt's event loop executes
-no bytecode. The interpreter therefore writes the signal's number to a socket, which wakes the loop.
+Python runs a signal handler only between two bytecode instructions, but Qt's event loop executes no
+bytecode. The interpreter therefore writes the signal's number to a socket, which wakes the loop.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ _PATIENCE_S: Final = 30.0
 
 @contextlib.contextmanager
 def ending_by_signal(end: Callable[[int], None]) -> Iterator[None]:
-    """Call `end` with the number of a signal that asks the process to end.
+    """Call `end` with the number of any signal that asks the process to end.
 
-    A second signal ends the process at once, and so does a timeout of half a minute, because a
-    missing disk may never respond. An ignored signal, such as SIGHUP under nohup, stays ignored.
+    A second signal ends the process immediately. So does a timeout of half a minute, because a
+    missing disk may never respond. A signal that is ignored, such as SIGHUP under nohup, stays
+    ignored.
     """
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread can handle signals

@@ -1,4 +1,4 @@
-"""Starts the app (settings, theme, window and first jobs), and ends it without data loss."""
+"""Starts the app (its settings, theme, window and first jobs), and ends it without losing data."""
 
 from __future__ import annotations
 
@@ -68,14 +68,14 @@ _log = logging.getLogger("turnlight")
 
 
 class _Carrier(QObject):
-    """Carries an error from any thread to the main thread."""
+    """Carries errors from any thread to the main thread."""
 
     came = Signal(object)
 
 
 @contextlib.contextmanager
 def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
-    """Catch every error that would otherwise end a thread or only be printed.
+    """Catch every error that would otherwise end a thread or merely be printed.
 
     Yields:
         None, while the hooks are set. The previous hooks are restored afterwards.
@@ -113,7 +113,7 @@ _MOST_GEOMETRY: Final = 4096  # bytes
 
 
 def show_until_closed(app: App) -> int:
-    """Show the window, and handle events until it is closed."""
+    """Show the window, and handle events until the window is closed."""
     app.show()
     code: int = app.application.exec()
     return code
@@ -130,10 +130,10 @@ def run(
     """Create the app, and call `use` with it.
 
     Args:
-        crashed: Whether the previous run ended in a crash, which is then reported.
+        crashed: Whether the previous run ended in a crash. If so, the crash is reported.
 
     Returns:
-        Exit code, which is 128 plus the signal's number if a signal ended the app.
+        The exit code, which is 128 plus the number of the signal if a signal ended the app.
     """
     keep_little()
     application = QApplication.instance() or QApplication(sys.argv[:1])
@@ -155,7 +155,7 @@ def run(
 
 
 class App:
-    """The app: one model, one window and their services."""
+    """The app, which consists of one model, one window and their services."""
 
     def __init__(
         self,
@@ -214,14 +214,14 @@ class App:
             self.notify.tell(note_words(note), kind="warning")
 
     def show(self) -> None:
-        """Show the window at its last position, and start jobs after its first paint."""
+        """Show the window at its last position, and start the first jobs after its first paint."""
         _AfterFirstPaint(self.window, self._begin)
         self.window.restore(self._kept_geometry())
         self.window.show()
         self.window.setFocus()
 
     def shut(self) -> None:
-        """End all jobs. Everything has already been saved."""
+        """End all jobs. By this time, everything has been saved."""
         self._keep_geometry()
         self.commands.shut()
         self.runner.shutdown()
@@ -229,7 +229,7 @@ class App:
         self.application.quit()
 
     def end(self, number: int) -> None:
-        """Save everything possible and close, for example after a signal."""
+        """Save everything possible and close the app, for example after a signal."""
         _log.info("ending by signal %d", number)
         self.ended_by, self._warned = number, True
         try:
@@ -240,7 +240,7 @@ class App:
             self.application.quit()
 
     def show_with(self, paths: Sequence[Path]) -> None:
-        """Bring the window to the front, and open the files passed on by a second start."""
+        """Bring the window to the front, and open the files received from a second start."""
         window = self.window
         _log.info("shown by another start, with %d files", len(paths))
         window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)
@@ -252,7 +252,7 @@ class App:
             self.commands.open_paths(paths)
 
     def tell_crash(self) -> None:
-        """Offer the log of the previous run, which ended in a crash."""
+        """Offer the log of the previous run because that run ended in a crash."""
         logs = self._window_file.parent / LOGS
         _log.info("the last crash is in %s", LAST_CRASH)
         self.notify.tell(
@@ -271,7 +271,10 @@ class App:
         self.notify.tell(tr("Log copied."), kind="done")
 
     def _may_close(self) -> bool:
-        """Save everything, and return False on the first failure, so that the window stays open."""
+        """Save everything, and return whether the window may close.
+
+        Only the first failure to save keeps the window open.
+        """
         if self.place_controller.keep_all() or self._warned:
             return True
         self._warned = True
@@ -349,7 +352,7 @@ def _folders(home: Path, settings: Settings) -> Folders:
 
 
 def _load_libraries() -> None:
-    """Import the screens' libraries after the window is visible."""
+    """Import the libraries that the screens need, once the window is visible."""
     for name in ("pyqtgraph", "miniaudio"):
         with contextlib.suppress(ImportError):
             import_module(name)

@@ -45,11 +45,11 @@ from app.ui.widgets.layouts import add, boxed, column, row
 from app.ui.widgets.messages import Toasts
 
 SMALLEST: Final = QSize(1024, 640)
-"""Smallest usable size of the window in logical pixels, unless the screen is smaller."""
+"""Smallest usable size of the window in logical pixels. A smaller screen overrides this size."""
 DESIGNED: Final = QSize(1440, 900)
-"""Initial size of the window, if the screen has room for it."""
+"""Initial size of the window, if there is room for it on the screen."""
 FULL_SIZE: Final = QSize(1280, 760)
-"""Smallest window size for the full layout, below which the narrow layout is used."""
+"""Smallest window size for the full layout. A smaller window uses the narrow layout."""
 
 
 class Window(QWidget):
@@ -57,8 +57,9 @@ class Window(QWidget):
 
     paths_dropped = Signal(list)
     asked = Signal(str, QPoint)
-    """Emitted to open an overlay: ``places``, ``settings``, ``find``, ``messages``, ``sitter`` or
-    ``camera``, with the global position for a menu.
+    """Emitted to open an overlay, with the global position to use for a menu.
+
+    The overlay is ``places``, ``settings``, ``find``, ``messages``, ``sitter`` or ``camera``.
     """
     closed = Signal()
 
@@ -114,7 +115,7 @@ class Window(QWidget):
         application.focusChanged.connect(self._focus_moved)
 
     def show_state(self, state: FrameState) -> None:
-        """Show the frame's state and switch to the matching screen."""
+        """Show the state of the frame, and switch to the matching screen."""
         if self._state is None or state.status != self._state.status:
             self._failed = ""
         self._state = state
@@ -145,7 +146,7 @@ class Window(QWidget):
         self._show_job(self._job)
 
     def wear(self, name: ThemeName, scale: float) -> None:
-        """Switch to another theme or size and rebuild every view."""
+        """Switch to another theme or scale, and rebuild every view."""
         self.setUpdatesEnabled(False)
         # Remove the old views first, so that they never appear in the new theme.
         self._take_down()
@@ -157,7 +158,7 @@ class Window(QWidget):
 
     @property
     def front(self) -> QWidget | None:
-        """The current screen."""
+        """The current screen, or None if there is none."""
         return None if self._front is None else self._views.get(self._front)
 
     @property
@@ -178,7 +179,7 @@ class Window(QWidget):
         return () if presenter is None else presenter.actions()
 
     def refresh_actions(self) -> None:
-        """Update the shortcuts after the current screen's actions have changed."""
+        """Update the shortcuts after a change to the current screen's actions."""
         actions = self.screen_actions()
         self._screen_shortcuts.bind(actions)
         self._show_hints(actions)
@@ -218,7 +219,7 @@ class Window(QWidget):
         self.setUpdatesEnabled(True)
 
     def _take_down(self) -> None:
-        """Remove all views but keep the presenters."""
+        """Remove all views, but keep the presenters."""
         self._notify.attach(None)
         for key in self._views:
             self._presenters[key].detach()
@@ -277,7 +278,7 @@ class Window(QWidget):
         return self._presenters[key]
 
     def _expect_styles(self) -> None:
-        """Prepare the gallery while the user looks at the panorama."""
+        """Prepare the gallery while the user is looking at the panorama."""
 
         def ready(_: None) -> None:
             self._presenter_of("styles")
@@ -301,7 +302,7 @@ class Window(QWidget):
         self._show_hints()
 
     def _job_ended(self, title: str, how: str) -> None:
-        """Report a failed job at the foot of the window until the next message."""
+        """Report a failed job at the foot of the window until there is another message."""
         self._failed = tr("{job} failed.", job=title) if how == "failed" else ""
         self._show_job(self._job)
 
@@ -328,14 +329,14 @@ class Window(QWidget):
             self._rebuild()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Choose the layout that fits, once resizing has settled."""
+        """Choose a layout that fits, once the user has finished resizing the window."""
         super().resizeEvent(event)
         if self._veil is not None:
             self._veil.setGeometry(self.rect())
         self._relayout.start()
 
     def restore(self, geometry: QByteArray | None) -> None:
-        """Restore the previous size and position, as far as they fit this screen."""
+        """Restore the previous size and position as far as they fit on this screen."""
         if geometry is None or not self.restoreGeometry(geometry):
             self.resize(DESIGNED)
             self.move(room_for(self).center() - self.rect().center())
@@ -362,7 +363,7 @@ class Window(QWidget):
             self._veil.raise_()
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        """Hide the veil."""
+        """Hide the veil again."""
         self._lift_veil()
 
     def dropEvent(self, event: QDropEvent) -> None:
@@ -380,7 +381,7 @@ class Window(QWidget):
     # -- the end -------------------------------------------------------------------------------
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stop the screens' devices, then close."""
+        """Stop the devices that the screens use, then close the window."""
         presenter = self.front_presenter
         if presenter is not None:
             presenter.leave()
@@ -394,7 +395,7 @@ class Window(QWidget):
 
 
 def _read_in(screens: Sequence[ScreenSpec]) -> None:
-    """Import screens before they are needed."""
+    """Import screens before the user opens them."""
     with reading_in():
         for spec in screens:
             spec.read_in()

@@ -41,7 +41,10 @@ _FOOT: Final = (
 
 
 class _RailButton(Pressable):
-    """A rail button with an icon above its label, and a bar on the left for the current screen."""
+    """A button on the rail, with an icon above its label.
+
+    The button for the current screen also has a bar on its left.
+    """
 
     def __init__(self, title: str, tip: str, icon: str, shortcut: str, compact: bool) -> None:
         super().__init__(title)
@@ -56,7 +59,7 @@ class _RailButton(Pressable):
         self.set_tip(tip, shortcut)
 
     def set_state(self, done: bool, note: str, words: str) -> None:
-        """Set whether the step is marked as done, and show the choice made there."""
+        """Set whether the step is marked as done, and show the choice that the user made there."""
         self._done, self._note = done, "" if self._compact else note
         self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
         self.setAccessibleDescription(words)
@@ -97,9 +100,9 @@ class _RailButton(Pressable):
 
 
 class Rail(Surface):
-    """The steps, with places and settings at the foot.
+    """The steps, with buttons for places and settings at the foot.
 
-    The rail is a single Tab stop, and the arrow keys move inside it.
+    The rail is a single Tab stop, and the arrow keys move the focus within it.
 
     Attributes:
         choose: Called with the key of a screen, `PLACES` or `SETTINGS`.
@@ -127,7 +130,7 @@ class Rail(Surface):
     def show_steps(
         self, current: str, done: Collection[str], notes: Mapping[str, tuple[str, str]]
     ) -> None:
-        """Mark the current screen and the completed steps, with their notes."""
+        """Mark the current screen and the completed steps, and show the notes of the steps."""
         for key, button in self._buttons.items():
             button.setChecked(key == current)
             button.set_state(key in done, *notes.get(key, ("", "")))
@@ -144,7 +147,7 @@ _MOST_HINTS = 4
 
 
 class JobLineBar(Surface):
-    """The progress of the visible job.
+    """The bar that shows the progress of the visible job.
 
     Attributes:
         cancel: Called with the key of the running job.
@@ -190,7 +193,7 @@ class JobLineBar(Surface):
             self._cancel.setAccessibleName(tr("Cancel: {title}", title=job.title))
 
     def show_idle(self, words: str, icon: str = "check") -> None:
-        """Show the last result."""
+        """Show the most recent result."""
         t = theme()
         colour = {"check": t.c.ok, "error": t.c.err}.get(icon, t.c.dim)
         self._mark.setPixmap(icon_pixmap(icon, px(16), colour, self.devicePixelRatioF()))
@@ -204,14 +207,14 @@ class JobLineBar(Surface):
         describe(self._bell, name, tip=name)
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
-        """Show up to four of the screen's shortcuts."""
+        """Show up to four shortcuts of the current screen."""
         clear(self._hint_row)
         for keys, words in hints[: _MOST_HINTS // (2 if self._compact else 1)]:
             self._hint_row.addWidget(KeyHint(keys, words))
 
 
 _FRAME: Final = QMargins(4, 32, 4, 4)
-"""Size of the title bar and borders on common desktops, used until the actual size is known."""
+"""Size of the title bar and borders on common desktops, used until their actual size is known."""
 
 
 def fitted(rect: QRect, room: QRect) -> QRect:
@@ -223,12 +226,15 @@ def fitted(rect: QRect, room: QRect) -> QRect:
 
 
 def room_for(window: QWidget) -> QRect:
-    """Return the area for a window's content on its screen, in logical pixels without the frame."""
+    """Return the area available for a window's content on its screen.
+
+    The area is in logical pixels and excludes the window's frame.
+    """
     return window.screen().availableGeometry().marginsRemoved(_frame_of(window))
 
 
 def fit_on_screen(window: QWidget, smallest: QSize) -> None:
-    """Fit a window on its screen, making it smaller than `smallest` only if necessary."""
+    """Fit a window on its screen, making the window smaller than `smallest` only if necessary."""
     if window.isMaximized() or window.isFullScreen():
         return
     room = room_for(window)
@@ -248,13 +254,13 @@ _MOST_FILES: Final = 500
 
 
 def dropped_paths(data: QMimeData) -> list[Path]:
-    """Return the paths of the dropped files that are on this computer."""
+    """Return the paths of those dropped files that are on this computer."""
     urls = data.urls()[:_MOST_FILES]
     return [path_of(url) for url in urls if url.isLocalFile()]
 
 
 class DropVeil(PaintedWidget):
-    """A veil over the window while files are dragged over it."""
+    """A veil that covers the window while files are dragged over it."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -263,7 +269,7 @@ class DropVeil(PaintedWidget):
         self.setAccessibleName(WHAT_TO_DROP)
 
     def set_words(self, words: str) -> None:
-        """Set the text that names the files that can be dropped."""
+        """Set the text that describes which files can be dropped."""
         self._words = words or WHAT_TO_DROP
         self.setAccessibleName(self._words)
         self.update()
@@ -289,7 +295,7 @@ class DropVeil(PaintedWidget):
 
 
 class _PlaceButton(Pressable):
-    """The button that opens the list of places, with the place's name and time and a chevron."""
+    """A button that opens the list of places and shows the place's name, its time and a chevron."""
 
     def __init__(self, do: Do) -> None:
         super().__init__(tr("Places you have measured"), do=do)
@@ -309,7 +315,10 @@ class _PlaceButton(Pressable):
         self.update()
 
     def _parts(self) -> tuple[QRect, QRect, QRect]:
-        """Return the rectangles of the name, the time and the chevron, shortening a long name."""
+        """Return the rectangles of the name, the time and the chevron.
+
+        A long name is shortened.
+        """
         t = theme()
         high, gap, mark = self.height(), px(16), px(16)
         time = text_width(t.font(14), self._time)
@@ -323,7 +332,7 @@ class _PlaceButton(Pressable):
         )
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the area of the text, without the free space behind it."""
+        """Return the area of the text, excluding the empty space after it."""
         last = self._parts()[2]
         return QRect(0, 0, last.right() + 1, self.height()), px(6)
 

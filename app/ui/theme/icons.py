@@ -1,8 +1,8 @@
-"""The icon set, rendered from vector files at the screen's own scale in the text's colour.
+"""The icon set, rendered from vector files at the screen's scale in the colour of the text.
 
-The drawings are in ``resources/icons``: SVG on a 24-unit grid, with lines 1.75 wide and round ends.
-The drawings use ``currentColor``. The logo's half disc uses the dark theme's amber, which is
-replaced with that of the current theme.
+The drawings are SVG files in ``resources/icons``, on a 24-unit grid, with lines 1.75 units wide and
+round ends. Their colour is ``currentColor``. The half disc in the logo uses the dark theme's amber,
+which is replaced with the amber of the current theme.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from app.core.text import tr
 from app.ui.theme.theme import PALETTES, theme
 
 ICONS: Final = tuple(sorted(file.stem for file in (resources() / "icons").glob("*.svg")))
-"""Names of all icons in alphabetical order."""
+"""Names of all icons, in alphabetical order."""
 
 _SIZES: Final = (16, 20, 24, 28, 40)
 _OPAQUE: Final = 255
@@ -54,11 +54,11 @@ def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
 
 
 def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixmap:
-    """Return an icon rendered at the screen's own scale, from the cache if possible.
+    """Return an icon rendered at the screen's scale, using the cache if possible.
 
     Args:
-        size: Width and height in scaled logical pixels, such as ``theme().px(20)``. The result has
-            ``round(size * dpr)`` device pixels per side.
+        size: Width and height in scaled logical pixels, such as ``theme().px(20)``. Each side of
+            the result is ``round(size * dpr)`` device pixels long.
 
     Raises:
         KeyError: If there is no such icon.
@@ -77,7 +77,7 @@ def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixm
 def draw_icon(
     painter: QPainter, name: str, rect: QRect | QRectF, size: int, colour: QColor
 ) -> None:
-    """Draw an icon in the middle of a rectangle, at a size that is already scaled."""
+    """Draw an icon in the centre of a rectangle, at a size that is already scaled."""
     # Do not use the widget's ratio, because the painter's target may have another scale.
     dpr = painter.deviceTransform().m11()
     pixmap = icon_pixmap(name, size, colour, dpr)
@@ -89,7 +89,7 @@ def draw_icon(
 
 
 def icon(name: str, colour: QColor | None = None) -> QIcon:
-    """Return an icon for Qt's own widgets, such as menu entries, including its disabled look."""
+    """Return an icon, with its disabled look, for Qt's own widgets such as menu entries."""
     t = theme()
     result = QIcon()
     for size in _SIZES:

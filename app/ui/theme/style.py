@@ -45,18 +45,18 @@ _STYLED: Final = "turnlight styled"
 
 
 class _Style(QProxyStyle):
-    """Fusion with custom tooltips.
+    """Qt's Fusion style with custom tooltips.
 
     A style sheet for the whole application would have the same effect, but Qt would match it
-    against every widget on each change of parent. Qt paints the tooltips itself, because garbage
-    collection during a Python paint could destroy the tooltip or its owner.
+    against every widget whenever a widget's parent changes. The tooltips are painted by Qt, because
+    garbage collection during a paint in Python could destroy the tooltip or its owner.
     """
 
     def polish(self, what: Any) -> Any:
-        """Style a tooltip, and treat its text as plain text whatever its source.
+        """Style a tooltip, and always treat its text as plain text.
 
-        By default, Qt renders text that looks like HTML and loads its images. The title of somebody
-        else's style could then read any file or contact a network share.
+        By default, Qt renders any text that looks like HTML and loads the images in it. The title
+        of a style made by somebody else could then read any file or contact a network share.
         """
         if isinstance(what, QLabel) and what.inherits("QTipLabel"):
             what.setTextFormat(Qt.TextFormat.PlainText)
@@ -71,7 +71,7 @@ class _Style(QProxyStyle):
 
 
 def show_tip(at: QPoint, words: str, owner: QWidget) -> None:
-    """Show a tooltip at a screen position, with text other than the widget's own."""
+    """Show a tooltip at a screen position, with a text other than the widget's own tooltip."""
     QToolTip.showText(at, words, owner)
 
 
@@ -127,7 +127,7 @@ def bar_sheet(t: Theme) -> str:
 
 
 def round_corners(popup: QWidget) -> int:
-    """Round the corners of a popup unless they might turn black, and return their radius.
+    """Round the corners of a popup unless they might turn black, and return the radius used.
 
     On X11, transparency needs a compositor, and Qt does not report whether one is running.
     """
@@ -184,7 +184,10 @@ _MOVES: Final = frozenset(
 
 
 class _Ring(QWidget):
-    """The focus ring, 2 px wide and 2 px away from the control. It ignores the mouse."""
+    """The focus ring, 2 px wide and 2 px away from the control.
+
+    The ring ignores the mouse.
+    """
 
     def __init__(self, host: QWidget) -> None:
         super().__init__(host)
@@ -204,7 +207,7 @@ class _Ring(QWidget):
 
 
 def _host(widget: QWidget) -> QWidget:
-    """Return the widget inside which the ring must stay."""
+    """Return the widget inside which the focus ring must stay."""
     up = widget.parentWidget()
     while up is not None:
         grand = up.parentWidget()
@@ -226,11 +229,12 @@ def _shape(widget: QWidget) -> tuple[QRect, int]:
 class FocusRing(QObject):
     """Moves the focus ring to the focused widget.
 
-    The ring lies outside the control, so no control can paint it itself. One transparent widget
-    moves to the focus inside the nearest window, sheet or scroll area, which clips it. The ring
-    appears when the focus is moved with the keyboard, or as soon as the user types.
+    The ring lies outside the control, so no control can paint it itself. Instead, one transparent
+    widget moves to the focused control, inside the nearest window, sheet or scroll area, which
+    clips the ring. The ring appears when the user moves the focus with the keyboard or starts to
+    type.
 
-    A widget whose shape is not its whole rectangle provides ``focus_shape() -> (QRect, int)``,
+    A widget whose shape does not fill its rectangle provides ``focus_shape() -> (QRect, int)``,
     which returns a rectangle in its own coordinates and a corner radius, both in logical pixels. A
     widget that shows the focus itself has the dynamic property ``noFocusRing``, and one that should
     contain the ring has ``focusHost``.
@@ -250,8 +254,9 @@ class FocusRing(QObject):
     def _focus_moved(self) -> None:
         """Follow the focus among the app's own widgets.
 
-        The focus also moves while one of Qt's own dialogs is half destroyed. Neither the widget
-        that Qt reports as the old focus nor the parents of a foreign widget may be touched then.
+        The focus also moves while one of Qt's own dialogs is half destroyed. At that time, neither
+        the widget that Qt reports as the old focus nor the parents of a foreign widget may be
+        accessed.
         """
         new = QApplication.focusWidget()
         if new is not None and not shiboken6.createdByPython(new):
@@ -275,7 +280,7 @@ class FocusRing(QObject):
         self._place()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Watch for movement, typing and clicks, without blocking any event."""
+        """Watch for movement, typing and clicks, without blocking any events."""
         kind = event.type()
         if kind in _MOVES or (kind == QEvent.Type.Paint and watched is self._target):
             # The shape may change with the content, but the widget is being painted right now.

@@ -3,9 +3,9 @@
 A widget calls `theme` when it is created and when it paints. A change of theme or scale rebuilds
 the views, so no widget has to restyle itself.
 
-Every surface has equal red, green and blue, so that tones can be judged beside it. Pictures have
-the same background, `Colours.well`, in all themes. Amber is reserved for light, turn and selection,
-and green and red always come with an icon.
+Every surface is a neutral grey with equal red, green and blue, which allows tones to be judged
+beside it. Pictures have the same background, `Colours.well`, in all themes. Amber is reserved for
+light, turn and selection, and green and red always come with an icon.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from PySide6.QtGui import QColor, QFont
 from app.export.canvas import FAMILY, load_fonts
 
 ThemeName: TypeAlias = Literal["dark", "light", "contrast"]
-"""Name of a theme, as used in the settings."""
+"""Name of a theme, as stored in the settings."""
 
 SCALES: Final = (1.0, 2.0)
 """Smallest and largest scale of text and controls."""
 
 LINE_HEIGHTS: Final = {12: 16, 14: 20, 16: 24, 20: 28, 28: 36, 36: 44, 48: 52, 56: 64, 224: 176}
-"""Line height of each font size in logical pixels."""
+"""Line height for each font size, both in logical pixels."""
 
 _DISPLAY: Final = 36  # font sizes from here on are spaced more tightly
 _TIGHT: Final = 0.025  # fraction of the font size
@@ -36,7 +36,7 @@ class Colours:
     """The colours of a theme, which must not be modified.
 
     `bg` is the colour of the window, `panel` that of the rail, bars, columns and cards, and
-    `raised` that of selected, pressed and editable parts. Each colour has a value for the dark, the
+    `raised` that of selected, pressed and editable parts. Each colour has a value in the dark, the
     light and the contrast theme.
     """
 
@@ -88,7 +88,8 @@ def _font(pixels: int, weight: int) -> QFont:
 class Theme:
     """One theme at one scale.
 
-    Borders and dividers are `line_width` wide: 2 pixels in "contrast", otherwise 1.
+    Borders and dividers are `line_width` wide, which is 2 pixels in "contrast" and 1 pixel
+    otherwise.
 
     Raises:
         KeyError: If there is no theme with that name.
@@ -106,11 +107,13 @@ class Theme:
         return self.name == "contrast"
 
     def px(self, length: float) -> int:
-        """Scale a design length in logical pixels and round it."""
+        """Scale a design length in logical pixels, and round the result."""
         return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
 
     def font(self, size: int, weight: int = 400) -> QFont:
-        """Return Inter with tabular figures at a size, with tighter spacing from 36 pixels up.
+        """Return the font Inter at a given size, with tabular figures.
+
+        From 36 pixels up, the letters are spaced more tightly.
 
         Raises:
             CoreError: If the font's files are missing or damaged.
@@ -122,7 +125,7 @@ class Theme:
         return font
 
     def line_height(self, size: int) -> int:
-        """Return the line height for a font size, from a table or as 1.4 times the size."""
+        """Return the line height for a font size, from a table or as 1.4 times the font size."""
         return self.px(LINE_HEIGHTS.get(size, size * 1.4))
 
 
