@@ -1,1 +1,1 @@
-"""Basic controls, each with an accessible name, a focus ring, its states and keyboard support."""
+"""Basic controls, each with an accessible name, a focus ring, states and keyboard support."""

@@ -1,4 +1,4 @@
-"""Accessible names and roles of controls, and keyboard navigation between controls."""
+"""Accessible names and roles for controls, and keyboard navigation between controls."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _interface(_kind: str, thing: QObject) -> QAccessibleWidget | None:
 
 
 class OwnKeys(QObject):
-    """Passes Enter and Esc to the focused control before they act as shortcuts."""
+    """Passes Enter and Esc to the focused control before either key acts as a shortcut."""
 
     def __init__(self, *widgets: QWidget) -> None:
         super().__init__(widgets[0])
@@ -47,7 +47,7 @@ class OwnKeys(QObject):
             widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Claim Enter and Esc before they trigger a shortcut."""
+        """Claim Enter and Esc before either key triggers a shortcut."""
         claimed = (
             event.type() is QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
@@ -69,8 +69,8 @@ _WAYS = {
 class Roving(QObject):
     """Makes a group of widgets a single Tab stop.
 
-    The arrow keys, Home and End move the focus inside the group. An arrow key moves the focus to
-    the nearest widget in its direction on screen, so a grid may have any number of columns.
+    The arrow keys, Home and End move the focus within the group. An arrow key moves the focus to
+    the nearest widget in that direction on screen. A grid may therefore have any number of columns.
     """
 
     moved = Signal(QWidget)
@@ -80,7 +80,7 @@ class Roving(QObject):
         self._members: list[QWidget] = []
 
     def set_members(self, members: Sequence[QWidget]) -> None:
-        """Set the group's widgets in reading order, keeping the Tab stop."""
+        """Set the group's widgets in reading order, keeping the current Tab stop."""
         stop = self.stop
         for old in self._members:
             if shiboken6.isValid(old):
@@ -99,7 +99,7 @@ class Roving(QObject):
         return next((m for m in living if m.focusPolicy() & tabbed), None)
 
     def set_stop(self, stop: QWidget | None) -> None:
-        """Set the Tab stop, or keep the current one if it is None."""
+        """Set the Tab stop, or keep the current one if `stop` is None."""
         if stop is None:
             return
         for member in self._members:
@@ -131,7 +131,7 @@ class Roving(QObject):
 
     @staticmethod
     def _neighbour(here: QWidget, usable: list[QWidget], way: tuple[int, int]) -> QWidget | None:
-        """Return the nearest usable member in a direction."""
+        """Return the nearest usable widget in a direction, or None if there is none."""
         start = _place(here)
         straight: list[tuple[int, QWidget]] = []
         slanted: list[tuple[int, QWidget]] = []
@@ -162,13 +162,13 @@ _LINE: Final = 52
 
 
 def _wrapped(text: str) -> str:
-    """Break a long sentence into lines, because a plain tooltip has only one."""
+    """Break a long sentence into lines, because a plain tooltip would show only one."""
     lines = visible(text).splitlines()
     return "\n".join(line if len(line) <= _LINE else textwrap.fill(line, _LINE) for line in lines)
 
 
 def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = None) -> None:
-    """Set the accessible name and the tooltip."""
+    """Set the accessible name and the tooltip of a widget."""
     widget.setAccessibleName(visible(name))
     text = name if tip is None else tip
     text = f"{text} ({shortcut})" if shortcut and text else text
@@ -179,7 +179,7 @@ def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = N
 
 
 def set_available(widget: QWidget, available: bool, why: str = "") -> None:
-    """Enable a control, or disable it and explain why in its tooltip."""
+    """Enable a control, or disable it and state the reason in its tooltip."""
     widget.setEnabled(available)
     tip = str(widget.property("tip") or "")
     widget.setToolTip(tip if available or not why else _wrapped(why))

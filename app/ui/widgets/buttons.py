@@ -26,10 +26,10 @@ _GAP: Final = 8
 
 
 Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
-"""Kinds of buttons: outlined is the default, primary is amber, and quiet has no border."""
+"""Kinds of button. Outlined is the default, primary is amber, and quiet has no border."""
 
 Size: TypeAlias = Literal["normal", "main", "small"]
-"""Heights of buttons: 40, 48 or 32 pixels."""
+"""Sizes of button. The height is 40 pixels for normal, 48 for main and 32 for small."""
 
 Do: TypeAlias = Callable[..., object] | Signal | SignalInstance | None
 """A callable without arguments, or anything else that `connect` accepts."""
@@ -44,7 +44,10 @@ _ARROWS: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """The colours and border width of a control in one state. A colour of None paints nothing."""
+    """The colours and the border width of a control in one state.
+
+    A part whose colour is None is not painted.
+    """
 
     fill: QColor | None
     edge: QColor | None
@@ -53,10 +56,13 @@ class Look:
 
 
 class Pressable(Paints, QAbstractButton):
-    """The base class of buttons, which call `do` when pressed. Subclasses paint them."""
+    """The base class of buttons, which call `do` when pressed.
+
+    Subclasses paint the buttons.
+    """
 
     selected = False
-    """Whether this is the selected button of its group, whether or not it is pressed."""
+    """Whether this is the selected button in its group, regardless of whether it is pressed."""
 
     def __init__(self, name: str, tip: str | None = None, do: Do = None) -> None:
         super().__init__()
@@ -67,12 +73,12 @@ class Pressable(Paints, QAbstractButton):
             self.clicked.connect(do)
 
     def setText(self, text: str) -> None:
-        """Change the text, in which any "&" appears literally and does not create a shortcut."""
+        """Change the text. Any "&" appears literally and does not create a shortcut."""
         super().setText(visible(text))
         self.setShortcut(QKeySequence())
 
     def set_available(self, available: bool, why: str = "") -> None:
-        """Enable the button, or disable it and explain why in its tooltip."""
+        """Enable the button, or disable it and state the reason in its tooltip."""
         set_available(self, available, why)
 
     def set_tip(self, tip: str, shortcut: str = "") -> None:
@@ -80,18 +86,21 @@ class Pressable(Paints, QAbstractButton):
         describe(self, self.accessibleName(), shortcut, tip)
 
     def set_selected(self, selected: bool) -> None:
-        """Set whether the button is the selected one."""
+        """Set whether this button is the selected one."""
         if selected != self.selected:
             self.selected = selected
             self.setAccessibleDescription(tr("selected") if selected else "")
             self.update()
 
     def hovered(self) -> bool:
-        """Return whether the mouse is over the button and the button is enabled."""
+        """Return whether the mouse is over the button while the button is enabled."""
         return self.underMouse() and self.isEnabled()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Press the button on Enter as well as Space, and leave the arrow keys to its group."""
+        """Press the button on Enter as well as on Space.
+
+        The arrow keys are left to the button's group.
+        """
         if event.key() in _ARROWS:
             # Otherwise, Qt would move the focus to a neighbour of its own choice.
             event.ignore()
@@ -158,7 +167,7 @@ class Button(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def set_text(self, text: str, icon: str | None = None) -> None:
-        """Change the text, and also the icon before the text unless `icon` is None."""
+        """Change the text. The icon before it also changes unless `icon` is None."""
         if text != self.text() or icon not in (None, self._icon):
             self._icon = self._icon if icon is None else icon
             self.setText(text)
@@ -169,7 +178,7 @@ class Button(Pressable):
     def set_busy(self, label: str | None) -> None:
         """Show a label such as "Saving…" with a spinner, and ignore presses.
 
-        A label of None makes the button usable again.
+        If the label is None, the button becomes usable again.
         """
         if label is not None and self._busy is None:
             self._last_size = self.size() if self.isVisible() else self.sizeHint()
@@ -181,7 +190,7 @@ class Button(Pressable):
 
     @property
     def busy(self) -> bool:
-        """Whether the button's action is running."""
+        """Whether the button's action is in progress."""
         return self._busy is not None
 
     def hitButton(self, pos: QPoint) -> bool:
@@ -195,7 +204,7 @@ class Button(Pressable):
         super().keyPressEvent(event)
 
     def sizeHint(self) -> QSize:
-        """Return the size of the icons and the text, at the height for the button's size."""
+        """Return the size required by the icons and the text, at the button's height."""
         if self._busy is not None and not self._last_size.isEmpty():
             return self._last_size
         size = self._size
@@ -208,12 +217,12 @@ class Button(Pressable):
         return self.sizeHint()
 
     def room(self) -> int:
-        """Return the width left for the text in pixels."""
+        """Return the width left for the text, in pixels."""
         icons = bool(self._icon or self.busy) + bool(self._trailing and not self.busy)
         return max(self.width() - 2 * px(8) - icons * px(_ICON[self._size] + 8), 0)
 
     def whole_tip(self) -> str:
-        """Return the tooltip, beginning with the full text if the button cuts it off."""
+        """Return the tooltip, which begins with the full text if the button cuts it off."""
         cut = text_width(self.font(), self.text()) > self.room()
         return f"{self.text()}\n{self.toolTip()}".rstrip() if cut else self.toolTip()
 
@@ -252,7 +261,7 @@ class Button(Pressable):
 
 
 class IconButton(Pressable):
-    """A square button with only an icon, explained by its tooltip."""
+    """A square button that contains only an icon, which its tooltip explains."""
 
     def __init__(
         self,
@@ -302,7 +311,7 @@ def name_step(button: IconButton, verb: Literal["undo", "redo"], what: str) -> N
 
 
 class Chip(Pressable):
-    """A pressable chip with an icon and text."""
+    """A pressable chip that contains an icon and text."""
 
     def __init__(self, icon: str, text: str, menu: bool = False, do: Do = None) -> None:
         super().__init__(text, tip="", do=do)
@@ -313,7 +322,7 @@ class Chip(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set(self, icon: str, text: str, warning: str = "") -> None:
-        """Change the icon and the text, and the warning that follows the text, if any."""
+        """Change the icon, the text and the warning that follows the text, if there is one."""
         if (icon, text, warning) == (self._icon, self.text(), self._warning):
             return
         self._icon, self._warning = icon, warning
@@ -327,7 +336,7 @@ class Chip(Pressable):
         self.update()
 
     def _pieces(self) -> list[tuple[str, str]]:
-        """Return the icons and the text from left to right, as (icon or "", text or "")."""
+        """Return the icons and texts from left to right, as (icon or "", text or "") pairs."""
         pieces = [(self._icon, "")] if self._icon else []
         if self.text():
             pieces.append(("", self.text()))
@@ -341,7 +350,7 @@ class Chip(Pressable):
         return text_width(theme().font(13), words) if words else px(_CHIP_ICON)
 
     def sizeHint(self) -> QSize:
-        """Return the size of the icons and the text."""
+        """Return the size required by the icons and the text."""
         pieces = self._pieces()
         inner = sum(self._width(words) for _icon, words in pieces)
         inner += px(_GAP) * max(len(pieces) - 1, 0)

@@ -1,4 +1,4 @@
-"""A choice between a few options side by side, and sliders that show their value as text."""
+"""A control with a few options side by side, and a slider that shows its value as text."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _FAST: Final = 10
 
 
 class LabelledSlider(Paints, QSlider):
-    """A slider with its label and value above the track or beside it.
+    """A slider whose label and value are above the track or beside it.
 
     The wheel and the arrow keys move the knob by one step, and Page Up and Page Down by ten. Home
     and End move it to the ends, and a double click restores the default.
@@ -84,7 +84,7 @@ class LabelledSlider(Paints, QSlider):
         return self._low + self.value() * self._step
 
     def set_value(self, value: float) -> None:
-        """Move the knob without emitting a signal."""
+        """Move the knob without emitting any signals."""
         if not self.isSliderDown() and math.isfinite(value):
             self._put(round((value - self._low) / self._step))
 
@@ -97,30 +97,30 @@ class LabelledSlider(Paints, QSlider):
         return self.value() != before
 
     def _move(self, position: int, settle: bool = True) -> None:
-        """Move the knob for the user and emit the signals."""
+        """Move the knob on behalf of the user, and emit the signals."""
         if self._put(position):
             self.changed.emit(self.amount)
             if settle:
                 self.settled.emit(self.amount)
 
     def reset(self) -> None:
-        """Return to the default and emit `changed`."""
+        """Restore the default and emit `changed`."""
         self._move(round((self._default - self._low) / self._step))
 
     def sizeHint(self) -> QSize:
-        """Return the size of the label, the track and the value."""
+        """Return the size required by the label, the track and the value."""
         label = text_width(theme().font(14), self.accessibleName())
         if self._inline:
             return QSize(label + self._value_width + px(168), px(_HIT))
         return QSize(max(label + self._value_width + px(_GAP), px(120)), px(44))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size. A label above the track may be cut off at this size."""
+        """Return the smallest useful size. A label above the track may be cut off at that size."""
         hint = self.sizeHint()
         return QSize(hint.width() - px(88) if self._inline else px(120), hint.height())
 
     def _rail(self) -> QRectF:
-        """Return the rectangle of the track, along which the knob moves."""
+        """Return the rectangle of the track along which the knob moves."""
         t = theme()
         left, right = 0.0, float(self.width())
         if self._inline:
@@ -136,7 +136,7 @@ class LabelledSlider(Paints, QSlider):
         return QRectF(left, rail.center().y() - side / 2, side, side)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the rectangle of the knob, which the keys move."""
+        """Return the rectangle of the knob, because the keys move the knob."""
         knob = self._knob().toAlignedRect()
         return knob, knob.height() // 2
 
@@ -173,7 +173,7 @@ class LabelledSlider(Paints, QSlider):
         self.reset()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Move the knob by one step per notch, adding up the fractions of finer wheels."""
+        """Move the knob by one step per notch, adding up the partial notches of finer wheels."""
         self._wheel += event.angleDelta().y() or event.angleDelta().x()
         steps = int(self._wheel / _WHEEL_STEP)
         self._wheel -= steps * _WHEEL_STEP
@@ -227,7 +227,7 @@ _ON: Final = frozenset({Qt.Key.Key_Right, Qt.Key.Key_Down})
 
 
 class _Part(Pressable):
-    """One of the options."""
+    """The button of one option."""
 
     def __init__(self, text: str, second: str) -> None:
         super().__init__(text, tip="")
@@ -255,7 +255,7 @@ class _Part(Pressable):
         return QSize(width + 2 * px(_PADDING), px(height))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size of the full text with smaller margins."""
+        """Return the size of the full text with reduced margins."""
         t, full = theme(), self.sizeHint()
         # subtract half of the padding and the extra width of the border
         return full - QSize(px(_PADDING), 2 * (t.line_width - 1))
@@ -298,12 +298,12 @@ class _Part(Pressable):
 class SegmentedChoice(PaintedWidget):
     """A choice of one option among a few.
 
-    The control is a single Tab stop, and the arrow keys move inside it. The first option is
-    selected initially.
+    The control is a single Tab stop, and the arrow keys move the selection within it. The first
+    option is selected initially.
 
     Args:
-        items: Options as (key, text) or (key, text, second line).
-        equal: Whether all the options have the same width and fill the available width.
+        items: The options, each given as (key, text) or (key, text, second line).
+        equal: Whether the options all have the same width and together fill the available width.
         do: Called with the key of the selected option.
     """
 
@@ -350,7 +350,7 @@ class SegmentedChoice(PaintedWidget):
             part.setFocusPolicy(Qt.FocusPolicy.StrongFocus if alone else Qt.FocusPolicy.ClickFocus)
 
     def set_text(self, key: str, text: str, second: str | None = None) -> None:
-        """Change the text of an option, and also its second line unless `second` is None."""
+        """Change the text of an option. Its second line also changes unless `second` is None."""
         part = self._parts[key]
         words = part.second if second is None else second
         if (part.text(), part.second) != (text, words):
@@ -361,7 +361,7 @@ class SegmentedChoice(PaintedWidget):
         return self._parts[key]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Select a neighbour with an arrow key, or the first or last option with Home or End."""
+        """Select a neighbouring option with an arrow key, or the first or last with Home or End."""
         keys = [key for key, part in self._parts.items() if part.isEnabled()]
         here = keys.index(self.key) if self.key in keys else 0
         there = self._target(Qt.Key(event.key()), here, len(keys))

@@ -1,4 +1,4 @@
-"""Sheets over the window for brief tasks, and the system's file dialogs."""
+"""Sheets that open over the window for brief tasks, and the system's file dialogs."""
 
 from __future__ import annotations
 
@@ -29,25 +29,28 @@ from app.words.explanations import EXPLANATIONS
 
 
 def ask_files(asker: QWidget, title: str, filters: str) -> list[Path]:
-    """Ask for existing files, and return an empty list if the user cancels."""
+    """Ask the user for existing files, and return an empty list if the user cancels."""
     names, _ = QFileDialog.getOpenFileNames(asker.window(), title, "", filters)
     return [path_from_library(name) for name in names]
 
 
 def ask_file(asker: QWidget, title: str, filters: str) -> Path | None:
-    """Ask for an existing file, and return None if the user cancels."""
+    """Ask the user for an existing file, and return None if the user cancels."""
     name, _ = QFileDialog.getOpenFileName(asker.window(), title, "", filters)
     return path_from_library(name) if name else None
 
 
 def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
-    """Ask for an existing folder, and return None if the user cancels."""
+    """Ask the user for an existing folder, and return None if the user cancels."""
     name = QFileDialog.getExistingDirectory(asker.window(), title, start)
     return path_from_library(name) if name else None
 
 
 def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path | None:
-    """Ask for a new file or a file to overwrite, starting in the user's pictures folder."""
+    """Ask the user for a new file or a file to overwrite, or return None if the user cancels.
+
+    The dialog starts in the user's pictures folder.
+    """
     pictures = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.PicturesLocation)
     start = str(Path(pictures) / suggested) if Path(pictures).is_dir() else suggested
     name, _ = QFileDialog.getSaveFileName(asker.window(), title, start, filters)
@@ -60,7 +63,7 @@ def show_folder(folder: Path) -> None:
 
 
 def path_of(url: QUrl) -> Path:
-    """Return the path of a file URL, even if its name is not valid text."""
+    """Return the path of a file URL, even if the file's name is not valid text."""
     if os.name == "nt":
         return Path(url.toLocalFile())
     return path_in_url(bytes(url.toEncoded().data()))
@@ -75,10 +78,10 @@ _MARGIN: Final = 24
 class Sheet(PaintedWidget):
     """A panel with a title and a close button over a darkened window.
 
-    A sheet opens only at the user's request, in the middle, near the top, or as a column at the
-    right edge. Esc or a click outside closes it, Tab stays inside, and closing it restores the
-    focus. With `under`, it appears below a button and does not darken the window, so that changes
-    remain visible.
+    A sheet opens only at the user's request. It appears in the centre, near the top, or as a column
+    at the right edge. Esc or a click outside closes the sheet, Tab stays inside it, and closing it
+    restores the previous focus. If `under` is given, the sheet appears below that button and does
+    not darken the window. Changes in the window then remain visible.
     """
 
     closed = Signal()
@@ -87,7 +90,7 @@ class Sheet(PaintedWidget):
 
     @classmethod
     def over(cls, host: QWidget) -> list[Sheet]:
-        """Return the open sheets of a window, topmost last."""
+        """Return the open sheets of a window, with the topmost one last."""
         sheets = [one for one in (each() for each in cls._open) if one is not None]
         visible = [one for one in sheets if shiboken6.isValid(one) and not one.isHidden()]
         cls._open[:] = map(weakref.ref, visible)
@@ -129,7 +132,7 @@ class Sheet(PaintedWidget):
         self.foot.addWidget(button)
 
     def open(self, focus: QWidget | None = None) -> None:
-        """Show the sheet over everything in the window."""
+        """Show the sheet on top of everything in the window."""
         self._back = self.window().focusWidget()
         self.setGeometry(self._host.rect())
         self.show()
@@ -155,7 +158,7 @@ class Sheet(PaintedWidget):
             self.closed.emit()
 
     def _lay(self) -> None:
-        """Place the panel in the window."""
+        """Position the panel in the window."""
         margin = px(_MARGIN)
         wide = min(self._wide, self.width() - 2 * margin)
         if self._side == "right":
@@ -175,7 +178,7 @@ class Sheet(PaintedWidget):
         self._panel.setGeometry(QRect(left, top, wide, high))
 
     def _stops(self) -> list[QWidget]:
-        """Return the Tab stops in order, with the close button last."""
+        """Return the Tab stops in order, ending with the close button."""
         stops: list[QWidget] = []
         widget = self.nextInFocusChain()
         while widget is not None and widget is not self:
@@ -198,26 +201,26 @@ class Sheet(PaintedWidget):
         return True
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the window's size."""
+        """Follow changes to the window's size."""
         if watched is self._host and event.type() == QEvent.Type.Resize and not self.isHidden():
             self.setGeometry(self._host.rect())
             self._lay()
         return False
 
     def event(self, event: QEvent) -> bool:
-        """Update the layout when the content changes its height."""
+        """Update the layout when the height of the content changes."""
         if event.type() == QEvent.Type.LayoutRequest and not self.isHidden():
             self._lay()
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Close the sheet on Esc, and keep all other keys from the window."""
+        """Close the sheet on Esc, and prevent all other keys from reaching the window."""
         if event.key() == Qt.Key.Key_Escape:
             self.shut()
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Close the sheet on a click outside the panel."""
+        """Close the sheet on a click outside its panel."""
         if not self._panel.geometry().contains(event.position().toPoint()):
             self.shut()
         event.accept()
@@ -229,19 +232,19 @@ class Sheet(PaintedWidget):
 
 
 class SheetHost(QWidget):
-    """A screen with at most one sheet over it, which closes when the screen is hidden."""
+    """A screen with at most one sheet over it. The sheet closes when the screen is hidden."""
 
     sheet: Sheet | None = None
 
     def put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
-        """Open a sheet in place of any other, and delete the sheet when it closes."""
+        """Open a sheet in place of any other, and delete it when it closes."""
         self.take_back()
         self.sheet = sheet
         sheet.closed.connect(self._sheet_closed)
         sheet.open(focus)
 
     def take_back(self) -> None:
-        """Close the sheet."""
+        """Close the sheet that is open."""
         if self.sheet is not None:
             self.sheet.shut()
 
@@ -257,7 +260,7 @@ class SheetHost(QWidget):
 
 
 class KeysSheet(Sheet):
-    """A sheet that keeps all keys from the shortcuts of the screen behind it."""
+    """A sheet that prevents keys from triggering the shortcuts of the screen behind it."""
 
     def event(self, event: QEvent) -> bool:
         """Keep all keys in the sheet."""
@@ -268,7 +271,7 @@ class KeysSheet(Sheet):
 
 
 class LineSheet(KeysSheet):
-    """A sheet with a text field, and a button that submits the text.
+    """A sheet with a text field and a button that submits the text.
 
     Attributes:
         taken: Signal(str). Emitted with the text when the user presses Enter or the button, unless
@@ -300,7 +303,7 @@ class LineSheet(KeysSheet):
             self.shut()
 
     def show_busy(self, saving: bool) -> None:
-        """Show that the text is being saved."""
+        """Set whether to show that the text is being saved."""
         if saving != self.take.busy:
             self.take.set_busy(tr("Saving…") if saving else None)
 
@@ -310,7 +313,10 @@ class LineSheet(KeysSheet):
 
 
 class Term(Pressable):
-    """The name of a number, which is explained when pressed (see `EXPLANATIONS`)."""
+    """The name of a number, which opens an explanation of the number when pressed.
+
+    The explanations are in `EXPLANATIONS`.
+    """
 
     def __init__(
         self, key: str, words: str = "", look: tuple[int, int, Role] = (12, 400, "dim")
@@ -321,7 +327,10 @@ class Term(Pressable):
         self.say(words)
 
     def say(self, words: str, key: str = "") -> None:
-        """Change the name and the key of its explanation. A term without a name is hidden."""
+        """Change the name and the key of the explanation.
+
+        A term whose name is empty is hidden.
+        """
         self.key = key or self.key
         self.setText(words)
         question = tr("{name}: what does it mean?", name=words)
@@ -335,7 +344,7 @@ class Term(Pressable):
         return theme().font(*self._look[:2])
 
     def sizeHint(self) -> QSize:
-        """Return the size of the text."""
+        """Return the size required by the text."""
         return QSize(text_width(self._font(), self.text()), theme().line_height(self._look[0]))
 
     def minimumSizeHint(self) -> QSize:
@@ -343,11 +352,11 @@ class Term(Pressable):
         return QSize(min(self.sizeHint().width(), px(24)), self.sizeHint().height())
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the area of the text only."""
+        """Return the area of the text, excluding the empty space around it."""
         return QRect(0, 0, min(self.width(), self.sizeHint().width()), self.height()), px(4)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint the text with a dotted underline, which is solid under the mouse."""
+        """Paint the text with an underline that is dotted, or solid while the mouse is over it."""
         ink = getattr(t.c, self._look[2])
         put_text(painter, self.rect(), self.text(), self._font(), ink)
         line = pen(ink if self.hovered() else t.c.ctl, 1, () if self.hovered() else (1, 2))

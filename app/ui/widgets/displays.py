@@ -1,4 +1,4 @@
-"""Displays of pictures, values and progress."""
+"""Widgets that display pictures, values and progress."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SPAN_DEG: Final = 100
 
 
 def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg: float) -> None:
-    """Paint a busy indicator whose moving part starts `phase_deg` clockwise from the top."""
+    """Paint a busy indicator whose moving arc starts `phase_deg` degrees clockwise from the top."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -36,7 +36,7 @@ def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg
 
 
 class Beat(QObject):
-    """A timer that repaints a widget while it is busy and visible."""
+    """A timer that keeps repainting a widget while the widget is busy and visible."""
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class Beat(QObject):
 
 
 class Spinner(PaintedWidget):
-    """A ring that turns while a task is running."""
+    """A ring that rotates while a task is running."""
 
     def __init__(self, name: str = tr("Working")) -> None:
         super().__init__()
@@ -90,7 +90,7 @@ class Spinner(PaintedWidget):
 
 
 class Bar(Paints, QProgressBar):
-    """A progress bar of 160 x 4 pixels in neutral colours."""
+    """A progress bar, 160 x 4 pixels in size, in neutral colours."""
 
     def __init__(self, name: str = tr("Progress")) -> None:
         super().__init__()
@@ -140,7 +140,7 @@ def draw_meter(
     before: float | None = None,
     fill: QColor | None = None,
 ) -> None:
-    """Paint a meter from 0 to 100 in a rectangle, without a tick if `limit` is None."""
+    """Paint a meter from 0 to 100 in a rectangle. There is no tick if `limit` is None."""
     t = theme()
     ink = fill or t.c.text
     area, high = QRectF(rect), float(px(_RAIL))
@@ -181,7 +181,7 @@ class Meter(PaintedWidget):
         self._describe()
 
     def set(self, value: float, limit: float | None = 45, before: float | None = None) -> None:
-        """Show a value from 0 to 100, without a tick if `limit` is None."""
+        """Show a value from 0 to 100. There is no tick if `limit` is None."""
         if (value, limit, before) != self._values:
             self._values = (value, limit, before)
             self._describe()
@@ -206,10 +206,10 @@ _TAG_INSET: Final = 8
 
 
 def to_image(picture: NDArray[np.uint8]) -> QImage:
-    """Copy an sRGB array, (h, w, 3) uint8 with row 0 at the top, to an image that Qt can paint.
+    """Copy an sRGB array, (h, w, 3) uint8 with row 0 at the top, into an image that Qt can paint.
 
     Raises:
-        ValueError: If the array has another shape or type.
+        ValueError: If the array has a different shape or type.
     """
     if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8:
         raise ValueError(f"not an (h, w, 3) uint8 picture: {picture.shape} {picture.dtype}")
@@ -240,7 +240,7 @@ class Picture(PaintedWidget):
         The array must not be modified afterwards.
 
         Raises:
-            ValueError: If the array has another shape or type.
+            ValueError: If the array has a different shape or type.
         """
         if picture is not None and picture is self._array:
             return
@@ -249,7 +249,7 @@ class Picture(PaintedWidget):
         self._changed()
 
     def set_tag(self, text: str, corner: Corner = "bl") -> None:
-        """Show a label in a corner."""
+        """Show a label in one corner of the picture."""
         if self._tags.get(corner, "") != text:
             self._tags[corner] = text
             self.update()
@@ -259,7 +259,7 @@ class Picture(PaintedWidget):
         self.update()
 
     def _prepare(self, dpr: float) -> QPixmap | None:
-        """Crop, scale and round the picture once for its current size."""
+        """Crop, scale and round the picture for its current size, doing so only once per size."""
         if self._image is None or self._array is None or self.size().isEmpty():
             return None
         wide, high = round(self.width() * dpr), round(self.height() * dpr)

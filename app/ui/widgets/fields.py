@@ -1,4 +1,4 @@
-"""Toggles, and labelled fields with error messages for text or for a choice from a list."""
+"""Toggles, and labelled fields with error messages for entering text or choosing from a list."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _GAP: Final = 10
 
 
 class Toggle(Pressable):
-    """A row with a name, and a switch of 36 x 20 pixels at its right end."""
+    """A row with a name at the left, and a switch of 36 x 20 pixels at the right."""
 
     switched = Signal(bool)
 
@@ -47,7 +47,7 @@ class Toggle(Pressable):
         self.clicked.connect(self.switched)
 
     def sizeHint(self) -> QSize:
-        """Return the size of the icon, the name and the switch."""
+        """Return the size required by the icon, the name and the switch."""
         t = theme()
         lead = px(_ICON + _GAP) if self._icon else 0
         width = lead + text_width(t.font(14), self.text()) + 2 * px(_GAP)
@@ -62,7 +62,7 @@ class Toggle(Pressable):
         return QSize(min(hint.width(), px(160)), hint.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show the full name in the tooltip if it is shortened."""
+        """Show the full name in the tooltip if the name is shortened."""
         super().resizeEvent(event)
         if self.width() < self.sizeHint().width() and not self.toolTip():
             self.setToolTip(self.text())
@@ -72,7 +72,7 @@ class Toggle(Pressable):
         return QRect(self.width() - width, (self.height() - height) // 2, width, height)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return the rectangle of the switch."""
+        """Return the rectangle of the switch and the corner radius of the focus ring."""
         switch = self._switch()
         return switch, switch.height() // 2
 
@@ -115,7 +115,7 @@ _PADDING: Final = 12
 
 
 class _LabelledField(QWidget):
-    """A column with a label, a control and room for an error message."""
+    """A column that contains a label, a control and room for an error message."""
 
     def __init__(self, label: str) -> None:
         super().__init__()
@@ -132,7 +132,7 @@ class _LabelledField(QWidget):
         add(self._column, field, self._error)
 
     def set_error(self, sentence: str) -> None:
-        """Show an error below the field, or remove the error if the sentence is empty."""
+        """Show an error below the field, or remove the error if `sentence` is empty."""
         self._error.say(sentence)
         self._field.wrong = bool(sentence)
         self._field.setAccessibleDescription(sentence)
@@ -147,7 +147,7 @@ def _draw_frame(painter: QPainter, field: _LineInput | _Box, pressed: bool = Fal
 
 
 class _LineInput(QLineEdit):
-    """A line edit with the app's frame."""
+    """A line edit that has the app's frame."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -171,7 +171,7 @@ class _LineInput(QLineEdit):
         self.setTextMargins(lead - 2, 0, px(_PADDING) - 2, 0)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Open the menu for copying and pasting in the app's look."""
+        """Open the menu for copying and pasting, with the app's own look."""
         menu = self.createStandardContextMenu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dress_menu(menu)
@@ -188,7 +188,7 @@ class _LineInput(QLineEdit):
 
 
 class TextField(_LabelledField):
-    """A text field with its label."""
+    """A text field with a label."""
 
     changed = Signal(str)
     entered = Signal(str)
@@ -211,13 +211,13 @@ class TextField(_LabelledField):
         return self.edit.text()
 
     def set_text(self, text: str) -> None:
-        """Change the text without emitting a signal."""
+        """Change the text without emitting any signals."""
         if text != self.edit.text():
             self.edit.setText(text)
 
 
 class IconLine(QWidget):
-    """An icon beside a sentence, hidden while the sentence is empty."""
+    """An icon beside a sentence. Both are hidden while the sentence is empty."""
 
     def __init__(self, size: int = 14, gap: int = 8) -> None:
         super().__init__()
@@ -227,7 +227,7 @@ class IconLine(QWidget):
         self.hide()
 
     def say(self, sentence: str, icon: str = "error") -> None:
-        """Show a sentence with an icon, in the colour of errors if the icon is "error"."""
+        """Show a sentence with an icon, in the error colour if the icon is "error"."""
         wrong = icon == "error"
         self._text.set_text(sentence)
         self._text.set_role("err" if wrong else "text")
@@ -240,7 +240,7 @@ class IconLine(QWidget):
 
 
 class _Box(Pressable):
-    """The field while its list is closed."""
+    """The part of a list field that is visible while its list is closed."""
 
     def __init__(self, name: str, icon: str) -> None:
         super().__init__(name, tip="")
@@ -295,8 +295,8 @@ class ListField(_LabelledField):
     """A field that shows the current choice and opens a list.
 
     The arrow keys change the choice without opening the list, and Space, Enter and Alt+Down open
-    the list. Items are (key, text), optionally with a second line and an icon. A second line makes
-    the field 56 pixels high.
+    the list. Each item is (key, text), optionally followed by a second line and an icon. If there
+    is a second line, the field is 56 pixels high.
     """
 
     chosen = Signal(str)
@@ -325,7 +325,7 @@ class ListField(_LabelledField):
         return self.box.entry.key
 
     def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
-        """Change the items, keeping the choice if its key is among them."""
+        """Change the items, keeping the current choice if its key is among them."""
         entries = [Entry(*item) for item in items]
         if entries == self._entries:
             return

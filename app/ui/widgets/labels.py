@@ -1,4 +1,4 @@
-"""Icons, signs, key hints, and text with the line heights of the design."""
+"""Icons, signs, key hints, and text set with the line heights of the design."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _GAP: Final = 8
 
 
 class KeyHint(PaintedWidget):
-    """A framed key, followed by its effect."""
+    """A key in a frame, followed by a description of its effect."""
 
     def __init__(self, keys: str, words: str) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class KeyHint(PaintedWidget):
         self.setAccessibleName(f"{self._keys}: {self._words}")
 
     def align(self, column: int) -> None:
-        """Align the text with the hints above and below."""
+        """Align the text with the text of the hints above and below."""
         self._column = column
         self.updateGeometry()
         self.update()
@@ -60,7 +60,7 @@ class KeyHint(PaintedWidget):
         return max(text_width(t.font(12, 600), self._keys) + 2 * px(_PADDING), px(_HEIGHT))
 
     def sizeHint(self) -> QSize:
-        """Return the size of the key and the text."""
+        """Return the size required by the key and the text."""
         t = theme()
         words = text_width(t.font(12), self._words) + px(_GAP) if self._words else 0
         return QSize(max(self.cap(), self._column) + words, px(_HEIGHT))
@@ -76,7 +76,7 @@ class KeyHint(PaintedWidget):
 
 
 class Icon(PaintedWidget):
-    """A decorative icon beside text with the same meaning."""
+    """A decorative icon beside text that has the same meaning."""
 
     def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class Icon(PaintedWidget):
         self.setFixedSize(self._side, self._side)
 
     def set(self, name: str, role: Role | None = None) -> None:
-        """Change the icon, and also its colour role unless `role` is None."""
+        """Change the icon. Its colour role also changes unless `role` is None."""
         if (name, role or self._role) != (self.name, self._role):
             self.name, self._role = name, role or self._role
             self.update()
@@ -102,7 +102,7 @@ class Icon(PaintedWidget):
 
 
 def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "minus"]) -> None:
-    """Paint a black plus on orange, or a black minus on blue."""
+    """Paint a black plus sign on orange, or a black minus sign on blue."""
     area = QRectF(rect)
     box(painter, area, area.width() / 5, getattr(theme().c, sign))
     painter.save()
@@ -145,10 +145,10 @@ _RIGHT: Final = Qt.TextElideMode.ElideRight
 
 
 class Text(QLabel):
-    """A text of one or more lines in the colour of a role.
+    """A text of one or more lines, in the colour of a role.
 
-    With `elide`, the text may get less space than it needs. It is then cut off with "…", and the
-    full text is in the tooltip.
+    With `elide`, the text may be given less space than it needs. The text is then cut off with "…",
+    and the tooltip shows it in full.
     """
 
     def __init__(
@@ -190,7 +190,7 @@ class Text(QLabel):
             self.updateGeometry()
 
     def say(self, text: str) -> None:
-        """Change the text, and hide the label if it is empty."""
+        """Change the text, and hide the label if the text is empty."""
         self.set_text(text)
         self.setVisible(bool(text))
 
@@ -239,18 +239,18 @@ class Text(QLabel):
         return QSize(width, self._line * len(parts))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest size that wrapping or eliding allows."""
+        """Return the smallest size that wrapping or eliding the text allows."""
         full = self.sizeHint()
         if self.wordWrap():
             return QSize(min(full.width(), px(_SHORTEST_WRAP)), self._line)
         return QSize(min(full.width(), px(24)), full.height()) if self._elide else full
 
     def hasHeightForWidth(self) -> bool:
-        """Return whether the height depends on the width, as it does for wrapped text."""
+        """Return whether the height depends on the width, as is the case for wrapped text."""
         return self.wordWrap()
 
     def heightForWidth(self, width: int) -> int:
-        """Return the height of all lines at a width."""
+        """Return the height of all lines at a given width."""
         return self._line * len(self._broken(width)) if self.wordWrap() else -1
 
     def resizeEvent(self, event: QResizeEvent) -> None:

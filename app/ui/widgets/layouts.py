@@ -22,8 +22,10 @@ Part: TypeAlias = "QWidget | QLayout"
 Item: TypeAlias = (
     "Part | float | EllipsisType | tuple[Part, int] | tuple[Part, int, Qt.AlignmentFlag]"
 )
-"""A widget or layout, optionally with stretch and alignment; a gap in pixels at scale 1; or `...`
-for stretchable space.
+"""An item in a row or column.
+
+An item is a widget or layout, a tuple of a widget or layout with a stretch and optionally an
+alignment, a gap in pixels at scale 1, or `...` for stretchable space.
 """
 
 Margins: TypeAlias = "float | tuple[float, float, float, float] | None"
@@ -38,7 +40,8 @@ def column(
     Args:
         into: Widget that receives the layout.
         gap: Spacing in pixels at scale 1, or None to inherit it.
-        margins: Left, top, right and bottom in pixels at scale 1, or None for the style's margins.
+        margins: Left, top, right and bottom margins in pixels at scale 1, or None for the style's
+            margins.
     """
     return _filled(QVBoxLayout(), items, into, gap, margins)
 
@@ -56,10 +59,10 @@ def grid(
     gap: tuple[float, float] = (0, 0),
     stretched: int | None = None,
 ) -> QGridLayout:
-    """Arrange widgets in reading order, `across` of them in each row.
+    """Arrange widgets in reading order, with `across` widgets in each row.
 
     Args:
-        gap: Spacing between columns and rows in pixels at scale 1.
+        gap: Spacing between columns and between rows, in pixels at scale 1.
         stretched: Column that takes the remaining space.
     """
     layout = QGridLayout()
@@ -81,7 +84,7 @@ def boxed(layout: QLayout) -> QWidget:
 
 
 def stacked(*pages: QWidget) -> QStackedWidget:
-    """Stack pages, with the first one visible."""
+    """Stack pages on top of one another, with the first one visible."""
     stack = QStackedWidget()
     for page in pages:
         stack.addWidget(page)
@@ -114,7 +117,11 @@ def add(layout: QBoxLayout, *items: Item) -> None:
 
 
 def fold(line: QBoxLayout, beside: bool, gap: int = 0) -> None:
-    """Turn a line into a row or a column. A `gap` of 0 leaves the spacing unchanged."""
+    """Arrange the items of a line in a row if `beside` is true, or else in a column.
+
+    `gap` is the spacing of a row in pixels at scale 1. A column has a spacing of 8 pixels. If `gap`
+    is 0, the spacing is left unchanged.
+    """
     way = QBoxLayout.Direction
     line.setDirection(way.LeftToRight if beside else way.TopToBottom)
     if gap:

@@ -1,4 +1,4 @@
-"""The list that a field or chip opens, and tables made of rows."""
+"""The list opened by a field or chip, and tables made of rows."""
 
 from __future__ import annotations
 
@@ -53,7 +53,10 @@ _LETTER: Final = 24
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table, whose title is in the header and names its cells for screen readers."""
+    """A column of a table.
+
+    The column's title appears in the header, and names the cells for screen readers.
+    """
 
     title: str
     width: int = 0
@@ -61,7 +64,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """The content of a cell."""
+    """The content of one cell of a table."""
 
     text: str
     icon: str = ""
@@ -83,7 +86,7 @@ def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
 
 
 def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture: bool) -> None:
-    """Paint a letter in a ring, as used in the table and on the panorama."""
+    """Paint a letter in a ring, as it appears in the table and on the panorama."""
     t = theme()
     area = QRectF(rect)
     fill, ink = (t.c.tag, t.c.ontag) if on_picture else (None, t.c.text)
@@ -92,7 +95,7 @@ def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture
 
 
 class TableHead(PaintedWidget):
-    """The titles of the columns above a line."""
+    """The titles of the columns, with a line below them."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -174,15 +177,15 @@ class TableRow(Pressable):
 
 
 THING: Final = Qt.ItemDataRole.UserRole
-"""Data role under which a list item stores the object that it shows."""
+"""Data role under which a list item stores the object that the item shows."""
 Inks: TypeAlias = tuple[QColor, QColor]
-"""Colours of an item's text, and of the text beside or below it."""
+"""Colours of an item's text and of the text beside or below it."""
 _MOST_ROWS: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An entry of a list."""
+    """An entry in a list."""
 
     key: str
     text: str
@@ -191,7 +194,10 @@ class Entry:
 
 
 class Lines(QStyledItemDelegate):
-    """The base class of delegates. It paints the background of rows; subclasses add the content."""
+    """The base class of delegates.
+
+    This class paints the background of rows, and subclasses paint the content.
+    """
 
     radius = 6
 
@@ -230,7 +236,7 @@ class Lines(QStyledItemDelegate):
 
 
 class _Rows(Lines):
-    """Paints entries, with a check mark beside the selected one."""
+    """Paints entries, and a check mark beside the selected one."""
 
     radius = 5
     chosen = ""
@@ -254,7 +260,7 @@ class _Rows(Lines):
 
 
 class BareList(QListWidget):
-    """A list without frame or background, whose rows are painted by a delegate."""
+    """A list without a frame or background, whose rows are painted by a delegate."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -288,7 +294,10 @@ class ListPopup(Paints, QFrame):
         self._list.installEventFilter(self)
 
     def drop(self, under: QWidget, entries: Sequence[Entry], key: str, width: int = 0) -> None:
-        """Open the list below a widget, or above it if there is no room, at least `width` wide."""
+        """Open the list below a widget, or above the widget if there is no room below.
+
+        The list is at least `width` wide.
+        """
         t = theme()
         height = px(56 if any(entry.second for entry in entries) else 40)
         rows = _Rows(self._list, height)

@@ -34,7 +34,7 @@ from app.ui.widgets.surfaces import OutlineBox
 
 
 class Banner(OutlineBox):
-    """A framed box with an icon, a bold sentence, text and buttons."""
+    """A framed box that contains an icon, a bold sentence, text and buttons."""
 
     pressed = Signal(int)
 
@@ -59,7 +59,7 @@ class Banner(OutlineBox):
         actions: Sequence[str] = (),
         role: Role = "text",
     ) -> None:
-        """Change the content. The parameters are those of the class."""
+        """Change the content. The parameters are the same as for the class."""
         self._icon.set(icon, role)
         self._title.set_text(title)
         self._text.say(text)
@@ -75,7 +75,7 @@ class Banner(OutlineBox):
 
 
 class Empty(QWidget):
-    """An empty state, with one sentence and one or two buttons for the next step."""
+    """An empty state, which consists of a sentence and one or two buttons for the next step."""
 
     pressed = Signal(int)
 
@@ -113,7 +113,7 @@ class StaleVeil(PaintedWidget):
     """Dims part of a screen while its answer is being computed.
 
     Attributes:
-        fill: Colour token of the background behind that part.
+        fill: Colour token of the background behind the dimmed part.
     """
 
     def __init__(self, over: QWidget, words: str, fill: str = "panel") -> None:
@@ -125,7 +125,7 @@ class StaleVeil(PaintedWidget):
         self.hide()
 
     def cover(self, stale: bool) -> None:
-        """Dim the part below, or show it normally again."""
+        """Dim the part below, or stop dimming it."""
         if stale == self.isHidden():
             self.setGeometry(self._over.rect())
             self.setVisible(stale)
@@ -171,7 +171,7 @@ KINDS: Final[dict[str, tuple[str, Role, str]]] = {
     "warning": ("warning", "text", tr("warning")),
     "error": ("error", "err", tr("error")),
 }
-"""Icon, colour and name of each kind of message."""
+"""The icon, colour and name of each kind of message."""
 _WIDTH: Final = 360
 _EDGE: Final = 16
 _GAP: Final = 8
@@ -183,7 +183,7 @@ _STAY_MS: Final = 6000
 
 
 class _Toast(OutlineBox):
-    """A message on screen."""
+    """A message that is visible on screen."""
 
     gone = Signal(object)
     closed = Signal()
@@ -245,7 +245,7 @@ class _Toast(OutlineBox):
         self.gone.emit(self)
 
     def wait(self) -> None:
-        """Restart the timer, unless the message stays."""
+        """Restart the timer, unless the message stays until it is closed."""
         if not self.stays:
             self._timer.start()
 
@@ -269,10 +269,11 @@ class _Toast(OutlineBox):
 
 
 class Toasts(QObject):
-    """Shows messages for six seconds at the lower right of a window, stacked and 360 pixels wide.
+    """Shows messages for six seconds at the lower right of a window.
 
-    A message stays while the mouse or the focus is on it, and an error stays until it is closed.
-    Every message is announced to screen readers. Messages move up until they cover no button.
+    The messages are stacked and are 360 pixels wide. A message stays while the mouse or the focus
+    is on it, and an error stays until it is closed. Every message is announced to screen readers.
+    Messages move up until they no longer cover any button.
     """
 
     def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
@@ -299,7 +300,10 @@ class Toasts(QObject):
         stay: bool = False,
         closed: Callable[[], None] | None = None,
     ) -> None:
-        """Show and announce a message with at most two actions, which also close the message."""
+        """Show and announce a message that has at most two actions.
+
+        Each action also closes the message.
+        """
         # A repeated message replaces the earlier one.
         self.drop(message)
         toast = _Toast(self._parent, message, kind, actions, None if stay else self._stay_ms)
@@ -322,14 +326,15 @@ class Toasts(QObject):
             self._drop(same)
 
     def clear(self) -> None:
-        """Remove all messages from the screen, but not from the list of messages."""
+        """Remove all messages from the screen, but keep them in the list of messages."""
         for toast in tuple(self._toasts):
             self._drop(toast)
 
     def _focus_moved(self) -> None:
-        """Correct a focus that moved here because its owner was hidden or disabled.
+        """Move the focus away if it is here only because its previous owner was hidden or disabled.
 
-        The previous widget as reported by Qt may be half destroyed, so it is tracked here instead.
+        The previous owner that Qt reports may be half destroyed, so this class tracks the owner
+        itself.
         """
         old, new = self._had, QApplication.focusWidget()
         self._had = new
@@ -347,7 +352,7 @@ class Toasts(QObject):
             self.lay()
 
     def lay(self) -> None:
-        """Place the messages from the lower right upward, with the newest at the bottom."""
+        """Position the messages upward from the lower right, with the newest at the bottom."""
         edge, gap = px(_EDGE), px(_GAP)
         floor = self._parent.height() - self._bottom - edge
         blocks = self._controls() if self._toasts else []
@@ -372,7 +377,7 @@ class Toasts(QObject):
         ]
 
     def _clear(self, place: QRect, blocks: list[QRect], gap: int) -> QRect:
-        """Move a toast up until it covers no control, or to the left if that is a shorter way."""
+        """Move a toast up until it covers no control, or to the left if that way is shorter."""
         spots: list[tuple[int, QRect]] = []
         for steps in range(_COLUMNS):
             here = place.translated(-steps * (place.width() + gap), 0)
@@ -385,7 +390,7 @@ class Toasts(QObject):
         return min(spots, key=lambda each: each[0])[1] if spots else place
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the window's size and layout."""
+        """Follow changes to the window's size and layout."""
         relayout = event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest)
         if relayout and self._toasts and watched is self._parent:
             self.lay()

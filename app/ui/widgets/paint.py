@@ -1,4 +1,4 @@
-"""Basic painting for all controls: boxes with exact borders, single-line text, tags and states."""
+"""Basic painting for all controls: boxes with exact borders, lines of text, tags and states."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.core.base.visible_text import visible
 from app.ui.theme import Theme, px, theme
 
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
-"""The point of a tag that its position refers to: a corner, the middle of an edge or the centre."""
+"""The point at which a tag is positioned: a corner, the middle of an edge or the centre."""
 
 
 if TYPE_CHECKING:
@@ -23,11 +23,13 @@ else:
 
 
 class Paints(_Widget):
-    """A mixin, placed before a Qt widget class, that paints the widget in the current theme.
+    """A mixin that paints a widget in the current theme.
+
+    It must be listed before the Qt widget class.
 
     Attributes:
-        preferred_size, least: Design width and height of the size hints, or None to leave them to
-            Qt.
+        preferred_size, least: Design width and height for the size hints, or None to leave the
+            hints to Qt.
     """
 
     preferred_size: tuple[float, float] | None = None
@@ -54,7 +56,7 @@ class PaintedWidget(Paints, QWidget):
 
 
 STALE: Final = 0.42
-"""Opacity of an answer for another selection."""
+"""Opacity at which an answer for another selection is painted."""
 _HEIGHT: Final = 20
 _PADDING: Final = 8
 
@@ -75,9 +77,9 @@ def draw_tag(
     weight: int = 400,
     most: int = 1 << 15,
 ) -> QRectF:
-    """Paint a tag at most `most` pixels wide, with its `anchor` at (x, y).
+    """Paint a tag that is at most `most` pixels wide, with its `anchor` at (x, y).
 
-    The tag is 12 px text on a dark plate.
+    The tag consists of 12 px text on a dark plate.
     """
     t = theme()
     width, height = tag_size(text, weight)
@@ -96,7 +98,7 @@ RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 def mix(first: QColor, second: QColor, share: float) -> QColor:
-    """Blend two colours in sRGB, as if the second were painted over the first."""
+    """Blend two colours in sRGB, as if the second one were painted over the first."""
     pairs = zip(first.getRgb()[:3], second.getRgb()[:3], strict=True)  # type: ignore[index]
     return QColor(*(round(a + (b - a) * share) for a, b in pairs))
 
@@ -111,10 +113,10 @@ def faint(colour: QColor | Qt.GlobalColor, opacity: float) -> QColor:
 def pen(
     colour: QColor | Qt.GlobalColor, width: float, dashes: Sequence[float] = (), ends: str = "flat"
 ) -> QPen:
-    """Return a pen with flat ends, or with round ends and corners.
+    """Return a pen that has flat ends, or round ends and corners.
 
     Args:
-        dashes: Lengths of dashes and gaps, in multiples of the width.
+        dashes: Lengths of the dashes and gaps, in multiples of the width.
     """
     solid, cap, join = Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.BevelJoin
     if ends == "round":
@@ -126,7 +128,7 @@ def pen(
 
 
 def hover_fill(t: Theme) -> QColor:
-    """Return the fill of a control under the mouse, which is stronger in "contrast"."""
+    """Return the fill of a control under the mouse, which is more pronounced in "contrast"."""
     return t.c.track2 if t.contrast else t.c.raised
 
 
@@ -139,7 +141,7 @@ def box(
     width: float = 1.0,
     dashed: bool = False,
 ) -> None:
-    """Paint a rounded rectangle with its border inside."""
+    """Paint a rounded rectangle with its border on the inside."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(fill if fill is not None else Qt.BrushStyle.NoBrush)
@@ -156,7 +158,7 @@ def box(
 
 
 def text_width(font: QFont, text: str) -> int:
-    """Return the width of a line of text in whole logical pixels, rounded up."""
+    """Return the width of a line of text, rounded up to whole logical pixels."""
     return int(QFontMetricsF(font).horizontalAdvance(visible(text)) + 0.999)
 
 
@@ -168,7 +170,7 @@ def put_text(
     colour: QColor,
     align: Qt.AlignmentFlag = LEFT,
 ) -> None:
-    """Paint one line of text, cut off with an ellipsis if it does not fit."""
+    """Paint one line of text, ending in an ellipsis if the text does not fit."""
     area = QRectF(rect)
     text = visible(text)
     elided = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, area.width() + 0.5)
@@ -178,5 +180,5 @@ def put_text(
 
 
 def selected_edge(t: Theme | None = None) -> int:
-    """Return the border width of a selected or pressed control, one pixel more than usual."""
+    """Return the border width of a selected or pressed control, one pixel wider than usual."""
     return (t or theme()).line_width + 1

@@ -24,7 +24,7 @@ from app.ui.widgets.paint import PaintedWidget, box, hover_fill, selected_edge
 
 
 class Menu(QMenu):
-    """A menu with rounded corners, icons, and tooltips on disabled entries."""
+    """A menu with rounded corners and icons, and with tooltips on disabled entries."""
 
     def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
@@ -53,12 +53,12 @@ class Menu(QMenu):
         return action
 
     def drop(self, under: QWidget) -> None:
-        """Open the menu under a widget without blocking."""
+        """Open the menu below a widget without blocking."""
         self.popup(under.mapToGlobal(QPoint(0, under.height() + px(4))))
 
 
 class Divider(PaintedWidget):
-    """A line between rows, as thick as the theme's borders."""
+    """A line between rows that is as thick as the theme's borders."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -108,12 +108,12 @@ class Surface(PaintedWidget):
 
 
 class Scroll(QScrollArea):
-    """A named area that scrolls vertically with a slim bar, on a transparent background."""
+    """A named area that scrolls vertically and has a slim bar and a transparent background."""
 
     bar_changed = Signal(int)
     """Emitted when the scroll bar appears or disappears.
 
-    The value is its width in logical pixels, or 0 if it is hidden.
+    The value is the width of the bar in logical pixels, or 0 if the bar is hidden.
     """
 
     def __init__(self, content: QWidget | None = None, height: int = 0, name: str = "") -> None:
@@ -141,7 +141,7 @@ class Scroll(QScrollArea):
         return QSize(hint.width(), self._high or hint.height())
 
     def setWidget(self, widget: QWidget) -> None:
-        """Set the content, and delete the old content once nothing uses it any more."""
+        """Set the content, and delete the old content once it is no longer in use."""
         before = self.widget()
         if before is not None:
             # Qt would delete the old content at once together with the focus, and code that follows
@@ -158,7 +158,7 @@ class Scroll(QScrollArea):
             self.bar_changed.emit(bar.sizeHint().width() if high > 0 else 0)
 
     def lend(self, layout: QLayout, margin: int, least: int = 0) -> None:
-        """Put the scroll bar in the right margin of an inner layout without moving the content.
+        """Put the scroll bar into the right margin of an inner layout without moving the content.
 
         Args:
             margin: Margin in logical pixels without the scroll bar.
@@ -174,9 +174,9 @@ class Scroll(QScrollArea):
         self.bar_changed.connect(make_way)
 
     def settle(self, layout: QLayout, new: Iterable[QWidget]) -> None:
-        """Show new widgets of an inner layout at their final size.
+        """Show new widgets in an inner layout at their final size.
 
-        Qt alone would first paint them squeezed.
+        Without this step, Qt would first paint the widgets squeezed together.
         """
         layout.setEnabled(False)
         for part in new:
@@ -192,9 +192,10 @@ class Scroll(QScrollArea):
 
 
 class Room(Scroll):
-    """Part of a screen that scrolls both ways when it has less space than it needs.
+    """A part of a screen that scrolls in both directions when it has less space than it needs.
 
-    That happens only with large text in a small window, where nothing may overlap or be cut off.
+    This happens only with large text in a small window. Even then, nothing may overlap or be cut
+    off.
     """
 
     def __init__(self, content: QWidget, width: int, height: int) -> None:
@@ -208,7 +209,7 @@ class Room(Scroll):
         self.horizontalScrollBar().setSingleStep(px(24))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a small size, so that the neighbours get the width that they need."""
+        """Return a small size, which leaves the neighbours the width that they need."""
         return QSize(px(120), px(120))
 
     def sizeHint(self) -> QSize:
@@ -243,7 +244,7 @@ class OutlineBox(PaintedWidget):
 
 
 class Card(Pressable):
-    """The base class of selectable frames, whose content is painted by subclasses."""
+    """The base class of selectable frames. Subclasses paint the content."""
 
     opened = Signal()
     preferred_size = (206, 138)  # size of a style's card
@@ -253,7 +254,7 @@ class Card(Pressable):
         self._dashed = dashed
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Select the card on Space or Enter, and also open it on Enter."""
+        """Select the card on Space or Enter. Enter also opens the card."""
         super().keyPressEvent(event)
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             self.opened.emit()
@@ -264,7 +265,7 @@ class Card(Pressable):
             self.opened.emit()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint the frame for its current state, then the content."""
+        """Paint the frame for the card's current state, then the content."""
         c = t.c
         fill, edge, width = c.panel, c.ctl if self._dashed else c.line, t.line_width
         if self._dashed:
@@ -288,8 +289,8 @@ class PictureLine(OutlineBox):
     """A framed row with a picture (see `Picture.set_picture`), lines of text and buttons.
 
     Attributes:
-        pressed: Emitted on a click anywhere on the row if `set_can_press` was called. The row is a
-            larger target than a button.
+        pressed: Emitted on a click anywhere on the row if `set_can_press` has been called. The row
+            is a larger target than a button.
     """
 
     pressed = Signal()
