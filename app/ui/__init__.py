@@ -1,1 +1,1 @@
-"""The desktop app: theme, widgets, screens, and presenters without Qt."""
+"""The desktop app: its theme, widgets and screens, and presenters that do not use Qt."""

@@ -1,4 +1,4 @@
-"""Sheets over the screens: search, help, places and settings."""
+"""Sheets that open over the screens: search, help, places, settings and others."""
 
 from __future__ import annotations
 

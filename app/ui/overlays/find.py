@@ -45,7 +45,7 @@ _LIST_KEYS: Final = _ENTER | {
 
 
 class _Things(Lines):
-    """Paints one entry per row."""
+    """Paints each entry in its own row."""
 
     def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
         t, (ink, faint) = theme(), inks
@@ -81,7 +81,7 @@ class ThingList(BareList):
         self.setCurrentRow(0)
 
     def follow(self, field: QWidget) -> None:
-        """Let the arrow keys and Enter act on the list while a text field keeps the focus."""
+        """Let the arrow keys and Enter operate the list while a text field keeps the focus."""
         field.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -106,7 +106,7 @@ class ManualBody(QWidget):
         column(self._area, into=self)
 
     def show_section(self, title: str) -> None:
-        """Scroll to the section with this title once the layout is done."""
+        """Scroll to the section with this title as soon as the layout is complete."""
         lead, bar = self._leads.get(title), self._area.verticalScrollBar()
         if lead is not None:
             lead.set_role("amber")

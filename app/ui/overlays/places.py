@@ -1,4 +1,4 @@
-"""The list of saved places by day, with search, tags and selection for comparison."""
+"""The list of saved places, grouped by day, with search, tags and selection for comparison."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ class EmptyTrash(KeysSheet):
     """Asks for confirmation before places are deleted permanently.
 
     Attributes:
-        words: The number and the total size of the places, as text.
+        words: The number of places and their total size, as text.
     """
 
     def __init__(self, host: QWidget, words: str, empty: Callable[[], None]) -> None:
@@ -215,7 +215,7 @@ class PlacesBody(QWidget):
             self._making.stop()
 
     def _lay(self, state: PlacesListState) -> Iterator[bool]:
-        """Create missing rows, then show the matches, yielding after every few rows."""
+        """Create any missing rows, then show the matches, pausing after every few rows."""
         rows, step = (state.rows, state.deleted), 0
         if rows != self._last:
             self._last = (None, None)
@@ -240,7 +240,7 @@ class PlacesBody(QWidget):
         self._find_stop()
 
     def _fill(self, state: PlacesListState) -> Iterator[bool]:
-        """Put the places under their days, reusing existing rows."""
+        """Put the places under their days, reusing existing rows and pausing after every few."""
         stale = [line for place, line in self._lines.items() if place not in set(state.rows)]
         for widget in (*self._heads, *self._deleted_rows, *stale):
             self._column.removeWidget(widget)

@@ -88,7 +88,7 @@ class SettingsBody(QWidget):
         return boxed(column(*parts, gap=4))
 
     def reveal(self, key: str) -> None:
-        """Scroll to a setting and focus it once the layout is done."""
+        """Scroll to a setting and focus it as soon as the layout is complete."""
 
         def show() -> None:
             control = self._controls[key]

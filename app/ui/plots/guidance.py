@@ -25,7 +25,7 @@ _SIGN_SIZE: Final = 0.54  # fraction of the number's size
 
 
 class BigDegrees(Plot):
-    """A large number of degrees, with text to the right of its last digit.
+    """A large number of degrees, with text to the right of the last digit.
 
     If the number and the text are wider than the widget, they shrink together.
     """
@@ -62,7 +62,7 @@ class BigDegrees(Plot):
         self.update()
 
     def figure_font(self) -> QFont:
-        """Return the font of the number, at its design size or reduced to fit the widget."""
+        """Return the font of the number, at its design size or smaller to fit the widget."""
         size, need = self._size, self._extent(self._size)
         if need > self.width():
             # Start close to the final size, because every size creates a new font.

@@ -42,7 +42,7 @@ _SIGN: Final = 44  # size of the lamp and of the best position
 
 
 class _HeadView(LampPlot):
-    """The base class of both drawings, which have a scale, a frame, a ring, a head and a lamp."""
+    """The base class of both drawings, each with a scale, a frame, a ring, a head and a lamp."""
 
     preferred_size = least = (200, 180)
     title = ""
@@ -98,7 +98,7 @@ class _HeadView(LampPlot):
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
     def outline(self, state: Heads) -> Float32:
-        """Return the head's outline in this drawing, (n, 2), in metres from the head's centre."""
+        """Return the outline of the head in this drawing, (n, 2), in metres from its centre."""
         raise NotImplementedError
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -151,7 +151,7 @@ class _HeadView(LampPlot):
             self._draw_frame(painter, self.rect())
 
     def _draw_frame(self, painter: QPainter, _part: QRect) -> None:
-        """Paint the frame and the title on an opaque background, which keeps the letters sharp."""
+        """Paint the frame and the title on an opaque background, which keeps the text sharp."""
         t = theme()
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         line = QRectF(px(13), px(9), self.width() - px(21), px(16))
@@ -181,7 +181,7 @@ class _HeadView(LampPlot):
 
 
 class AboveView(_HeadView):
-    """The head from above, with the camera at the bottom.
+    """A view of the head from above, with the camera at the bottom.
 
     Dragging moves the lamp around the head at its current altitude.
     """
@@ -192,7 +192,7 @@ class AboveView(_HeadView):
         super().__init__(tr("Lamp from above"))
 
     def outline(self, state: Heads) -> Float32:
-        """Return the outline of the head from above."""
+        """Return the outline of the head as seen from above."""
         assert state.shape is not None
         return state.shape.above
 
@@ -315,13 +315,13 @@ class SideView(_HeadView):
         return tr("From the sitter’s right (camera left)")
 
     def outline(self, state: Heads) -> Float32:
-        """Return the outline of the head from the side that the lamp is on."""
+        """Return the outline of the head as seen from the side that the lamp is on."""
         assert state.shape is not None
         return state.shape.side * np.array([self.way, -1.0], np.float32)
 
     @property
     def from_left(self) -> bool:
-        """Whether the drawing shows the sitter from their left."""
+        """Whether the drawing shows the sitter from the sitter's left."""
         state = self._state
         return state is None or math.sin(math.radians(state.azimuth_deg)) >= -1e-9
 

@@ -1,4 +1,4 @@
-"""The base class of drawings in which the mouse and the keyboard move a lamp."""
+"""The base class of drawings in which a lamp is moved with the mouse or the keyboard."""
 
 from __future__ import annotations
 
@@ -46,27 +46,27 @@ class Heads(Protocol):
 
     @property
     def distance_m(self) -> float:
-        """Distance of the lamp in metres."""
+        """Distance of the lamp from the head, in metres."""
 
     @property
     def azimuth_deg(self) -> float:
-        """Azimuth of the lamp in degrees."""
+        """Azimuth of the lamp, in degrees."""
 
     @property
     def altitude_deg(self) -> float:
-        """Altitude of the lamp in degrees."""
+        """Altitude of the lamp, in degrees."""
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Best azimuth and altitude in degrees, or None if there is no best position."""
+        """Best azimuth and altitude, in degrees, or None if there is no best position."""
 
     @property
     def place_light_deg(self) -> float | None:
-        """Azimuth of the place's own light in degrees, or None if there is no main direction."""
+        """Azimuth of the place's own light, in degrees, or None if there is no main direction."""
 
     @property
     def spoken(self) -> str:
-        """Position of the lamp in words."""
+        """Position of the lamp in words, for screen readers."""
 
 
 class LampPlot(Plot):
@@ -78,7 +78,7 @@ class LampPlot(Plot):
     """
 
     moved = Signal(float, float)
-    """Emitted with the azimuth and the altitude in degrees, repeatedly during a drag."""
+    """Emitted with the azimuth and the altitude, in degrees, repeatedly during a drag."""
 
     home_asked = Signal()
 
@@ -109,7 +109,7 @@ class LampPlot(Plot):
         self.update()
 
     def lamp_place(self) -> Point | None:
-        """Return the middle of the lamp in logical pixels, or None if there is no head."""
+        """Return the centre of the lamp, in logical pixels, or None if there is no head."""
         state = self._state
         if state is None or state.shape is None:
             return None

@@ -34,7 +34,7 @@ _SHADOW = QColor(0, 0, 0, 150)
 def draw_brush_ring(
     painter: QPainter, centre: Point, radius: float, inner: float, sign: BrushSign
 ) -> None:
-    """Draw the extent of the brush, its area of full strength and its effect.
+    """Draw the extent of the brush, its area of full strength, and the sign for its effect.
 
     The inner ring, which shows the area of full strength, is left out if it would not fit.
     """
@@ -86,7 +86,7 @@ _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space}
 
 
 class MaskPicture(Protocol):
-    """The panorama, its mask and the brush (see `MaskState` of the Light screen)."""
+    """The panorama, the mask and the brush (see `MaskState` of the Light screen)."""
 
     @property
     def picture(self) -> NDArray[np.uint8]:
@@ -121,10 +121,10 @@ class MaskCanvas(Plot):
     least = (320, 160)
 
     pressed = Signal(float, float)
-    """Emitted at the start of a stroke, with the azimuth and the elevation in degrees."""
+    """Emitted at the start of a stroke with the azimuth and the elevation, in degrees."""
 
     drawn = Signal(float, float)
-    """Emitted for each further point of a stroke, with the azimuth and the elevation in degrees."""
+    """Emitted for each further point of a stroke with the azimuth and the elevation, in degrees."""
 
     lifted = Signal()
 
@@ -180,7 +180,7 @@ class MaskCanvas(Plot):
         return self._view.azimuth_at(point[0]), elevation
 
     def zoom(self, steps: int) -> None:
-        """Zoom in or out around the brush."""
+        """Zoom in or out, keeping the brush in place."""
         zoom = self._zoomed(steps)
         if zoom != self._view.zoom:
             view = replace(self._view, zoom=zoom)
@@ -291,7 +291,7 @@ class MaskCanvas(Plot):
     # -- painting ------------------------------------------------------------------------------
 
     def draw(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the well around the panorama."""
+        """Paint the well that surrounds the panorama."""
         painter.fillRect(self.rect(), theme().c.well)
 
     def _draw_brush(self, painter: QPainter, middle: Point) -> None:
@@ -317,7 +317,7 @@ def _tinted(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _fitting(alpha: NDArray[np.float32]) -> float:
-    """Return the zoom at which the lamp fills a large part of the picture."""
+    """Return the zoom at which the lamp fills much of the picture."""
     rows = np.flatnonzero((alpha > 0.5).any(axis=1))
     tall = (rows[-1] - rows[0] + 1) * 180.0 / alpha.shape[0] if rows.size else 180.0
     return max((zoom for zoom in _ZOOMS if tall * zoom <= 100.0), default=1.0)

@@ -133,14 +133,14 @@ class PolarPlot(TurnPlot):
         """Show a style.
 
         Args:
-            curve: Match from 0 to 100 at evenly spaced turns, clockwise from 0, or an empty
-                sequence for a bare dial.
+            curve: Match, from 0 to 100, at evenly spaced turns clockwise from 0, or an empty
+                sequence to show a bare dial.
             limit: Lowest match that counts as within reach.
-            arc: Tolerance arc (from, to) in degrees, clockwise and possibly wrapping, or None if
+            arc: Tolerance arc (from, to) in degrees, clockwise, which may wrap around, or None if
                 the style is out of reach.
             best: Best turn in degrees, or None if there is none.
             peaks: Turns of the other peaks in degrees, not including the best turn.
-            needle: Turn of the needle in degrees, or None for the best turn.
+            needle: Turn of the needle in degrees, or None to put the needle at the best turn.
             marks: Name and turn, in degrees, of each dot on the curve.
         """
         data = _Data(
@@ -182,7 +182,7 @@ class PolarPlot(TurnPlot):
 
     @property
     def dial(self) -> Dial:
-        """The circles of the plot at its current size, in logical pixels."""
+        """The circles of the plot at its current size, measured in logical pixels."""
         centre = (self.width() / 2.0, self.height() / 2.0)
         rim = max(min(self.width(), self.height()) / 2.0 - px(_INSET), 1.0)
         return Dial(centre, min(float(px(_CORE)), rim * 0.4), rim)

@@ -1,4 +1,4 @@
-"""The rings, dots and names on the match circle: secondary peaks, marks and the needle's handle.
+"""The rings, dots and names on the match circle, for peaks, marks and the needle's handle.
 
 Positions and sizes are in logical pixels.
 """
@@ -50,7 +50,7 @@ def draw_dot(painter: QPainter, place: Point) -> None:
 
 
 def draw_peak(painter: QPainter, place: Point, *, hovered: bool = False) -> None:
-    """Draw the ring of a secondary peak, filled when the pointer is over it."""
+    """Draw the ring of a secondary peak, which is filled while the pointer is over it."""
     t = theme()
     radius = px(8) / 2.0 - 0.75
     fill = t.c.text if hovered else t.c.bg

@@ -42,7 +42,7 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.setCentralItem(self.box)
 
     def add(self, item: _Item) -> _Item:
-        """Add an item on top of the others and return it."""
+        """Add an item on top of the others, and return the item."""
         self.box.addItem(item, ignoreBounds=True)
         return item
 

@@ -1,4 +1,4 @@
-"""The items of a panorama: pixels, hatching, grid, lamps and the marker's line."""
+"""The items drawn in a panorama: pixels, hatching, grid, lamps and the marker's line."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LAMP: Final = 13  # radius of a lamp's ring
 
 
 class PanoramaDrawing:
-    """The items of a panorama, from back to front."""
+    """The items drawn in a panorama, from back to front."""
 
     def __init__(self, panel: Panel) -> None:
         c = theme().c
@@ -49,7 +49,7 @@ class PanoramaDrawing:
         self._hatching.set_clipped(clipped)
 
     def show_marks(self, view: Viewport, marks: Marks) -> None:
-        """Show part of the panorama with its marks."""
+        """Show part of the panorama together with its marks."""
         self._panel.look(view)
         self._hatching.setVisible(marks.clipped)
         self._show_grid(view, marks)
@@ -72,7 +72,7 @@ class PanoramaDrawing:
             self._grid.setX(marks.front_deg + _AROUND_DEG * round(ahead / _AROUND_DEG))
 
     def _show_lamp(self, view: Viewport, lamp: SceneLamp) -> None:
-        """Place a lamp's letter in its direction, or at both edges if it is near the seam."""
+        """Place a lamp's letter in the direction of the lamp, or at both edges near the seam."""
         if lamp not in self._lamps:
             size, draw = 2.0 * px(_LAMP) + 2.0, partial(_draw_lamp, lamp.letter)
             self._lamps[lamp] = (Mark(draw, size), Mark(draw, size))

@@ -1,4 +1,4 @@
-"""The map of the match for every azimuth and altitude of the lamp, drawn with pyqtgraph."""
+"""The map of the match at every azimuth and altitude of the lamp, drawn with pyqtgraph."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Sky(Protocol):
 
     @property
     def closed(self) -> NDArray[np.bool_] | None:
-        """Directions in which the lamp must not be held."""
+        """Directions in which the lamp must not be held, or None if no direction is forbidden."""
 
     @property
     def line(self) -> NDArray[np.float32]:
@@ -61,7 +61,7 @@ class Sky(Protocol):
 
     @property
     def half_height_deg(self) -> float:
-        """Altitude of the upper edge in degrees."""
+        """Altitude of the upper edge of the map, in degrees."""
 
 
 class SkyMap(LampPlot):
@@ -74,7 +74,7 @@ class SkyMap(LampPlot):
     least = (280, 72 + _LABELS + _ABOVE)
 
     ground = "bg"
-    """Colour of the surroundings, used to round the corners of the map."""
+    """Colour of the map's surroundings, used to round the corners of the map."""
 
     def __init__(self) -> None:
         super().__init__(tr("Where the lamp works at this turn"))
@@ -111,7 +111,7 @@ class SkyMap(LampPlot):
         self._look()
 
     def lamp_moved(self) -> None:
-        """Move the lamp and the best position, repainting only their surroundings."""
+        """Move the lamp and the best position, repainting only the areas around them."""
         state, best = self._state, None
         if state is not None and state.shape is not None:
             best = state.best
@@ -158,7 +158,7 @@ class SkyMap(LampPlot):
             self.moved.emit(*self.spot_at((event.position().x(), event.position().y())))
 
     def panel_rect(self) -> QRect:
-        """Return the whole widget, because the lamp may extend beyond the map's edge."""
+        """Return the whole widget, because the lamp may extend beyond the edge of the map."""
         return self.rect()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -55,12 +55,12 @@ class PlanView(Plot):
 
     @property
     def centre(self) -> Point:
-        """Middle of the ring in logical pixels."""
+        """Centre of the ring, in logical pixels."""
         return self.width() / 2.0, (self.height() + px(_TOP - 8)) / 2.0
 
     @property
     def ring(self) -> float:
-        """Radius of the walk in logical pixels, leaving room for labels around it."""
+        """Radius of the walk in logical pixels, which leaves room for the labels around it."""
         wide, high = self.width() / 2.0, (self.height() - px(_TOP)) / 2.0
         # If space is short, the margin for labels shrinks before the drawing does.
         wide -= self._px(40) if wide >= px(116) else px(22)
@@ -79,7 +79,7 @@ class PlanView(Plot):
         return at_turn(self.centre, radius, turn_deg - self._plan.up_deg)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint from back to front, with the most important mark on top and labelled first."""
+        """Paint from back to front. The most important mark is on top and is labelled first."""
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         draw_text(
@@ -174,7 +174,7 @@ class PlanView(Plot):
         return polygon([tail, tip, *wings]).boundingRect().adjusted(-6, 0, 6, 0)
 
     def _draw_background(self, painter: QPainter) -> None:
-        """Draw the background that the camera will see behind the sitter, as a wedge."""
+        """Draw a wedge for the background that the camera will see behind the sitter."""
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(faint(theme().c.text, 0.14))
         for mark in self._plan.marks:
@@ -184,7 +184,7 @@ class PlanView(Plot):
                 painter.drawPolygon(polygon(sector(self.centre, self.ring, arc)))
 
     def _draw_words(self, painter: QPainter, mark: PlanMark, label: str) -> None:
-        """Draw a mark's label beside it, in the first free position."""
+        """Draw a mark's label beside the mark, in the first free position."""
         t, bold = theme(), mark.kind in ("now", "goal")
         font = self._font(600 if bold else 400)
         wide = self._px(17) + text_width(self._font(600), self._words.title)

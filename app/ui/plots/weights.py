@@ -1,4 +1,4 @@
-"""The light that a style needs: weights over the panorama, and the key to their colours."""
+"""The light that a style needs: weights over the panorama, and the key to the weights' colours."""
 
 from __future__ import annotations
 
@@ -199,7 +199,10 @@ class WeightPanorama(TurnPlot):
         self.describe()
 
     def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
-        """Show the panorama of a different place, (h, w, 3) uint8 sRGB, centred on an azimuth."""
+        """Show the panorama of a different place, centred on the given azimuth.
+
+        The picture is (h, w, 3) uint8 sRGB.
+        """
         if picture is self._picture and front_deg == self._front:
             return
         self._picture, self._front = picture, front_deg
@@ -278,7 +281,10 @@ class WeightPanorama(TurnPlot):
         draw_corners(painter, self.rect(), theme().c.panel)
 
     def _tag_area(self, x: float, words: str, box: QRectF) -> QRectF:
-        """Return the area of a label to the right of its line, or to the left if space is short."""
+        """Return the area of a label, which is to the right of its line if there is room.
+
+        Otherwise, the label is to the left of its line.
+        """
         gap = px(6)
         area = label_area((x + gap, gap), words)
         if area.right() > self.width() - gap:

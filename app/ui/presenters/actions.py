@@ -22,7 +22,7 @@ class Findable:
     """An entry of "Find anything".
 
     Attributes:
-        detail: The kind of entry in a few words, such as "style" or "place, 21 Nov".
+        detail: The kind of the entry in a few words, such as "style" or "place, 21 Nov".
     """
 
     words: str
@@ -63,7 +63,7 @@ def score(query: str, words: str) -> float:
 
 
 def best(query: str, things: Iterable[Findable]) -> Sequence[Findable]:
-    """Return the matches, best first."""
+    """Return the matching entries, best first."""
     if not query.strip():
         return list(things)[:_MOST]
     rated = [
@@ -89,7 +89,7 @@ def _plain(text: str) -> str:
 
 
 def always() -> bool:
-    """Return True, for actions that are always available."""
+    """Return True. This is for actions that are always available."""
     return True
 
 

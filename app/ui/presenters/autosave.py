@@ -1,4 +1,4 @@
-"""Automatic saving of places shortly after they change."""
+"""Automatic saving of places, shortly after each change."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class Autosave:
         return conflicts
 
     def _holds(self, folder: Path, place: Place) -> bool:
-        """Return whether the file already contains this state of the place."""
+        """Return whether the file of the place already contains this state."""
         if not (folder / PLACE).is_file():
             return False
         source, facts = place.source, to_json(place)

@@ -107,7 +107,7 @@ class FileChange(Generic[T]):
         self.step = Undoable(words, self._take_back, self._again, result=lambda: self._result)
 
     def begin(self) -> None:
-        """Make the change for the first time."""
+        """Make the change for the first time, and add it to the undo stack."""
         self._before()
         self._stack.push(self.step)
         self._submit(self._make, self._is_made, lambda: self._stack.drop(self.step))
@@ -238,7 +238,7 @@ class OwnStyles:
         ).begin()
 
     def duplicate(self, style: UserStyle, done: Callable[[UserStyle], None]) -> None:
-        """Copy a style, and call `done` with the copy."""
+        """Copy a style, then call `done` with the copy."""
         folder = self._services.folders.styles
         self._files.submit(lambda *_: duplicate(folder, style), done=done)
 

@@ -72,7 +72,10 @@ class PlaceController:
     # -- start and end -------------------------------------------------------------------------
 
     def begin(self, *, reopen: bool = False) -> None:
-        """Load the selected head and the user's own styles, and reopen the last place."""
+        """Load the selected head and the user's own styles.
+
+        If `reopen` is true, the last place is also opened again.
+        """
         self.heads.load(self._services.model.settings.head)
         self.refresh_user_styles()
         if reopen:
@@ -183,7 +186,7 @@ class PlaceController:
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
 
     def open_demo(self) -> None:
-        """Create a place from the demo location's panorama, without a camera."""
+        """Create a place from the panorama of the demo location, without a camera."""
         read, name = self._reading([self._services.folders.demo / "probe.exr"], _DEMO)
 
         def work(token: Token, report: Report) -> OpenPlace:
@@ -299,10 +302,10 @@ class PlaceController:
     def move_front(self, front_deg: float) -> None:
         """Move the photographer to another azimuth. The user can undo this.
 
-        The goal keeps its direction in the place.
+        The direction of the goal in the place does not change.
 
         Args:
-            front_deg: Azimuth in the panorama's file, in degrees.
+            front_deg: Azimuth in the panorama file, in degrees.
         """
         model = self._services.model
         before, after = model.front_deg, wrap(front_deg)
@@ -339,7 +342,7 @@ class PlaceController:
         return work, name or (files[0].name if files else "")
 
     def _options(self, **more: str) -> OpenOptions:
-        """Return the current options for opening files."""
+        """Return the current options for opening files, with the given changes."""
         services = self._services
         settings, now = services.model.settings, services.today()
         return OpenOptions(services.folders.places, now, settings, **more)

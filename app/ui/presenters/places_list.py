@@ -38,7 +38,7 @@ _MOST_BYTES: Final = 4 << 20
 _MOST_PIXELS: Final = 1 << 20
 _MOST_PICTURES: Final = 500
 MOST_SPOTS: Final = 6
-"""Maximum number of places compared at once."""
+"""Maximum number of places that can be compared at once."""
 
 _Reading: TypeAlias = tuple[
     tuple[PlaceSummary, ...],
@@ -73,7 +73,7 @@ class PlacesListRow:
     can_compare: bool = False
 
     def has(self, words: str) -> bool:
-        """Return whether the place's text contains all of the words, ignoring case."""
+        """Return whether the text of the place contains all the given words, ignoring case."""
         texts = (self.name, self.time, self.detail, *self.tags, self.notes)
         text = " ".join(texts).casefold()
         return all(word in text for word in words.casefold().split())
@@ -186,7 +186,7 @@ class PlacesListPresenter(Presenter[View]):
         )
 
     def pick(self, *folders: Path) -> None:
-        """Select or deselect a place for comparison, or replace the selection with several places.
+        """Select or deselect one place for comparison, or select several places instead.
 
         At most `MOST_SPOTS` places can be selected. A call without folders clears the selection.
         """

@@ -114,7 +114,7 @@ class Saving:
     # -- a new light ---------------------------------------------------------------------------
 
     def store(self, place_to_save: OpenPlace) -> None:
-        """Save the light of a place that is already open."""
+        """Save the newly measured light of a place that is already open."""
         assert place_to_save.folder is not None
         folder = place_to_save.folder
         self._storing[folder] = place_to_save
@@ -151,7 +151,7 @@ class Saving:
             self._not_kept(place_to_save.trouble)
 
     def ask_elsewhere(self) -> None:
-        """Ask for another folder and save the open place there."""
+        """Ask the user for another folder, and save the open place there."""
         root = self.folder_asker(tr("Choose a folder to save the place in"))
         if root is not None:
             self.save_in(root)
@@ -320,7 +320,7 @@ class Saving:
         return None if folder is None or place is None else (folder, place)
 
     def _now(self) -> Place | None:
-        """Return the open place with the selected head and the current answers."""
+        """Return the open place, updated with the selected head and the current answers."""
         model = self._services.model
         if model.place is None or model.head is None:
             return None

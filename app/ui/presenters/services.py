@@ -58,7 +58,7 @@ class Sounds:
 
 
 def sound_words(enabled: bool, sounds: Sounds) -> tuple[str, str]:
-    """Return the label and the icon that show whether the sound is on."""
+    """Return the label and the icon that show whether sound is on."""
     if not enabled:
         return tr("Sound off"), "sound-off"
     if not sounds.available:
@@ -78,7 +78,7 @@ class Runner(Protocol):
         """Start `work`. Any older job with the same key is cancelled, and its result is dropped."""
 
     def cancel(self, key: str) -> None:
-        """Cancel the job with this key, if one is running."""
+        """Cancel the job with this key, if there is one."""
 
     def running(self, key: str) -> bool:
         """Return whether a job with this key is still running."""
@@ -89,7 +89,7 @@ Action: TypeAlias = "tuple[str, Callable[[], None]]"
 
 
 class Notifier(Protocol):
-    """Shows messages that need no answer."""
+    """Shows messages that do not need a reply."""
 
     def tell(
         self,
@@ -115,7 +115,7 @@ class Notifier(Protocol):
 
 
 class Devices(Protocol):
-    """The cameras and webcams, real or simulated."""
+    """The cameras and webcams, whether real or simulated."""
 
     def discover(self, token: Token) -> Discovery:
         """Look for 360 cameras for a few seconds."""
@@ -138,7 +138,7 @@ class Devices(Protocol):
         """Return the index and name of every webcam. This is too slow for the main thread."""
 
     def webcam(self, index: int) -> Webcam:
-        """Return a webcam without opening it."""
+        """Return the webcam with this index, without opening it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Solves the open place for the selected head, styles and settings."""
+"""Solves the open place for the selected head, the styles and the settings."""
 
 from __future__ import annotations
 

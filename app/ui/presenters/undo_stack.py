@@ -56,7 +56,7 @@ class UndoStack:
 
     @property
     def redo_words(self) -> str:
-        """Description of the step that `redo` would repeat, or an empty string if there is none."""
+        """Description of the step that `redo` would redo, or an empty string if there is none."""
         return self._undone[-1].words if self._undone else ""
 
     def push(self, step: Undoable) -> None:
@@ -90,7 +90,7 @@ class UndoStack:
             self._tell(step, self._undone, tr("Undone: {step}.", step=step.words))
 
     def take_back_what(self, result: object) -> bool:
-        """Undo the step that deleted an item, and return whether there was such a step."""
+        """Undo the step that deleted an item, and return whether that step was found."""
         step = next((one for one in self._past if one.result() == result), None)
         if step is not None:
             self.take_back(step)

@@ -60,7 +60,7 @@ class FrameState:
 
 
 class FramePresenter(Presenter[View]):
-    """Updates the frame after every change."""
+    """Updates the frame after every change to the model or the undo stack."""
 
     def __init__(self, services: Services) -> None:
         super().__init__(services)
@@ -143,7 +143,7 @@ def _status(services: Services) -> tuple[str, str]:
 
 
 def battery_words(camera: CameraSeen | None) -> str:
-    """Return the battery level, such as "82%", or an empty string if it is unknown."""
+    """Return the battery level, such as "82%", or an empty string if the level is unknown."""
     return "" if camera is None or camera.battery is None else percent(camera.battery)
 
 

@@ -72,7 +72,7 @@ class Event:
     def emit(self, *values: Any) -> None:
         """Call all connected callbacks.
 
-        A callback is skipped if an earlier one disconnects it.
+        A callback is skipped if an earlier callback disconnects it.
         """
         for callback in self._callbacks:
             if callback in self._callbacks:
@@ -306,7 +306,7 @@ class Model:
 
     @property
     def result(self) -> StyleResult | None:
-        """The answer for the chosen style, or None if it has no answer."""
+        """The answer for the chosen style, or None if there is no answer."""
         return next((one for one in self.results if one.name == self.chosen), None)
 
     @property

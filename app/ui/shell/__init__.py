@@ -1,1 +1,1 @@
-"""The window and its environment: commands, jobs, messages, sound and saved settings."""
+"""The window and what surrounds it: commands, jobs, messages, sound and saved settings."""

@@ -37,7 +37,7 @@ _FILES: Final = (
 
 
 class Commands:
-    """The actions of the window as a whole."""
+    """The actions that concern the window as a whole."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Commands:
         return self._window
 
     def begin(self) -> None:
-        """Offer the demo place and the tour at the very first start."""
+        """Offer the demo place and the tour when the app starts for the very first time."""
         if not self.services.model.settings.tour_seen:
             self.services.notify.tell(
                 tr("New here? Take the five-step tour, or try the demo place."),

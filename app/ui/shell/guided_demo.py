@@ -108,7 +108,7 @@ class DemoBar(Surface):
 
 
 class GuidedDemo(QObject):
-    """Walks through the screens, then restores the user's place and calls `ended`."""
+    """Walks through the screens, then returns to the user's place and calls `ended`."""
 
     def __init__(self, window: Window, place_controller: PlaceController, services: Services,
                  ended: Callable[[], None]) -> None:  # fmt: skip

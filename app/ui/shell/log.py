@@ -105,7 +105,7 @@ class CrashLog:
 
 
 def crash_text(folder: Path) -> str:
-    """Return a report on the last crash, ready to be sent to the developers."""
+    """Return a report on the last crash that is ready to be sent to the developers."""
     parts = [f"Turnlight {__version__}, Python {sys.version}, {platform.platform()}"]
     for name in (LAST_CRASH, LOG):
         with contextlib.suppress(OSError), (folder / name).open("rb") as stream:

@@ -42,7 +42,7 @@ class Message:
     """A message to the user, with its buttons.
 
     Attributes:
-        actions: Label and callable of each button.
+        actions: The label and the callable of each button.
     """
 
     moment: datetime
@@ -195,7 +195,10 @@ class Speaker(Sounds):
 
     @property
     def available(self) -> bool:
-        """Whether this computer can play sounds. The first access opens the device."""
+        """Whether this computer can play sounds.
+
+        The first time this property is read, it opens the device.
+        """
         if not self._tried:
             self._tried = True
             self._device = _device()

@@ -14,7 +14,7 @@ _ON_BUTTONS = frozenset({"Return", "Enter", "Space"})
 
 
 class Shortcuts:
-    """Binds the shortcuts of a group of actions to a window."""
+    """Binds the shortcuts for a group of actions to a window."""
 
     def __init__(self, window: QWidget) -> None:
         self._window = window

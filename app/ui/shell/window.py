@@ -130,7 +130,7 @@ class Window(QWidget):
         QTimer.singleShot(0, self._toasts, self._toasts.lay)
 
     def set_foot(self, make: Callable[[], QWidget] | None) -> None:
-        """Show a widget above the line at the foot, or remove it if `make` is None."""
+        """Show a widget above the line at the foot, or remove the widget if `make` is None."""
         self._make_foot = make
         if self._foot is not None:
             self._foot.hide()
@@ -185,7 +185,7 @@ class Window(QWidget):
         self._show_hints(actions)
 
     def _show_hints(self, actions: Sequence[Action] | None = None) -> None:
-        """Show the keys that currently have an effect."""
+        """Show those shortcuts that currently have an effect."""
         find = [one for one in self.actions_everywhere if one.hint]
         here = self.screen_actions() if actions is None else actions
         hints = hints_of([*here, *find])
@@ -344,7 +344,7 @@ class Window(QWidget):
         self._fit_layout()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Fit the window to the screen once the desktop has added its frame."""
+        """Fit the window to the screen as soon as the desktop has added the window's frame."""
         super().changeEvent(event)
         if event.type() is QEvent.Type.ActivationChange and not self._framed:
             self._framed = True

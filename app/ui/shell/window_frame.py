@@ -67,7 +67,7 @@ class _RailButton(Pressable):
         self.update()
 
     def nextCheckState(self) -> None:
-        """Leave the state of the button to the window."""
+        """Leave it to the window to change the state of the button."""
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Return the rectangle behind the icon and the label."""

@@ -38,7 +38,7 @@ def _source(name: str) -> str:
 
 
 def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
-    """Render an icon as a square pixmap whose side is given in device pixels."""
+    """Render an icon as a square pixmap whose side length is given in device pixels."""
     text = _source(name).replace("currentColor", colour.name())
     text = text.replace(PALETTES["dark"]["amberfill"], theme().c.amberfill.name())
     pixmap = QPixmap(pixels, pixels)

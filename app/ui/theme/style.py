@@ -328,7 +328,7 @@ class FocusRing(QObject):
 
 
 def install(app: QApplication) -> FocusRing:
-    """Install the application's focus ring once and return it."""
+    """Install the application's focus ring, once only, and return the ring."""
     ring = app.findChild(FocusRing)
     return ring if isinstance(ring, FocusRing) else FocusRing(app)
 

@@ -103,7 +103,10 @@ class Theme:
 
     @cached_property
     def contrast(self) -> bool:
-        """Whether this is the high-contrast theme, with 2 px borders and inverted selection."""
+        """Whether this is the high-contrast theme.
+
+        This theme has 2 px borders and shows selected parts in inverted colours.
+        """
         return self.name == "contrast"
 
     def px(self, length: float) -> int:
@@ -145,7 +148,7 @@ def px(length: float) -> int:
 
 
 def set_theme(name: ThemeName, scale: float = 1.0) -> Theme:
-    """Change the current theme. The caller must rebuild the views on screen."""
+    """Change the current theme. The caller must then rebuild the views on screen."""
     new = Theme(name, scale)
     _current[:] = [new]
     return new

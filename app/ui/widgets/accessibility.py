@@ -20,7 +20,7 @@ _ROLE: Final = "spokenAs"
 
 
 def give_role(widget: QWidget, role: QAccessible.Role) -> None:
-    """Set an accessible role that Qt does not assign, such as slider, graphic or pane."""
+    """Set an accessible role that Qt does not assign by itself, such as slider, graphic or pane."""
     if not _installed:
         QAccessible.installFactory(_interface)
         _installed.append(True)
@@ -93,7 +93,7 @@ class Roving(QObject):
 
     @property
     def stop(self) -> QWidget | None:
-        """The Tab stop."""
+        """The group's Tab stop, or None if the group has none."""
         tabbed = Qt.FocusPolicy.TabFocus
         living = [member for member in self._members if shiboken6.isValid(member)]
         return next((m for m in living if m.focusPolicy() & tabbed), None)
@@ -107,7 +107,7 @@ class Roving(QObject):
             member.setFocusPolicy(Qt.FocusPolicy.StrongFocus if here else Qt.FocusPolicy.ClickFocus)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the arrow keys, Home and End, and make a focused member the Tab stop."""
+        """Handle the arrow keys, Home and End, and make any member that is focused the Tab stop."""
         if event.type() == QEvent.Type.FocusIn and isinstance(watched, QWidget):
             self.set_stop(watched)
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:

@@ -1,4 +1,4 @@
-"""Text buttons, icon buttons and chips, and their common look."""
+"""Text buttons, icon buttons and chips, and the look that they share."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Size: TypeAlias = Literal["normal", "main", "small"]
 """Sizes of button. The height is 40 pixels for normal, 48 for main and 32 for small."""
 
 Do: TypeAlias = Callable[..., object] | Signal | SignalInstance | None
-"""A callable without arguments, or anything else that `connect` accepts."""
+"""A callable that takes no arguments, or anything else that `connect` accepts."""
 
 _HEIGHT: Final[dict[Size, int]] = {"normal": 40, "main": 48, "small": 32}
 _FONT: Final[dict[Size, int]] = {"normal": 14, "main": 16, "small": 13}
@@ -82,7 +82,7 @@ class Pressable(Paints, QAbstractButton):
         set_available(self, available, why)
 
     def set_tip(self, tip: str, shortcut: str = "") -> None:
-        """Change the tooltip, keeping the accessible name."""
+        """Change the tooltip, but keep the accessible name."""
         describe(self, self.accessibleName(), shortcut, tip)
 
     def set_selected(self, selected: bool) -> None:
@@ -141,7 +141,7 @@ def button_look(button: Pressable, kind: Kind = "outlined") -> Look:
 
 
 class Button(Pressable):
-    """A button with text, and optionally an icon before or after it."""
+    """A button with text, and optionally with an icon before or after the text."""
 
     def __init__(
         self,
@@ -241,7 +241,7 @@ class Button(Pressable):
         self._paint_content(painter, label, look.ink, self.font())
 
     def _paint_content(self, painter: QPainter, label: str, ink: QColor, font: QFont) -> None:
-        """Paint the icon, the text and the second icon as a centred group."""
+        """Paint the icon, the text and the second icon as one centred group."""
         side, gap = px(_ICON[self._size]), px(8) if label else 0
         lead = side + gap if self._icon or self.busy else 0
         trail = side + gap if self._trailing and not self.busy else 0

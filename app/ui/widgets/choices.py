@@ -80,7 +80,7 @@ class LabelledSlider(Paints, QSlider):
 
     @property
     def amount(self) -> float:
-        """The current value."""
+        """The current value of the slider."""
         return self._low + self.value() * self._step
 
     def set_value(self, value: float) -> None:
@@ -146,7 +146,7 @@ class LabelledSlider(Paints, QSlider):
         return round(min(max(share, 0.0), 1.0) * self.maximum())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grab the knob, or move it to the pressed point on the track."""
+        """Grab the knob, or move it to the point on the track that was pressed."""
         rail, reach = self._rail(), px(_HIT) / 2
         here = event.position()
         outside = abs(here.y() - rail.center().y()) > reach
@@ -158,7 +158,7 @@ class LabelledSlider(Paints, QSlider):
             self._move(self._position_at(here.x()), settle=False)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Follow the drag."""
+        """Move the knob with the mouse."""
         if self.isSliderDown():
             self._move(self._position_at(event.position().x()), settle=False)
 
@@ -261,7 +261,7 @@ class _Part(Pressable):
         return full - QSize(px(_PADDING), 2 * (t.line_width - 1))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show the full text in the tooltip if it is cut off."""
+        """Show the full text in the tooltip if the text is cut off."""
         super().resizeEvent(event)
         cut = self.width() < self.minimumSizeHint().width()
         describe(self, self.accessibleName(), tip=None if cut else "")

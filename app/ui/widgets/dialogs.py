@@ -191,7 +191,7 @@ class Sheet(PaintedWidget):
         return [*stops, self._close]
 
     def focusNextPrevChild(self, forward: bool) -> bool:
-        """Keep Tab inside the sheet."""
+        """Keep the focus inside the sheet when the user presses Tab."""
         stops = self._stops()
         here = self.window().focusWidget()
         place = stops.index(here) if here in stops else -1
@@ -296,7 +296,7 @@ class LineSheet(KeysSheet):
         self.field.changed.connect(lambda _text: self.field.set_error(""))
 
     def say(self, sentence: str) -> None:
-        """Show an error below the field, or close the sheet if the sentence is empty."""
+        """Show an error below the field, or close the sheet if `sentence` is empty."""
         self.show_busy(False)
         self.field.set_error(sentence)
         if not sentence:
@@ -348,7 +348,7 @@ class Term(Pressable):
         return QSize(text_width(self._font(), self.text()), theme().line_height(self._look[0]))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a width that allows the text to be shortened."""
+        """Return the smallest useful size, at which the text may be shortened."""
         return QSize(min(self.sizeHint().width(), px(24)), self.sizeHint().height())
 
     def focus_shape(self) -> tuple[QRect, int]:

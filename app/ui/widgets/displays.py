@@ -102,7 +102,7 @@ class Bar(Paints, QProgressBar):
         self._beat = Beat(self)
 
     def set(self, fraction: float | None) -> None:
-        """Show progress from 0 to 1, or a moving part if `fraction` is None."""
+        """Show progress from 0 to 1, or a moving bar if `fraction` is None."""
         self._unknown = fraction is None
         self._beat.run(self._unknown)
         # Otherwise, Qt would repaint the bar and all other pending parts of the window at once.
@@ -259,7 +259,10 @@ class Picture(PaintedWidget):
         self.update()
 
     def _prepare(self, dpr: float) -> QPixmap | None:
-        """Crop, scale and round the picture for its current size, doing so only once per size."""
+        """Return the picture, cropped, scaled and rounded for its current size.
+
+        The result is cached until the size changes.
+        """
         if self._image is None or self._array is None or self.size().isEmpty():
             return None
         wide, high = round(self.width() * dpr), round(self.height() * dpr)

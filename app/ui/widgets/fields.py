@@ -365,7 +365,7 @@ class ListField(_LabelledField):
             self.chosen.emit(key)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Handle the arrow keys and the wheel on the closed field."""
+        """Handle the arrow keys and the wheel while the list is closed."""
         if isinstance(event, QWheelEvent):
             # Scrolling the column must not change a field that happens to be under the mouse.
             event.ignore()

@@ -119,7 +119,7 @@ _SIGNS: Final = {"plus": tr("plus"), "minus": tr("minus")}
 
 
 class Sign(PaintedWidget):
-    """The plus or minus sign of a weight, shown before its meaning."""
+    """The plus or minus sign of a weight, shown before an explanation of the weight."""
 
     def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
         super().__init__()
@@ -134,7 +134,7 @@ class Sign(PaintedWidget):
 
 
 Role: TypeAlias = Literal["text", "dim", "amber", "onamber", "ok", "err"]
-"""Colour roles of text."""
+"""Roles that text can have, each with its own colour."""
 
 _SHORTEST_WRAP: Final = 96
 _WIDTHS: Final = 6  # number of widths whose line breaks are cached
@@ -233,7 +233,7 @@ class Text(QLabel):
         return lines
 
     def sizeHint(self) -> QSize:
-        """Return the width of the unbroken text and the height of its lines."""
+        """Return the width of the text without line breaks, and the height of its actual lines."""
         parts = self.text().split("\n")
         width = max(text_width(self.font(), part) for part in parts)
         return QSize(width, self._line * len(parts))
@@ -254,7 +254,7 @@ class Text(QLabel):
         return self._line * len(self._broken(width)) if self.wordWrap() else -1
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Update the line breaks for the new size."""
+        """Break the text into lines again for the new size."""
         super().resizeEvent(event)
         self._show_whole()
 

@@ -49,7 +49,7 @@ def column(
 def row(
     *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
 ) -> QHBoxLayout:
-    """Put items side by side from left to right (see `column`)."""
+    """Arrange items side by side, from left to right (see `column`)."""
     return _filled(QHBoxLayout(), items, into, gap, margins)
 
 
@@ -92,7 +92,7 @@ def stacked(*pages: QWidget) -> QStackedWidget:
 
 
 def clear(layout: QLayout) -> None:
-    """Remove all items from a row or column and delete their widgets."""
+    """Remove all items from a row or column, and delete their widgets."""
     while (item := layout.takeAt(0)) is not None:
         if (widget := item.widget()) is not None:
             widget.hide()

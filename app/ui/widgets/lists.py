@@ -276,7 +276,7 @@ class BareList(QListWidget):
 
 
 class ListPopup(Paints, QFrame):
-    """A list that closes when the user makes a choice or presses Esc."""
+    """A list that closes as soon as the user makes a choice or presses Esc."""
 
     chosen = Signal(str)
 
@@ -355,7 +355,7 @@ class ListPopup(Paints, QFrame):
         return False
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Close the list on a click elsewhere."""
+        """Close the list on a click outside it."""
         if not self.rect().contains(event.position().toPoint()):
             self.close()
         super().mousePressEvent(event)

@@ -1,4 +1,4 @@
-"""Toasts at the lower right, banners with buttons, and empty states."""
+"""Toasts at the lower right of the window, banners with buttons, and empty states."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Banner(OutlineBox):
         self._buttons.setContentsMargins(0, px(8) if actions else 0, 0, 0)
 
     def button(self, number: int = 0) -> Button:
-        """Return one of the buttons, for example to show that it is busy."""
+        """Return one of the buttons, for example to mark it as busy."""
         return _buttons_in(self._buttons)[number]
 
 
@@ -133,7 +133,7 @@ class StaleVeil(PaintedWidget):
             self.raise_()
 
     def eventFilter(self, _over: QObject, event: QEvent) -> bool:
-        """Match the size of the part below."""
+        """Match the size of the part that the veil covers."""
         if event.type() == QEvent.Type.Resize:
             self.setGeometry(self._over.rect())
         return False
@@ -152,7 +152,7 @@ def _buttons_in(layout: QBoxLayout) -> list[Button]:
 
 
 def _refill(layout: QBoxLayout, words: tuple[str, ...], pressed: object, centred: bool) -> None:
-    """Replace the buttons of a row."""
+    """Replace the buttons in a row."""
     clear(layout)
     if centred:
         layout.addStretch(1)
@@ -187,7 +187,7 @@ class _Toast(OutlineBox):
 
     gone = Signal(object)
     closed = Signal()
-    """Emitted when the user closes the message or uses one of its actions."""
+    """Emitted when the user closes the message or chooses one of its actions."""
 
     def __init__(
         self,
@@ -364,7 +364,7 @@ class Toasts(QObject):
             blocks.append(place)
 
     def _controls(self) -> list[QRect]:
-        """Return the areas of all controls except pictures, in the window's pixels."""
+        """Return the areas of all controls other than pictures, in the window's pixels."""
         tab, high = Qt.FocusPolicy.TabFocus, px(_PICTURE)
         return [
             QRect(one.mapTo(self._parent, one.rect().topLeft()), one.size())

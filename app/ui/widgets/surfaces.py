@@ -41,7 +41,7 @@ class Menu(QMenu):
         shortcut: str = "",
         why: str = "",
     ) -> QAction:
-        """Add an entry."""
+        """Add an entry to the menu, and return its action."""
         # Escape "&" and tabs, which would start a shortcut or a second column.
         plain = visible(text).replace("&", "&&").replace("\t", " ")
         action = self.addAction(f"{plain}\t{shortcut}" if shortcut else plain)
@@ -78,7 +78,7 @@ Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(PaintedWidget):
-    """A column or bar in one colour, with lines along some sides and an accessible name."""
+    """A column or bar in a single colour, with lines along some sides and an accessible name."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
         super().__init__()
@@ -136,7 +136,7 @@ class Scroll(QScrollArea):
             self.setWidget(content)
 
     def sizeHint(self) -> QSize:
-        """Return the design height, if there is one."""
+        """Return the design height, if the area has one."""
         hint = super().sizeHint()
         return QSize(hint.width(), self._high or hint.height())
 
@@ -186,7 +186,7 @@ class Scroll(QScrollArea):
         QCoreApplication.sendPostedEvents(self.viewport(), QEvent.Type.LayoutRequest.value)
 
     def keep_visible(self, widget: QWidget) -> None:
-        """Scroll as little as possible to make a widget visible."""
+        """Scroll just far enough to make a widget visible."""
         margin = px(8)
         self.ensureWidgetVisible(widget, margin, margin)
 

@@ -1,4 +1,4 @@
-"""The base classes of plots, with keyboard control, cached pictures, labels and descriptions."""
+"""The base classes of plots, which handle keyboard input, cached pictures and descriptions."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def draw_label(
 def label_area(
     place: Point, text: str, align: tuple[float, float] = (0.0, 0.0), weight: int = 400
 ) -> QRectF:
-    """Return the rectangle of a label as drawn by `draw_label`, in logical pixels.
+    """Return the rectangle, in logical pixels, of a label as drawn by `draw_label`.
 
     An `align` of (0, 0) puts the label's upper left corner at `place`, and (1, 1) puts its lower
     right corner there.
@@ -132,7 +132,7 @@ def disc(
     edge: QColor | Qt.GlobalColor | None = None,
     width: float = 1.0,
 ) -> None:
-    """Draw a disc, or a ring if there is no fill, with the edge centred on the radius."""
+    """Draw a disc, or a ring if there is no fill, with the edge centred on the given radius."""
     painter.setBrush(Qt.BrushStyle.NoBrush if fill is None else fill)
     painter.setPen(Qt.PenStyle.NoPen if edge is None else QPen(edge, width))
     painter.drawEllipse(QPointF(*place), radius, radius)
@@ -161,7 +161,7 @@ class Plot(Paints, QWidget):
 
     @property
     def panel(self) -> Panel:
-        """The part drawn by pyqtgraph, created on first use."""
+        """The part that pyqtgraph draws, created on first use."""
         if self._panel is None:
             # Import pyqtgraph late, because the import takes a quarter of a second.
             from app.ui.plots.panel import Panel
@@ -292,7 +292,7 @@ class TurnPlot(Plot):
         super().keyReleaseEvent(event)
 
     def turn_under(self, point: Point) -> float | None:
-        """Return the turn in degrees at a pointer position, or None if the position has no turn."""
+        """Return the turn at a pointer position, in degrees, or None if there is no turn there."""
         raise NotImplementedError
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:

@@ -19,7 +19,7 @@ from app.ui.plots.parts.base import device_ratio, snap
 from app.ui.plots.parts.geometry import Point
 
 Draw: TypeAlias = Callable[[QPainter, Point], object]
-"""A function that paints a mark around its centre, given in logical pixels."""
+"""A function that paints a mark around its centre, which is given in logical pixels."""
 
 
 def _to_pixels(painter: QPainter) -> QTransform:
@@ -38,7 +38,7 @@ class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
         self._pens = pens
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint the line aligned with device pixels."""
+        """Paint the line, aligned with device pixels."""
         area = self.boundingRect()
         transform = _to_pixels(painter)
         start, stop = (transform.map(QPointF(x, 0.0)) for x in (area.left(), area.right()))

@@ -21,7 +21,7 @@ from app.core.base.angles import arc_width, at_turn, wrap
 from app.core.base.paths import resources
 
 Point: TypeAlias = tuple[float, float]
-"""(x, y) in logical pixels, with y downward."""
+"""Position (x, y) in logical pixels, with y downward."""
 
 _STEP_DEG: Final = 2.0
 _SHARES: Final = np.arange(4.0)[:, None] / 4.0
@@ -43,7 +43,7 @@ def _half_head() -> list[Point]:
 
 
 def turn_at(centre: Point, point: Point) -> float:
-    """Return the turn towards a point, in (-180, 180] degrees. This is the inverse of `at_turn`.
+    """Return the turn that faces a point, in (-180, 180] degrees. This is the inverse of `at_turn`.
 
     Examples:
         >>> turn_at((0.0, 0.0), (-3.0, 0.0))
@@ -54,7 +54,7 @@ def turn_at(centre: Point, point: Point) -> float:
 
 
 def circle(radius: float) -> NDArray[np.float64]:
-    """Return a circle around the origin as a (181, 2) array of points, clockwise from the right."""
+    """Return a circle around the origin, as (181, 2) points clockwise from the right."""
     return radius * _CIRCLE
 
 
@@ -84,7 +84,7 @@ def value_at(curve: Sequence[float], turn_deg: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Dial:
-    """A round plot of values, from 0 at the core around the head to 100 at the rim."""
+    """A round plot of values, which run from 0 at the core around the head to 100 at the rim."""
 
     centre: Point
     core: float
@@ -95,7 +95,7 @@ class Dial:
         return self.core + (self.rim - self.core) * min(max(value, 0.0), 100.0) / 100.0
 
     def place(self, turn_deg: float, value: float) -> Point:
-        """Return the position of a value at a turn in degrees."""
+        """Return the position of a value at the given turn, in degrees."""
         return at_turn(self.centre, self.radius(value), turn_deg)
 
     def outline(self, curve: Sequence[float]) -> NDArray[np.float64]:
@@ -203,7 +203,7 @@ def spread(
 
 @dataclass(frozen=True, slots=True)
 class ArrowShape:
-    """A thick curved arrow: a band between two radii from one turn to another, with a head."""
+    """A thick curved arrow, which is a band between two radii and two turns, with an arrowhead."""
 
     centre: Point
     inner: float
@@ -214,7 +214,7 @@ class ArrowShape:
 
 
 def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
-    """Fit a thick curved arrow, designed at 320 x 104 pixels, into a box without distortion."""
+    """Fit a thick curved arrow, designed for 320 x 104 pixels, into a box without distorting it."""
     unit = min(width / 320.0, height / 104.0)
     side = 1.0 if clockwise else -1.0
     # The arrowhead is wider than the tail, so centre the whole arrow instead of the circle.

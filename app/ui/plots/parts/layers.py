@@ -33,7 +33,7 @@ _PAPER: Final = QColor(245, 245, 245)
 
 
 class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
-    """An image of a whole panorama, drawn from a smaller copy when it is scaled down."""
+    """An image of a whole panorama, drawn from a smaller copy when the image is scaled down."""
 
     def __init__(self) -> None:
         super().__init__(axisOrder="row-major")
@@ -191,7 +191,7 @@ def _joined(mask: Bytes) -> Bytes:
 
 
 def _tile(side: int) -> QPixmap:
-    """Return one period of slanted white lines on black, in device pixels."""
+    """Return one period of slanted white lines on black, measured in device pixels."""
     tile = QPixmap(side, side)
     tile.fill(_INK)
     painter = QPainter(tile)

@@ -15,7 +15,7 @@ from app.core.base.angles import arc_width, difference, wrap
 from app.words.phrases.turns import signed
 
 ZOOMS: Final = (1.0, 8.0)
-"""Minimum and maximum zoom, where 1 shows the whole panorama."""
+"""Minimum and maximum zoom. A zoom of 1 shows the whole panorama."""
 
 SPAN_DEG: Final = 150.0
 """Width of the background strip in degrees."""
@@ -106,7 +106,7 @@ class Viewport:
         return self.elevation_deg - (y - self.height / 2.0) / self.scale
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
-        """Return the view centred on a direction, or as near to it as the poles allow."""
+        """Return the view centred on a direction, or as close to it as the poles allow."""
         limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
         elevation = min(max(elevation_deg, -limit), limit)
         return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=elevation)
@@ -143,8 +143,8 @@ class Viewport:
 class StripScale:
     """A strip of background of a given width in degrees, centred on the goal.
 
-    The background at turn t is the azimuth t + 180, so turns increase to the right, or to the left
-    if the strip is mirrored.
+    The background at turn t is at the azimuth t + 180. Turns therefore increase to the right, or to
+    the left if the strip is mirrored.
     """
 
     width: float
@@ -170,7 +170,7 @@ class StripScale:
         return self.width / 2.0 + beside_deg * way
 
     def frame(self, turn_deg: float, fov_deg: float) -> tuple[float, float]:
-        """Return the left and right edges of a camera's field of view at a turn."""
+        """Return the left and right edges of the camera's field of view at a turn, in pixels."""
         x, half = self.x_of(turn_deg), fov_deg * self.scale / 2.0
         return x - half, x + half
 

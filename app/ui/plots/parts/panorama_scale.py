@@ -38,23 +38,23 @@ _GAP: Final = 8
 
 
 class MarkerGrip(PaintedWidget):
-    """An amber pill with a person, text and a drag handle.
+    """An amber pill with an icon of a person, text and a drag handle.
 
     The arrow keys move the marker by 1°, or by 10° with Shift. Enter keeps the new position, and
     Esc restores the old one.
     """
 
     dragged = Signal(QPoint)
-    """Emitted while the grip is dragged, with a position in the parent's coordinates."""
+    """Emitted while the grip is being dragged, with a position in the parent's coordinates."""
 
     dropped = Signal()
-    """Emitted when the grip is released, or on Enter."""
+    """Emitted when the grip is released or Enter is pressed."""
 
     stepped = Signal(float)
-    """Emitted on an arrow key with the step in degrees, positive clockwise."""
+    """Emitted when an arrow key is pressed, with the step in degrees, positive clockwise."""
 
     home = Signal()
-    """Emitted on Home or Esc, to move the marker back."""
+    """Emitted when Home or Esc is pressed, to move the marker back."""
 
     left = Signal()
     """Emitted when the grip loses the focus."""
@@ -73,14 +73,14 @@ class MarkerGrip(PaintedWidget):
         self.set_words(words)
 
     def set_words(self, words: str) -> None:
-        """Set the text at rest, such as "Photographer stands here" or "You face this way now"."""
+        """Set the text shown at rest, such as "You face this way now"."""
         self._words = words
         self.setAccessibleName(words)
         self.resize(self.sizeHint())
         self.update()
 
     def set_moving(self, words: str) -> None:
-        """Set the text during a move, or return to the text at rest if `words` is empty."""
+        """Set the text shown during a move, or return to the text at rest if `words` is empty."""
         if words != self._moving:
             self._moving = words
             self.setAccessibleDescription(words)
@@ -163,7 +163,7 @@ class SceneLamp:
 
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """The overlays of a panorama, and the azimuth at which its scale reads 0."""
+    """The overlays of a panorama, and the azimuth at which the panorama's scale reads 0."""
 
     front_deg: float
     marker_deg: float | None
@@ -175,7 +175,7 @@ class Marks:
 def draw_corners(
     painter: QPainter, area: QRect | QRectF, ground: QColor, radius: int | None = None
 ) -> None:
-    """Round the corners of a picture by painting the background, which is faster than clipping."""
+    """Round the corners of a picture by painting over them, which is faster than clipping."""
     outer, radius = QRectF(area), radius or px(_RADIUS)
     path = QPainterPath()
     path.addRect(outer)
