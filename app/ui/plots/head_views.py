@@ -98,7 +98,7 @@ class _HeadView(LampPlot):
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
     def outline(self, state: Heads) -> Float32:
-        """Return the outline of the head in this drawing, (n, 2), in metres from its centre."""
+        """Return the head's outline in this drawing, (n, 2), in metres from the head's centre."""
         raise NotImplementedError
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -89,7 +89,7 @@ def _plain(text: str) -> str:
 
 
 def always() -> bool:
-    """Return True. This is for actions that are always available."""
+    """Return True, for use by actions that are always available."""
     return True
 
 

@@ -342,7 +342,7 @@ class PlaceController:
         return work, name or (files[0].name if files else "")
 
     def _options(self, **more: str) -> OpenOptions:
-        """Return the current options for opening files, with the given changes."""
+        """Return the current options for opening files, plus any that are given."""
         services = self._services
         settings, now = services.model.settings, services.today()
         return OpenOptions(services.folders.places, now, settings, **more)

@@ -233,7 +233,7 @@ class Text(QLabel):
         return lines
 
     def sizeHint(self) -> QSize:
-        """Return the width of the text without line breaks, and the height of its actual lines."""
+        """Return the size that the text would have without wrapping."""
         parts = self.text().split("\n")
         width = max(text_width(self.font(), part) for part in parts)
         return QSize(width, self._line * len(parts))

@@ -43,7 +43,7 @@ def _half_head() -> list[Point]:
 
 
 def turn_at(centre: Point, point: Point) -> float:
-    """Return the turn that faces a point, in (-180, 180] degrees. This is the inverse of `at_turn`.
+    """Return the turn towards a point, in (-180, 180] degrees. This is the inverse of `at_turn`.
 
     Examples:
         >>> turn_at((0.0, 0.0), (-3.0, 0.0))
@@ -54,7 +54,7 @@ def turn_at(centre: Point, point: Point) -> float:
 
 
 def circle(radius: float) -> NDArray[np.float64]:
-    """Return a circle around the origin, as (181, 2) points clockwise from the right."""
+    """Return a circle around the origin as a (181, 2) array of points, clockwise from the right."""
     return radius * _CIRCLE
 
 
@@ -203,7 +203,7 @@ def spread(
 
 @dataclass(frozen=True, slots=True)
 class ArrowShape:
-    """A thick curved arrow, which is a band between two radii and two turns, with an arrowhead."""
+    """A thick curved arrow: a band between two radii, from one turn to another, and its head."""
 
     centre: Point
     inner: float
