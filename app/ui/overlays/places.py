@@ -240,7 +240,7 @@ class PlacesBody(QWidget):
         self._find_stop()
 
     def _fill(self, state: PlacesListState) -> Iterator[bool]:
-        """Put the places under their days, reusing existing rows and pausing after every few."""
+        """Put the places under their days, reusing rows and pausing after every few rows."""
         stale = [line for place, line in self._lines.items() if place not in set(state.rows)]
         for widget in (*self._heads, *self._deleted_rows, *stale):
             self._column.removeWidget(widget)

@@ -338,7 +338,10 @@ class SideView(_HeadView):
         return x + self.way * front, y - self.reach * math.sin(altitude)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Return the azimuth, which is on the visible side, and the altitude at a point."""
+        """Return the azimuth and the altitude at a point.
+
+        The azimuth is on the side of the head that is visible.
+        """
         x, y = self.middle
         up = min(max((y - point[1]) / self.reach, -1.0), 1.0)
         altitude = min(max(math.degrees(math.asin(up)), -HIGHEST_DEG), HIGHEST_DEG)

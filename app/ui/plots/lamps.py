@@ -36,8 +36,8 @@ class Heads(Protocol):
     Attributes:
         shape: Outlines of the head, or None to draw nothing.
         best: Best azimuth and altitude in degrees, or None if there is no best position.
-        place_light_deg: Azimuth, relative to the face, from which the place's own light comes, in
-            degrees, or None if the light comes from all around.
+        place_light_deg: Azimuth from which the place's own light reaches the face, in degrees, or
+            None if the light comes from all around.
     """
 
     @property

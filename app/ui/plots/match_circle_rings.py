@@ -22,7 +22,7 @@ def name_place(
 ) -> Point | None:
     """Return a free position for a mark's name, or None if no position is free.
 
-    The position is either outside or inside the mark's dot.
+    The position is on either the outer or the inner side of the mark's dot.
     """
     wide = text_width(theme().font(12), name)
     half = wide / 2.0 * abs(math.sin(math.radians(turn)))

@@ -148,7 +148,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
-        """Set the photographer's azimuth and centre it, optionally with an animation."""
+        """Set the photographer's azimuth and centre the view there, optionally with animation."""
         self._front = self.marker_deg = wrap(azimuth_deg)
         self.grip.set_moving("")
         self._glide.stop()

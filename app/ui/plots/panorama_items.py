@@ -72,7 +72,7 @@ class PanoramaDrawing:
             self._grid.setX(marks.front_deg + _AROUND_DEG * round(ahead / _AROUND_DEG))
 
     def _show_lamp(self, view: Viewport, lamp: SceneLamp) -> None:
-        """Place a lamp's letter in the direction of the lamp, or at both edges near the seam."""
+        """Place a lamp's letter in its direction, or at both edges if the lamp is near the seam."""
         if lamp not in self._lamps:
             size, draw = 2.0 * px(_LAMP) + 2.0, partial(_draw_lamp, lamp.letter)
             self._lamps[lamp] = (Mark(draw, size), Mark(draw, size))

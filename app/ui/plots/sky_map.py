@@ -147,7 +147,7 @@ class SkyMap(LampPlot):
         return across * 360.0 - 180.0, half - 2.0 * half * down
 
     def takes(self, point: Point) -> bool:
-        """Return whether a point is on the map, where a press moves the lamp to it."""
+        """Return whether a point is on the map. Pressing there moves the lamp to the point."""
         ready = self._state is not None and self._state.shape is not None
         return ready and self.area.contains(QPointF(*point))
 

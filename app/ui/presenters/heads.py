@@ -25,7 +25,7 @@ class HeadChoice:
         self._target = ""
 
     def titles(self) -> tuple[tuple[str, str], ...]:
-        """Return the name and title of every head, with the built-in ones first.
+        """Return the name and title of every head, built-in heads first.
 
         The user's own heads are those in the folder `heads`, next to the user's styles, and any
         files that the user has selected.
@@ -45,9 +45,10 @@ class HeadChoice:
         self.load(str(file))
 
     def load(self, name: str) -> None:
-        """Select and load one of the heads in `titles`, or the generic head if it is missing.
+        """Select and load one of the heads in `titles`.
 
-        Answers for the previous head are no longer valid.
+        If that head is missing, the generic head is loaded instead. Answers for the previous head
+        are no longer valid.
         """
         self._target = name
         names = pack_names()

@@ -170,8 +170,8 @@ class Model:
         head_name: The selected head, which may still be loading.
         answered: Selection for which `results` were computed, or None if the results are from a
             file.
-        needle_deg: The displayed turn, or None for the best turn.
-        goal_deg: The target turn set by "Turn to this", or None for the best turn.
+        needle_deg: The displayed turn, or None to display the best turn.
+        goal_deg: The target turn set by "Turn to this", or None to use the best turn.
         reached: The `aim` at which the sitter was last seen in the light, or None.
         recapture: Whether Probe should capture the full range and then return to this style.
         painting: Name of the style being painted, "" for a new style, or None in the gallery.
@@ -206,7 +206,7 @@ class Model:
         self.settings = Settings() if settings is None else settings
 
     def update(self, **changes: Any) -> None:
-        """Set attributes, then emit the names of those that changed in a single event.
+        """Set attributes, then emit a single event with the names of those that changed.
 
         Setting `head` also selects that head. Results that are set without `answered` belong to the
         current selection.
@@ -361,7 +361,7 @@ class Model:
 
     @property
     def aim(self) -> tuple[Path | None, str | None, float] | None:
-        """Place, style and azimuth of the goal, which identify a goal that has been reached."""
+        """Place, style and azimuth of the goal, used to recognise a goal that was reached."""
         if self.goal_deg is None:
             return None
         return self.place_folder, self.chosen, round(self.azimuth_of(self.goal_deg), 3)

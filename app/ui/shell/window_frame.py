@@ -234,7 +234,7 @@ def room_for(window: QWidget) -> QRect:
 
 
 def fit_on_screen(window: QWidget, smallest: QSize) -> None:
-    """Fit a window on its screen, making the window smaller than `smallest` only if necessary."""
+    """Fit a window to its screen, making the window smaller than `smallest` only if necessary."""
     if window.isMaximized() or window.isFullScreen():
         return
     room = room_for(window)

@@ -29,7 +29,7 @@ Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
 """Kinds of button. Outlined is the default, primary is amber, and quiet has no border."""
 
 Size: TypeAlias = Literal["normal", "main", "small"]
-"""Sizes of button. The height is 40 pixels for normal, 48 for main and 32 for small."""
+"""Button sizes, whose heights are 40 pixels for normal, 48 for main and 32 for small."""
 
 Do: TypeAlias = Callable[..., object] | Signal | SignalInstance | None
 """A callable that takes no arguments, or anything else that `connect` accepts."""

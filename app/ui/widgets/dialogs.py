@@ -348,7 +348,7 @@ class Term(Pressable):
         return QSize(text_width(self._font(), self.text()), theme().line_height(self._look[0]))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size, at which the text may be shortened."""
+        """Return the smallest useful size. The text may be shortened at that size."""
         return QSize(min(self.sizeHint().width(), px(24)), self.sizeHint().height())
 
     def focus_shape(self) -> tuple[QRect, int]:

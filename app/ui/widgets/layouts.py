@@ -24,8 +24,8 @@ Item: TypeAlias = (
 )
 """An item in a row or column.
 
-An item is a widget or layout, a tuple of a widget or layout with a stretch and optionally an
-alignment, a gap in pixels at scale 1, or `...` for stretchable space.
+It is one of the following: a widget or layout; a tuple of a widget or layout, its stretch and
+optionally its alignment; a gap in pixels at scale 1; or `...` for stretchable space.
 """
 
 Margins: TypeAlias = "float | tuple[float, float, float, float] | None"

@@ -151,8 +151,8 @@ def finely(points: Sequence[Point] | NDArray[np.floating[Any]]) -> NDArray[np.fl
 def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
     """Return the outline of the mean head from above, starting at the nose.
 
-    The outline is exactly symmetric about `turn_deg`, and `size` is half its length. Use `smooth`
-    to round it.
+    The outline is exactly symmetric about `turn_deg`, and `size` is half the outline's length. Use
+    `smooth` to round the outline.
     """
     half = _half_head()
     other = [(-side, front) for side, front in reversed(half[1:-1])]
