@@ -1,1 +1,1 @@
-"""The steps from a panorama to the best turn: transport, search, grades and choice."""
+"""The steps from a panorama to the best turn: light transport, search, grading and choice."""

@@ -1,9 +1,10 @@
-"""The face on a head: the region that is judged, and its named areas.
+"""The face of a head: the region that is judged, and its named areas.
 
-Positions use the face's own units, so that they mean the same on every head: across in half eye
-distances from the centre line, positive towards the sitter's left; down as fractions of the
-distance from the eyes to the lower edge of the chin. Both are derived from three points on the
-mesh: between the eyes, the tip of the nose, and the chin.
+Positions are given in the face's own units, so that they mean the same on every head. Horizontal
+positions are measured from the centre line in units of half the distance between the eyes, positive
+towards the sitter's left. Vertical positions are measured downwards from the eyes, as fractions of
+the distance from the eyes to the lower edge of the chin. Both are derived from three points on the
+mesh: the point between the eyes, the tip of the nose and the chin.
 """
 
 from __future__ import annotations
@@ -74,24 +75,24 @@ AREAS: Final = (
     *(f"{side} {name}" for name in (*_SIDED, *_EDGES) for side in ("left", "right")),
     *(*_MIDDLE, *_CROWN, "background", "surroundings"),
 )
-"""Names of all areas, in the order used in packs. Left is the sitter's left."""
+"""Names of all areas, in the order used in packs. "Left" is the sitter's left."""
 
 AROUND: Final = slice(-2, None)
-"""The last areas, which belong to the place around the head and not to the head."""
+"""The last of the areas. They belong to the place around the head, not to the head."""
 
 _AROUND_DEG: Final = (15.0, 40.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceRegion:
-    """The judged region of a head's picture and the areas in it.
+    """The judged region of a head's picture, and the areas within it.
 
     Attributes:
-        region: (P,) float64. Weight of each pixel, 0 to 1: brows to chin, temple to temple, without
-            the eyes, whose whites are brighter than dark skin in any light.
-        areas: (A, P) float64. Weights of `AREAS`, which sum to 1 in each area, so that their
-            product with a picture gives the means of the areas. The weights of areas around the
-            head are 0.
+        region: (P,) float64. Weight of each pixel, 0 to 1. The region reaches from the brows to the
+            chin and from temple to temple, excluding the eyes, whose whites are brighter than dark
+            skin in any light.
+        areas: (A, P) float64. Weights of the pixels in each of `AREAS`. Each row sums to 1, so the
+            product with a picture gives the mean of each area. Rows of areas around the head are 0.
     """
 
     region: Float64 = field(repr=False)
@@ -99,10 +100,10 @@ class FaceRegion:
 
 
 def find_face(transport: Transport, shape: HeadShape) -> FaceRegion:
-    """Find the face region and areas of a head from its mesh.
+    """Locate the face region and its areas on a head, using the mesh.
 
     Raises:
-        TransportError: If no face on the head looks to the front.
+        TransportError: If no face on the head points forward.
     """
     across, down = _places(shape)
     whole = transport.face.astype(np.float64)
@@ -136,8 +137,8 @@ def region_in_view(view: Transport, places: HeadShape, front: HeadShape) -> Floa
     """Return the weight, (P,), of each pixel of a turned head (see `FaceRegion.region`).
 
     Args:
-        places: Positions behind the view's pixels.
-        front: The same head, seen from the front.
+        places: Skin positions behind the view's pixels.
+        front: Skin positions of the same head, seen from the front.
     """
     return _region(*_places(places, front), view.face.astype(np.float64))
 
@@ -151,11 +152,11 @@ def _region(across: Float64, down: Float64, whole: Float64) -> Float64:
 
 
 def maps_around(shape: tuple[int, int]) -> Float64:
-    """Return maps, like those of areas, of the mean radiance behind the sitter and around the head.
+    """Return weight maps for the mean radiance behind the sitter and around the head.
 
     Returns:
-        (2, H, W) float64. The maps, in panorama coordinates at turn 0. Each map sums to 1. They
-        fall off smoothly from straight behind.
+        (2, H, W) float64. The maps, in panorama coordinates at turn 0. Each map sums to 1. The
+        weights fall off smoothly with the angle from the point directly behind the sitter.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -168,14 +169,14 @@ def maps_around(shape: tuple[int, int]) -> Float64:
 
 
 def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Float64]:
-    """Return the areas inside the face for pixels in face coordinates.
+    """Return the areas inside the face for pixels given in face coordinates.
 
     Args:
-        across, down, whole: (P,) float64. Positions of pixels, and their weights.
+        across, down, whole: (P,) float64. Positions of the pixels, and their weights.
 
     Returns:
-        Weights by name of the area, (P,) float64, that sum to 1. The areas at the outline are left
-        out.
+        Weights of the pixels, (P,) float64, by area name. Each array sums to 1. The areas at the
+        outline are not included.
     """
     ovals = {name: (oval,) for name, oval in _SIDED.items()}
     sided = {
@@ -195,7 +196,7 @@ def _no_face() -> TransportError:
 
 
 def mirror_area(name: str) -> str:
-    """Return the name of the mirrored area.
+    """Return the name of the area on the opposite side of the face, or the same name if central.
 
     Examples:
         >>> mirror_area("left cheek"), mirror_area("throat")
@@ -208,7 +209,7 @@ def mirror_area(name: str) -> str:
 
 
 def _places(shape: HeadShape, front: HeadShape | None = None) -> tuple[Float64, Float64]:
-    """Return positions across and down in the face's own units, taken from the front, (P,) each."""
+    """Return the positions across and down, (P,) each, in face units measured from the front."""
     x, y, z = (front or shape).positions.astype(np.float64).T
     eyes = float(shape.eye_point[1])
     line = np.flatnonzero(np.abs(x) <= np.abs(x).min() + _MIDDLE_M)
@@ -227,22 +228,22 @@ def _between(values: Float64, low: float, high: float, soft: float) -> Float64:
 
 
 def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float64:
-    """Return the part of each pixel in an oval, (P,), or the nearest pixel of a tiny oval."""
+    """Return each pixel's fraction inside an oval, (P,), or the nearest pixel if the oval is tiny."""
     away = _away(across, down, oval)
     inside = whole * np.clip((1.15 - away) / 0.3, 0.0, 1.0)
     return np.asarray(inside if inside.any() else away == away[whole > 0].min(), np.float64)
 
 
 def _away(across: Float64, down: Float64, oval: _Oval) -> Float64:
-    """Return the distance from the middle of an oval, (P,), scaled to 1 at its outline."""
+    """Return the distance of each pixel from the centre of an oval, (P,), scaled to 1 at the edge."""
     distance = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
     return np.asarray(distance, np.float64)
 
 
 def _facing_deg(transport: Transport, shape: HeadShape) -> tuple[Float64, Float64]:
-    """Return the azimuth and the elevation of the skin's normals, (P,) each, in degrees.
+    """Return the azimuth and the elevation of the skin normals, (P,) each, in degrees.
 
-    The azimuth is positive towards the sitter's left. Both angles are nan at the outline.
+    The azimuth is positive towards the sitter's left. Both angles are NaN at the outline.
     """
     size = transport.size
     flat = np.full((size * size, 3), np.nan)

@@ -1,8 +1,9 @@
-"""The shape of a head: the position of each pixel's skin, outlines, and distances to the skin.
+"""The shape of a head: the skin position behind each pixel, outlines, and distances to the skin.
 
-A transport contains only directions. Anything near the head, above all a second light, needs the
-positions on the head behind the pixels. Frame: +Y up, +Z out of the face, +X the sitter's left;
-metres from the middle of the head, which is midway between the ears, at the probe's position.
+A transport contains only directions. Anything near the head, above all a second light, requires the
+positions on the head behind the pixels. Positions are given in metres from the centre of the head,
+which is midway between the ears, where the probe was. +Y points up, +Z points out of the face, and
++X points to the sitter's left.
 """
 
 from __future__ import annotations
@@ -32,15 +33,16 @@ _LARGEST_M: Final = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadShape:
-    """Positions of a head's skin, in metres from the centre of the head.
+    """Positions on a head's skin, in metres from the centre of the head.
 
     Attributes:
-        pixels: (P,) int32. The transport's pixels.
+        pixels: (P,) int32. The pixels of the transport.
         positions: (P, 3) float32. Mean position on the head behind each pixel.
-        skin: (M, 3) float32. Points all over the skin, about 6 mm apart.
-        above: (N, 2) float32. Closed outline seen from above: x towards the sitter's left, z
+        skin: (M, 3) float32. Points spread over all the skin, about 6 mm apart.
+        above: (N, 2) float32. Closed outline as seen from above: x towards the sitter's left, z
             towards the front.
-        side: (K, 2) float32. Closed outline seen from the sitter's left: z towards the front, y up.
+        side: (K, 2) float32. Closed outline as seen from the sitter's left: z towards the front, y
+            up.
         eye_point: (3,) float32. Point midway between the eyes.
     """
 
@@ -56,15 +58,15 @@ class HeadShape:
         """Return the distance from a point to the skin, in metres.
 
         Args:
-            place: (3,) float. Position, in metres from the middle of the head. It may be inside the
-                head.
+            place: (3,) float. The point, in metres from the centre of the head. It may be inside
+                the head.
         """
         away = self.skin - np.asarray(place, np.float32)
         return float(np.sqrt(np.square(away).sum(axis=1).min()))
 
 
 def shape_path(transport: Path) -> Path:
-    """Return the path of the shape beside a transport.
+    """Return the path of the shape file that belongs to a transport file.
 
     Examples:
         >>> shape_path(Path("heads/anna.npz")).name
@@ -75,7 +77,7 @@ def shape_path(transport: Path) -> Path:
 
 
 def save_shape(path: Path, shape: HeadShape) -> str:
-    """Save a shape atomically, and return the file's SHA-256."""
+    """Save a shape atomically and return the SHA-256 of the file."""
     arrays: dict[str, NDArray[Any]] = {
         name: np.ascontiguousarray(getattr(shape, name), kind) for name, kind in _KINDS
     }
@@ -128,7 +130,7 @@ _KINDS: Final = (
 
 
 def _fits(arrays: Mapping[str, NDArray[Any]]) -> bool:
-    """Return whether arrays have their types and shapes, and plausible sizes for a head."""
+    """Return whether the arrays have valid types, shapes and sizes for a head."""
     fits = all(arrays[name].dtype == kind for name, kind in _KINDS)
     places = [arrays[name] for name, _ in _KINDS[1:]]
     fits = fits and arrays["pixels"].ndim == 1

@@ -1,4 +1,4 @@
-"""Directions from which a place is lit, and faults in the light that put styles out of reach."""
+"""The directions from which light reaches a place, and faults in that light."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _TALL_DEG: Final = 20.0  # degrees; a style's lamp also works this much higher o
 
 @dataclass(frozen=True)
 class LightMap:
-    """Directions from which light reaches a place.
+    """The light that reaches a place, by direction.
 
     Attributes:
-        luminance: (H, W) float64. Environment at turn 0, at any exposure, not all black.
+        luminance: (H, W) float64. Environment at turn 0, at any exposure, but not entirely black.
     """
 
     luminance: Float64
@@ -42,7 +42,7 @@ class LightMap:
 
     @cached_property
     def brightest(self) -> float:
-        """Largest mean radiance of any lobe."""
+        """Largest mean radiance of all lobes."""
         return max(float(self.ring(e).max()) for e in _ELEVATIONS_DEG)
 
     @cached_property
@@ -51,7 +51,7 @@ class LightMap:
         return self.brightest < _EVEN * self.mean
 
     def ring(self, elevation_deg: float) -> Float64:
-        """Return the mean radiance in lobes at an elevation, one per texel column, (W,)."""
+        """Return the mean radiance of lobes at an elevation, one for each texel column, (W,)."""
         height, width = self.luminance.shape
         lobe, total = _lobe(height, width, elevation_deg)
         spectrum = lobe * self._spectrum
@@ -64,7 +64,7 @@ class LightMap:
         return float(self.around(lamp)[round(column) % width])
 
     def around(self, lamp: StyleLamp) -> Float64:
-        """Return the largest mean radiance near a lamp's elevation, per texel column, (W,)."""
+        """Return the largest mean radiance near a lamp's elevation, for each texel column, (W,)."""
         heights = [lamp.elevation_deg + step for step in (-_TALL_DEG, 0.0, _TALL_DEG)]
         rings = [self.ring(height) for height in heights if abs(height) <= 90.0]
         return np.asarray(np.max(rings, axis=0))
@@ -78,7 +78,7 @@ class LightMap:
 def _lobe(
     height: int, width: int, elevation_deg: float
 ) -> tuple[NDArray[np.complex128], np.float64]:
-    """Return the spectrum, (H, M), of the lobe at an elevation, and the sum of its weights."""
+    """Return the spectrum, (H, M), of the lobe at an elevation and the sum of its weights."""
     elevation = math.radians(elevation_deg)
     row = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
     away = 2 * np.pi * np.arange(width) / width
@@ -105,7 +105,7 @@ def light_shortfall(
     light: LightMap,
     turn_deg: float,
 ) -> LightShortfall | None:
-    """Return the fault in the light that puts a style out of reach, or None if within reach.
+    """Return the fault in the light that puts a style out of reach, or None if it is within reach.
 
     Args:
         style: The style, or None for painted weights, which have no lamps.

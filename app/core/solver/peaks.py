@@ -1,10 +1,10 @@
-"""The turn to offer on a curve over 64 turns, with its tolerance arc and rivals.
+"""The turn to offer on a curve over 64 turns, with its tolerance arc and rival peaks.
 
-`find_peak` contains the rule for choosing the turn between the ends of its tolerance arc.
+`find_peak` contains the rule for choosing a turn within the tolerance arc.
 
-Between the 64 turns a curve is continued by trigonometric (band-limited) interpolation, always
-expanded around the turn in question, so that a mirrored curve gives the mirrored result. Offsets
-are in steps of the grid, positive clockwise; angles returned by this module are in degrees.
+Between the 64 turns, a curve is continued by trigonometric (band-limited) interpolation. The
+expansion is always centred on the turn in question, so that a mirrored curve gives the mirrored
+result. Offsets are in grid steps, positive clockwise; the module returns angles in degrees.
 """
 
 from __future__ import annotations
@@ -21,16 +21,15 @@ from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.arrays import Bools, Float64
 
 TIE: Final = 1e-6
-"""Objectives that differ by less than this fraction of the curve's largest value are equally good.
-"""
+"""Largest difference between equally good objectives, as a fraction of the curve's maximum."""
 
 ARC_SHARE: Final = 0.03
 """Loss of the objective at the ends of the tolerance arc, as a fraction of its maximum (paper)."""
 
 MARGIN: Final = 1 / 3
-"""Minimum distance of the offered turn from the arc's ends, as a fraction of its width.
+"""Smallest distance from the offered turn to either end of the arc, as a fraction of its width.
 
-It does not apply to an end at which the grade changes.
+It does not apply to an end where the grade changes.
 """
 
 _FINE = 16  # points per grid step for curves between the turns
@@ -43,10 +42,10 @@ _BACKWARD = -np.arange(TURNS) % TURNS  # the turn itself, then the others counte
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """The turns that may be chosen: those at which a curve (strength) reaches a limit.
+    """The turns that may be chosen, which are those where a curve (strength) reaches a limit.
 
     Attributes:
-        curve: (64,) float64. The curve at the grid turns.
+        curve: (64,) float64. Values of the curve at the grid turns.
     """
 
     curve: Float64
@@ -60,13 +59,13 @@ class Gate:
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """A local maximum of an objective and its turn.
+    """A local maximum of an objective, and the turn to offer for it.
 
     Attributes:
-        turn_deg, refined_deg: The turn offered, on the grid and refined between its turns, in
+        turn_deg, refined_deg: The offered turn, on the grid and refined between grid turns, in
             degrees within (-180, 180].
-        arc_deg: Arc (from, to), clockwise, in degrees, in which the objective stays within 3% of
-            the maximum and the gate is open. (-180, 180) is the full circle.
+        arc_deg: The clockwise arc (from, to), in degrees, over which the objective stays within 3%
+            of the maximum and the gate is open. (-180, 180) is the full circle.
     """
 
     index: int
@@ -99,7 +98,7 @@ class _Series:
 
     @property
     def smooth(self) -> _Series:
-        """The polynomial without its fastest waves, which come from the texels."""
+        """The polynomial without its highest frequencies, which the texel grid causes."""
         return _Series(self.a * _smoothing(), self.b * _smoothing())
 
     def at(self, offset: float) -> float:
@@ -107,7 +106,7 @@ class _Series:
         return float(self.a @ np.cos(phase) + self.b @ np.sin(phase))
 
     def fine(self, reach: int = _REACH) -> tuple[Float64, Float64]:
-        """Return values clockwise and counter-clockwise, at offsets 0, 1/16 ... reach."""
+        """Return the values at offsets 0, 1/16 ... reach, clockwise and counter-clockwise."""
         cosine, sine = _fine_basis()
         stop = reach * _FINE + 1
         even, odd = self.a @ cosine[:, :stop], self.b @ sine[:, :stop]
@@ -115,7 +114,7 @@ class _Series:
 
 
 def _rolled(curve: Float64, index: int) -> Float64:
-    """Return `np.roll(curve, -index)` for an index in 0..63, several times as fast."""
+    """Return `np.roll(curve, -index)` for an index from 0 to 63, several times as fast."""
     return np.concatenate([curve[index:], curve[:index]])
 
 
@@ -126,10 +125,10 @@ def _orders() -> Float64:
 
 @cache
 def _smoothing() -> Float64:
-    """Return the weight of each wave of a curve in the search for its maximum.
+    """Return the weight of each frequency of a curve in the search for its maximum.
 
-    The fastest waves come from the texels: with them, a small lamp's turn would waver by up to 2
-    degrees as the lamp moves from one texel to the next.
+    The highest frequencies come from the texel grid. With them, the turn for a small lamp would
+    waver by up to 2 degrees as the lamp moves from one texel to the next.
     """
     return np.exp(-((np.arange(TURNS // 2 + 1) / _FASTEST) ** 4))
 
@@ -155,7 +154,7 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
         curve: (64,) float64. Values at the grid turns.
 
     Returns:
-        (64,) float64. Band-limited interpolation of the curve at turns ``turn_deg + 5.625 k``.
+        (64,) float64. The band-limited curve at the turns ``turn_deg + 5.625 k``.
     """
     steps = wrap(turn_deg) / _STEP_DEG
     whole = round(steps)
@@ -167,13 +166,13 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
 
 
 def value_at(curve: Float64, turn_deg: float) -> float:
-    """Interpolate a curve between grid turns by its band-limited continuation.
+    """Return the value of a curve at any turn, by band-limited interpolation.
 
     Args:
-        curve: (64,) float64. Values at turns of 5.625 k degrees.
+        curve: (64,) float64. Values at the turns 5.625 k degrees.
 
     Returns:
-        The value. At a turn of the grid, it is exactly the curve's own.
+        The interpolated value. At a grid turn, it is exactly the value in `curve`.
     """
     return float(shift(curve, turn_deg)[0])
 
@@ -181,11 +180,12 @@ def value_at(curve: Float64, turn_deg: float) -> float:
 def best_index(objective: Float64, eligible: Bools) -> int:
     """Return the index of the grid turn with the largest objective.
 
-    Among turns within `TIE` of the best, the smaller turn wins, then the clockwise one.
+    Among turns within `TIE` of the best, the smallest turn wins, and clockwise wins over
+    counter-clockwise.
 
     Args:
         objective: (64,) float64. Values at the grid turns.
-        eligible: (64,) bool. Turns that may be chosen, at least one.
+        eligible: (64,) bool. Turns that may be chosen. At least one must be True.
 
     Examples:
         >>> best_index(np.ones(64), np.ones(64, bool))
@@ -211,16 +211,17 @@ def find_peak(
     """Refine a maximum between grid turns, and find its tolerance arc and the turn to offer.
 
     Without a price, the maximum itself is offered, as in the paper. With a price, the middle of the
-    arc is offered if it costs less than the price. Otherwise the turn is as far towards the middle
-    as the price allows, and at least `MARGIN` of the arc's width from its nearer end, unless the
-    gate closes there.
+    arc is offered if that costs less than the price. Otherwise, the offered turn is as far towards
+    the middle as the price allows, but at least `MARGIN` of the arc's width from the nearer end,
+    unless the gate closes there.
 
     Args:
         objective: (64,) float64. Values at the grid turns.
         contrast: (64,) float64. Divisor of the objective if the objective is a match. Light on a
-            face changes smoothly with the turn, while a match may rise and fall within a step.
-        price: Permitted loss for a turn nearer to the middle of the arc, in the objective's unit.
-        is_open: (64,) bool. Turns that may be offered. The default is all.
+            face changes smoothly with the turn, whereas a match may rise and fall within a step.
+        price: Permitted loss for a turn nearer to the middle of the arc, in the same units as the
+            objective.
+        is_open: (64,) bool. Turns that may be offered. By default, any turn may be.
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):
@@ -246,7 +247,7 @@ def find_peak(
 
 
 def _between(objective: Float64, index: int, contrast: Float64 | None) -> tuple[Float64, Float64]:
-    """Return values at offsets 0, 1/16 ... 1 and 0, -1/16 ... -1, without the fastest waves."""
+    """Return smoothed values at offsets 0, 1/16 ... 1 and at offsets 0, -1/16 ... -1."""
     if contrast is None:
         return _Series.around(objective, index).smooth.fine(1)
     product = _Series.around(objective * contrast, index).smooth.fine(1)
@@ -265,15 +266,15 @@ def find_peaks(
     price: float = 0.0,
     is_open: Bools | None = None,
 ) -> tuple[Peak, ...]:
-    """Find the best turn and its rivals: local maxima that stand out by more than 3%.
+    """Find the best turn and its rivals, which are local maxima that stand out by more than 3%.
 
     Args:
         objective, contrast, price: As in `find_peak`.
-        is_open: (64,) bool. Turns that may be offered as the best turn. Rivals may be at other
-            turns.
+        is_open: (64,) bool. Turns that may be offered as the best turn. This does not restrict the
+            rivals.
 
     Returns:
-        The chosen peak, then the others, best first, at most six in all.
+        The chosen peak, followed by the others from best to worst, at most six in all.
     """
     eligible = np.ones(TURNS, bool) if gate is None else gate.open
     heights = np.where(eligible, objective, -np.inf)
@@ -306,7 +307,7 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
     """Return the offset of the maximum, -1 to 1, reached from 0 without crossing a closed gate.
 
     Args:
-        values: The curve at offsets 0, 1/16 ... 1 and 0, -1/16 ... -1.
+        values: Values of the curve at offsets 0, 1/16 ... 1 and at offsets 0, -1/16 ... -1.
     """
     right, left = values
     if guard is not None:
@@ -325,13 +326,13 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
 
 
 def _open_run(side: Float64) -> int:
-    """Return the number of points before the gate closes. Point 0 is open despite rounding."""
+    """Return the number of points before the gate closes. Point 0 is always treated as open."""
     closed = (side[1:] < 0).nonzero()[0]
     return int(closed[0]) + 1 if closed.size else len(side)
 
 
 def _top(values: Float64, index: int) -> float:
-    """Return the offset of a parabola's vertex from the largest of three values."""
+    """Return the offset from the largest of three values to the vertex of their parabola."""
     if not 0 < index < len(values) - 1:
         return 0.0
     before, here, after = values[index - 1 : index + 2].tolist()
@@ -342,7 +343,7 @@ def _top(values: Float64, index: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Reach:
-    """The tolerance arc's extent on both sides in steps, and whether a grade ends it there."""
+    """The tolerance arc's extent on each side, in steps, and whether a grade limits it there."""
 
     left: float
     right: float
@@ -351,7 +352,7 @@ class _Reach:
 
 
 def _reach(value: _Series, guard: _Series | None) -> _Reach | None:
-    """Find the ends of the tolerance arc around offset 0, or None for the full circle."""
+    """Return the extent of the tolerance arc around offset 0, or None if it is the full circle."""
     slack = _around(value)
     top = slack[0]
     right, left = _first_crossings(slack - (top - ARC_SHARE * abs(top)))
@@ -363,7 +364,7 @@ def _reach(value: _Series, guard: _Series | None) -> _Reach | None:
 
 
 def _toward_middle(value: _Series, reach: _Reach, price: float) -> float:
-    """Return the offset of the turn offered, in steps from the maximum at 0."""
+    """Return the offset of the offered turn, in steps from the maximum at 0."""
     middle = 0.5 * (reach.right - reach.left)
     least = value.at(0.0) - price
     if value.at(middle) > least:
@@ -382,7 +383,7 @@ def _toward_middle(value: _Series, reach: _Reach, price: float) -> float:
 
 
 def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> float:
-    """Limit a shift where the next grid turn may not be offered."""
+    """Limit a shift if the next grid turn may not be offered."""
     step, last = (1 if aside > 0 else -1), 0
     while abs(last) < _REACH and is_open[(index + last + step) % TURNS]:
         last += step
@@ -390,9 +391,9 @@ def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> floa
 
 
 def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
-    """Return the steps, at most one, from `index` to the permitted grid turn nearest an offset.
+    """Return the number of steps from `index` to the permitted grid turn nearest to an offset.
 
-    Of two equally near turns, the one nearer to `index` is chosen, so that mirrored curves give
+    The turn is at most one step from the offset. If there is no such turn, return None. If two turns are equally near, the one nearer to `index` is chosen, so that mirrored curves give
     mirrored turns.
     """
     middle = round(offset)
@@ -405,13 +406,13 @@ def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
 
 
 def _around(series: _Series) -> Float64:
-    """Return the values at offsets 0, 1/16 ... once around the circle."""
+    """Return the values at offsets 0, 1/16 ... for one full circle."""
     right, left = series.fine()
     return np.concatenate([right, left[-2:0:-1]])
 
 
 def _first_crossings(slack: Float64) -> tuple[float, float]:
-    """Return the offsets clockwise and counter-clockwise at which a curve first falls below 0."""
+    """Return the clockwise and counter-clockwise offsets at which a curve first falls below 0."""
     back = np.concatenate([slack[:1], slack[:0:-1]])
     return _first_crossing(slack), _first_crossing(back)
 

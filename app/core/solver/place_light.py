@@ -1,4 +1,4 @@
-"""The light of a place, prepared for quick pictures and searches at any turn."""
+"""The light at a place, prepared for fast pictures and searches at any turn."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _ONE_SIDED: Final = 0.2  # least fraction of the light from one side, for it to 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaceLight:
-    """An environment and its reduced forms.
+    """An environment and its reduced versions.
 
     Attributes:
-        environment: The light as measured, linear Rec. 709, with column u at azimuth 360 (u - 0.5)
-            degrees of the file.
-        fine: (32, 512, 3) float32. Radiance averaged over the rows of the search, with columns fine
-            enough for any turn.
-        searched: (32, 64, 3) float32. Linear Rec. 709 radiance for the search, at turn 0 with the
+        environment: The light as measured, in linear Rec. 709, where column u is at azimuth 360 (u
+            - 0.5) degrees in the file.
+        fine: (32, 512, 3) float32. Radiance averaged over the rows used in the search, with enough
+            columns for any turn.
+        searched: (32, 64, 3) float32. Linear Rec. 709 radiance for the search, at turn 0, with the
             photographer at azimuth 0.
         display: (1024, 2048, 3) uint8. sRGB picture of the panorama, exposed for viewing.
     """
@@ -49,7 +49,7 @@ class PlaceLight:
     display: Bytes = field(repr=False)
 
     def searched_by(self, objective: Objective) -> Floats:
-        """Return the light for an objective: (32, 64, 3), or (32, 64) grey for the paper's."""
+        """Return the light for an objective: (32, 64, 3), or greyscale (32, 64) for the paper's."""
         return luminance_of(self.searched) if objective == "paper" else self.searched
 
     @property
@@ -86,12 +86,12 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
 
 
 Expose: TypeAlias = Literal["face", "dark", "background"]
-"""What a style is exposed for (see `app.core.portrait.exposure`)."""
+"""The subject that a style is exposed for (see `app.core.portrait.exposure`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Facing:
-    """The light of a place at a turn, computed on demand, and what a picture is exposed for."""
+    """The light at a place for one turn, computed on demand, and the subject to expose for."""
 
     light: PlaceLight
     turn_deg: float
@@ -103,13 +103,13 @@ class Facing:
 
 
 def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> FloatImage:
-    """Return the picture of the head at a turn, B = T L (eq. 1).
+    """Return the picture of the head at a turn, computed as B = T L (eq. 1).
 
     Args:
         turn_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
-        (N, N, 3) float32. Linear Rec. 709 on black, in the unit of the environment.
+        (N, N, 3) float32. Linear Rec. 709 on black, in the same unit as the environment.
     """
     return to_image(
         transport, render(transport, turned(light, turn_deg, transport.environment_shape))
@@ -117,7 +117,7 @@ def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> Floa
 
 
 def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[float]) -> FloatImage:
-    """Return pictures at several turns in one product (see `picture_at`).
+    """Return pictures at several turns, computed in one product (see `picture_at`).
 
     Args:
         turns_deg: Azimuths in the panorama that the sitter faces, in degrees.
@@ -147,8 +147,8 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
         facing_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
-        The azimuth relative to the face, positive towards the sitter's left, in degrees, or None if
-        light comes evenly from all around.
+        The azimuth relative to the face, in degrees, positive towards the sitter's left, or None if
+        the light comes evenly from all around.
     """
     azimuth = main_azimuth(light.searched)
     # The panorama's azimuth grows towards the sitter's right.

@@ -1,7 +1,7 @@
-"""The light of a place on a head at all turns, prepared for fast results while painting.
+"""The light of a place on a head at every turn, prepared for fast results while painting.
 
-The pictures at the 64 turns do not depend on the paint. With them, a stroke costs one product of
-its coefficients with 64 columns, without the full transport.
+The pictures at the 64 turns do not depend on the paint. Once they are computed, each stroke costs
+only the product of its coefficients with 64 columns, without the full transport.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightTable:
-    """A head in the light of a place at all turns. Do not modify the arrays.
+    """The appearance of a head in the light of a place at every turn. Do not modify the arrays.
 
     Attributes:
         moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, minus its mean
-            over the face at each turn, followed by the squares of these values. Independent of
-            exposure.
+            over the face at each turn, followed by the squares of these values. The values do not
+            depend on the exposure.
         brightness: (64,) float64. Mean over the face at each turn.
-        pictures: (64, N, N, 3) float32. Linear Rec. 709 pictures at the 64 turns, in the unit of
-            the environment and black around the head, or None if the table has no pictures.
+        pictures: (64, N, N, 3) float32. Linear Rec. 709 pictures at the 64 turns, in the same unit
+            as the environment and black around the head, or None if the table has no pictures.
     """
 
     transport: Transport = field(repr=False)
@@ -45,13 +45,14 @@ class LightTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaintedCurves:
-    """Curves of painted weights in a place's light, independent of exposure.
+    """Curves of painted weights in the light of a place, independent of exposure.
 
     Attributes:
-        quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
-            minus its mean, at turn 5.625 k degrees, over the pixels that count.
+        quality, mean, contrast: (64,) float64. C of eq. 5, the mean luminance, and the norm of the
+            picture minus its mean, at turn 5.625 k degrees, over the active pixels.
         norm: Norm of the weights.
-        studio: Quality divided by the mean under the environment max(F, 0), or 0 if that is black.
+        studio: Quality divided by the mean, both for the environment max(F, 0), or 0 if that
+            environment is black.
     """
 
     quality: Float64
@@ -63,11 +64,11 @@ class PaintedCurves:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CountedLight:
-    """Light on the active pixels, independent of weights and exposure.
+    """The light on the active pixels, independent of weights and exposure.
 
     Attributes:
-        mean, contrast: (64,) float64. Mean luminance of those pixels, and norm of their luminance
-            minus that mean, at turn 5.625 k degrees.
+        mean, contrast: (64,) float64. Mean luminance of the active pixels, and the norm of their
+            luminance minus that mean, at turn 5.625 k degrees.
     """
 
     mean: Float64
@@ -75,7 +76,7 @@ class CountedLight:
 
 
 def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
-    """Divide an environment by its mean luminance, to remove its exposure.
+    """Divide an environment by its mean luminance to remove its exposure.
 
     Args:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance, at any exposure.
@@ -115,10 +116,11 @@ def light_table(
     """Prepare a place's light for painting on a head.
 
     Args:
-        light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
-            709 radiance, or luminance of grey light, at any exposure.
+        light: (H, W, 3) or (H, W) float. Environment at turn 0, in the size that the transport
+            requires, as linear Rec. 709 radiance or as the luminance of grey light, at any
+            exposure.
         pictures: Whether to include pictures.
-        grey: Whether only the pictures have colours, as in the paper.
+        grey: Whether to use colour for the pictures only, as in the paper.
 
     Raises:
         EnvironmentFileError: If the environment is black, is not finite, or has the wrong size, or
@@ -157,7 +159,7 @@ def light_table(
 
 
 def _on_black(transport: Transport, pictures: Float32) -> Float32:
-    """Scatter (64, P, 3) pictures of the head's pixels into (64, N, N, 3)."""
+    """Place the head's pixels, (64, P, 3), in black pictures, (64, N, N, 3)."""
     size = transport.size
     flat = np.zeros((len(pictures), size * size, 3), np.float32)
     flat[:, transport.pixels] = pictures
@@ -165,10 +167,10 @@ def _on_black(transport: Transport, pictures: Float32) -> Float32:
 
 
 def counted_light(table: LightTable, active: Bools) -> CountedLight:
-    """Return the light on the active pixels at all turns, or zeros if no pixel counts.
+    """Return the light on the active pixels at every turn, or zeros if no pixel is active.
 
     Args:
-        active: (P,) bool. Face pixels that count.
+        active: (P,) bool. The face pixels that count.
     """
     counted_pixels = active[table.transport.face].astype(np.float64)
     count = float(counted_pixels.sum())
@@ -182,7 +184,7 @@ def counted_light(table: LightTable, active: Bools) -> CountedLight:
 def painted_curves(
     table: LightTable, weights: PaintedWeights, counted: CountedLight | None = None
 ) -> PaintedCurves:
-    """Return the quality, mean and contrast of painted weights at all turns (eq. 5).
+    """Return the quality, mean and contrast of painted weights at every turn (eq. 5).
 
     Args:
         counted: Result of `counted_light` for the same active pixels, if already computed.
@@ -211,17 +213,17 @@ def painted_curves(
 def table_picture(table: LightTable, turn_deg: float) -> Float32:
     """Return the picture of the head at any turn, mixed from the two nearest grid turns.
 
-    Mixing cannot darken a pixel below its value at both neighbouring turns, and is as close to the
-    picture under the full-resolution light as band-limited interpolation.
+    Mixing never makes a pixel darker than it is at both neighbouring turns. The result is as close
+    to the picture in full-resolution light as band-limited interpolation is.
 
     Args:
         turn_deg: Azimuth in the panorama that the sitter faces, in degrees.
 
     Returns:
-        (P, 3) float32. Linear Rec. 709 on the head's pixels, in the unit of the environment.
+        (P, 3) float32. Linear Rec. 709 on the head's pixels, in the same unit as the environment.
 
     Raises:
-        ValueError: If the table was made without pictures.
+        ValueError: If the table was created without pictures.
     """
     if table.pictures is None:
         raise ValueError("the table has no pictures")
@@ -233,9 +235,10 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
 
 
 def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
-    """Return the texel basis times the light at all turns, (R, 64), by azimuth frequency.
+    """Return the product, (R, 64), of the texel basis and the light at every turn.
 
-    `basis` is the conjugate spectrum, (M, R, H). Turns by a fraction of a texel are band-limited.
+    It is computed by azimuth frequency. `basis` is the conjugate spectrum, (M, R, H). Turns by a
+    fraction of a texel are interpolated within the band limit.
     """
     width = light.shape[1]
     spectrum = np.fft.rfft(light, axis=1).T[:, :, None]

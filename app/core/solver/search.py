@@ -1,12 +1,12 @@
-"""Quality, match and strength of many targets at all turns, in the frequency domain of azimuth.
+"""Quality, match and strength of many targets at every turn, in the azimuth frequency domain.
 
-Turning the environment shifts it along azimuth, so a target's value at every turn is a circular
-correlation: one product per azimuth frequency and elevation row (eq. 5 for all turns at once).
-Everything is split into parts that are even and odd under left-right mirroring. This halves the
-work, and makes a mirrored panorama give mirrored curves up to rounding.
+Turning the environment shifts it along the azimuth, so the value of a target at every turn is a
+circular correlation: one product per azimuth frequency and elevation row (eq. 5 for all turns at
+once). Everything is split into parts that are even and odd under left-right mirroring. This halves
+the work and ensures that a mirrored panorama gives mirrored curves, up to rounding.
 
-Conventions: texel column j is at theta_j = 2 pi (j + 1/2) / W (rad); turn index k means the head
-sees column j + k at column j; curves have `TURNS` values, index k at 5.625 k degrees.
+Conventions: Texel column j is at theta_j = 2 pi (j + 1/2) / W radians. At turn index k, the head
+sees column j + k in place of column j. Curves have `TURNS` values, with index k at 5.625 k degrees.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from app.core.environment.environment import solid_angles
 from app.core.solver.transport import Transport
 
 MIXTURES: Final = 10
-"""Maximum number of rows added by the second part; more would not make the search more accurate."""
+"""Maximum number of rows added by the second part. More would not make the search more accurate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,11 +31,11 @@ class SearchColours:
     """The two parts into which a head's luminance is split for coloured light.
 
     Attributes:
-        mixing: (2, 3) float64. m and v: weights of linear Rec. 709 light in each part.
-        mixtures: (K, H) float64. Weight of each row of the environment in the rows of the second
-            part.
-        bases: (2, P, R) float32. Pixel bases of T_Y and of S.
-        texels: (R, H, W) float32. The transport's texel basis.
+        mixing: (2, 3) float64. The vectors m and v, which weight the channels of linear Rec. 709
+            light in each part.
+        mixtures: (K, H) float64. Weights of the environment's rows in each row of the second part.
+        bases: (2, P, R) float32. Pixel bases of T_Y and S.
+        texels: (R, H, W) float32. The texel basis of the transport.
         mixed: (R, K, W) float32. The texel basis for the rows of the second part.
     """
 
@@ -47,18 +47,18 @@ class SearchColours:
 
     @property
     def rows(self) -> int:
-        """Rows of light in the search: Q = H + K."""
+        """Number of rows of light in the search, Q = H + K."""
         return len(self.mixtures) + int(self.mixtures.shape[1])
 
     def integrate(self, weights: Floats) -> Float32:
-        """Pre-integrate weights against both parts (eq. 3).
+        """Pre-integrate weights with both parts (eq. 3).
 
         Args:
             weights: (..., P) float. Weights on the head's pixels, zero outside the face.
 
         Returns:
-            (..., Q, W) float32. The target in panorama coordinates at turn 0. Its product with the
-            result of `seen_light` sums to C.
+            (..., Q, W) float32. The target in panorama coordinates at turn 0. The sum of its
+            product with the result of `seen_light` is C.
         """
         first, second = (weights.astype(np.float32) @ basis for basis in self.bases)
         rows = np.tensordot(first, self.texels, 1), np.tensordot(second, self.mixed, 1)
@@ -69,8 +69,8 @@ def find_colours(transport: Transport) -> SearchColours:
     """Split a head's luminance into two parts.
 
     Returns:
-        The split whose m leaves the least to the second part, and whose v leaves the smallest
-        remainder.
+        The split for which m leaves as little as possible to the second part and v leaves the
+        smallest remainder.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float64)
     texels = transport.texel_basis.astype(np.float64)
@@ -87,11 +87,11 @@ def find_colours(transport: Transport) -> SearchColours:
 
 
 def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> SearchColours:
-    """Split the luminance of a view using the mixtures of the head's front picture.
+    """Split the luminance of a view, using the mixtures from the head's front picture.
 
     Args:
-        mixing, mixtures: As in the head's `SearchColours`, so that the head's search light can be
-            used for the view.
+        mixing, mixtures: The values from the head's `SearchColours`, so that the head's search
+            light can also be used for the view.
     """
     grid = transport.texel_basis.astype(np.float64).reshape(-1, *transport.environment_shape)
     solid = solid_angles(grid.shape[1:])
@@ -100,7 +100,7 @@ def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> Sear
 
 
 def _bases(transport: Transport, mixing: Float64) -> Float64:
-    """Return the pixel bases of T_Y and of S, (2, P, R)."""
+    """Return the pixel bases of T_Y and S, (2, P, R)."""
     weights = np.asarray(transport.header.luminance_weights, np.float64)
     parts = np.stack([np.ones(3), mixing[1] - mixing[1] @ mixing[0]])
     return np.asarray(np.einsum("ka,apr->kpr", parts * weights, transport.pixel_basis))
@@ -119,7 +119,7 @@ def _colours(
 
 
 def _channel_products(transport: Transport, texels: Float64) -> Float64:
-    """Return products of T's channels, summed over all pixels and texels, without forming T."""
+    """Return the products of T's channels, summed over all pixels and texels, without forming T."""
     out = np.empty((3, 3))
     for one in range(3):
         first = transport.pixel_basis[one, transport.face].astype(np.float64)
@@ -130,7 +130,7 @@ def _channel_products(transport: Transport, texels: Float64) -> Float64:
 
 
 def _mixtures(pixels: Float64, texels: Float64) -> tuple[Float64, Float64]:
-    """Return the principal mixtures of the rows of S: their weights of light, and texel basis."""
+    """Return the principal mixtures of the rows of S, as their light weights and texel basis."""
     root = np.sqrt(solid_angles(texels.shape[1:]))[:, None]
     even = texels / root
     pictures = np.tensordot(np.linalg.qr(pixels, mode="r"), even, axes=1)
@@ -140,15 +140,15 @@ def _mixtures(pixels: Float64, texels: Float64) -> tuple[Float64, Float64]:
 
 
 def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
-    """Convert an environment to the rows that the search uses.
+    """Convert an environment to the rows used in the search.
 
     Args:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance of grey light.
-        mixing: (2, 3) float64. As in the head's `SearchColours`.
-        mixtures: (K, H) float64. As in the head's `SearchColours`.
+        mixing: (2, 3) float64. The value from the head's `SearchColours`.
+        mixtures: (K, H) float64. The value from the head's `SearchColours`.
 
     Returns:
-        (Q, W) float64, Q = H + K. The rows, in the unit of `light`.
+        (Q, W) float64, where Q = H + K. The rows, in the same unit as `light`.
     """
     if light.ndim == 2:
         return np.concatenate([light, np.zeros((len(mixtures), light.shape[1]))])
@@ -159,13 +159,13 @@ def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
 
 
 def luminance_of(light: Floats) -> Float64:
-    """Return the luminance of a coloured or grey environment.
+    """Return the luminance of a colour or greyscale environment.
 
     Args:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance.
 
     Returns:
-        (H, W) float64. The luminance, in the unit of `light`.
+        (H, W) float64. The luminance, in the same unit as `light`.
     """
     return np.asarray(light if light.ndim == 2 else luminance(light), np.float64)
 
@@ -175,19 +175,19 @@ _HALF = TURNS // 2 + 1  # turns 0..180 degrees; the others follow by mirroring
 
 @dataclass(frozen=True, slots=True)
 class SearchTables:
-    """Targets and search basis in the frequency domain of azimuth.
+    """Targets and the search basis in the azimuth frequency domain.
 
     Attributes:
-        shape: (H, W) of the light in the search: rows of an environment, and those added by
-            `app.core.solver.search`, all of which turn in the same way.
-        targets: (M, H, 2 S) float64. Per azimuth frequency and elevation row: cosine parts of the S
-            targets, then sine parts.
+        shape: (H, W) of the light in the search. Its rows are those of an environment and those
+            added by `app.core.solver.search`, all of which turn in the same way.
+        targets: (M, H, 2 S) float64. Cosine parts, followed by sine parts, of the S targets, for
+            each azimuth frequency and elevation row.
         basis: (M, H, 2 + 2 K + E + O) float64. The same for the face-mean target and K other maps
             (cosines, then sines), the E even basis rows (cosine) and the O odd ones (sine).
-        paired: Whether even row r and odd row r are the two parts of one basis picture, as for a
-            head that is not symmetric; otherwise each row is a separate basis picture.
-        cosine, sine: (W / 2, M) float64. Forward transform.
-        back_cosine, back_sine: (33, M) float64. Transform back to turns 0 to 180 degrees.
+        paired: Whether even row r and odd row r are the two parts of one basis picture, as for an
+            asymmetrical head. Otherwise, each row is a separate basis picture.
+        cosine, sine: (W / 2, M) float64. The forward transform.
+        back_cosine, back_sine: (33, M) float64. The inverse transform to turns 0 to 180 degrees.
     """
 
     shape: tuple[int, int]
@@ -210,12 +210,12 @@ class SearchTables:
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """Values at all turns. Index k is the turn of 5.625 k degrees.
+    """Values at every turn. Index k is the turn of 5.625 k degrees.
 
-    For several lights, there is one more axis in front.
+    For several lights, the arrays have an additional leading axis.
 
     Attributes:
-        quality: (S, 64) float64. C of eq. 5, in the unit of the environment.
+        quality: (S, 64) float64. C of eq. 5, in the same unit as the environment.
         mean: (64,) float64. Mean luminance of the face.
         contrast: (64,) float64. Norm over the face of the picture minus its mean.
         others: (K, 64) float64. Values of the other maps.
@@ -236,16 +236,17 @@ def build_tables(
     paired: bool = False,
     others: Floats | None = None,
 ) -> SearchTables:
-    """Transform pre-integrated targets and a search basis along azimuth.
+    """Transform pre-integrated targets and a search basis along the azimuth.
 
     Args:
         targets: (S, H, W) float. Pre-integrated targets F (eq. 3) in panorama coordinates at turn
             0.
         mean: (H, W) float. Pre-integrated mean over the face.
-        even, odd: (E, H, W / 2), (O, H, W / 2) float. Left halves of basis rows that are even and
-            odd under mirroring. The sum of the squares of all rows times an environment is the
-            squared norm of the environment's picture minus its mean.
-        others: (K, H, W) float. Further maps to evaluate: areas of the face, and targets over the
+        even, odd: (E, H, W / 2), (O, H, W / 2) float. Left halves of the basis rows that are even
+            and odd under mirroring. The squared products of all rows with an environment add up to
+            the squared norm of the environment's picture minus its mean.
+        paired: As in `SearchTables`.
+        others: (K, H, W) float. Other maps to evaluate: areas of the face, and targets over the
             face region.
     """
     height, width = targets.shape[1:]
@@ -287,7 +288,7 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
         light: (H, W) float. Search light at turn 0 (see `app.core.solver.search`).
 
     Returns:
-        (S, 64) float64. The quality, in the unit of the environment.
+        (S, 64) float64. The quality, in the same unit as the environment.
     """
     return np.asarray(_quality(tables, _spectra(tables, light[None]))[0])
 
@@ -303,13 +304,13 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
 
 
 def curves_of(tables: SearchTables, lights: Floats) -> Curves:
-    """Return the curves of several lights at once. This is faster than one by one.
+    """Return the curves for several lights at once, which is faster than one light at a time.
 
     Args:
-        lights: (N, H, W) float. Search lights, as in `curves`.
+        lights: (N, H, W) float. Search lights, each as in `curves`.
 
     Returns:
-        The curves, each with an axis for the N lights in front.
+        The curves, with an additional leading axis for the N lights.
     """
     spectra = _spectra(tables, lights)
     first, second = _products_of(spectra, tables.basis)
@@ -334,7 +335,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
 
 
 def _spectra(tables: SearchTables, lights: Floats) -> Float64:
-    """Return cosine coefficients of the lights' rows, then sine coefficients, (M, 2 N, H)."""
+    """Return the cosine and then the sine coefficients of the lights' rows, (M, 2 N, H)."""
     if lights.shape[1:] != tables.shape:
         raise ValueError(f"light {lights.shape[1:]} does not fit {tables.shape}")
     height, width = tables.shape
@@ -346,14 +347,14 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
 
 
 def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
-    """Return the cosine and sine parts of the lights times a table's columns, (M, N, n) each."""
+    """Return the cosine and sine parts of the lights times the table's columns, (M, N, n) each."""
     product = spectra.astype(table.dtype, copy=False) @ table
     lights = spectra.shape[1] // 2
     return product[:, :lights], product[:, lights:]
 
 
 def _back(waves: Float64, coefficients: Float64) -> Float64:
-    """Return values at turns 0 to 180 degrees, (33, N, n), for coefficients (M, N, n)."""
+    """Return the values at turns 0 to 180 degrees, (33, N, n), for coefficients (M, N, n)."""
     order, lights, count = coefficients.shape
     return (waves @ coefficients.reshape(order, -1)).reshape(-1, lights, count)
 
@@ -395,7 +396,7 @@ def _join(*parts: Float64) -> Float64:
 
 
 def _products(a: Float64, b: Float64) -> Float64:
-    """Return sums of products of two arrays, (33, N, n), along their last axis, (33, N)."""
+    """Return the products of two arrays, (33, N, n), summed along their last axis, (33, N)."""
     size = a.shape[-1]
     result: Float64 = np.einsum("kr,kr->k", a.reshape(-1, size), b.reshape(-1, size))
     return result.reshape(a.shape[:-1])

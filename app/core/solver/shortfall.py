@@ -1,4 +1,4 @@
-"""Reasons why a picture misses a style, as data; `app.words` turns them into sentences."""
+"""Reasons why a picture misses a style, as data that `app.words` turns into sentences."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 
 class Aspect(StrEnum):
-    """Aspect of a style that a relation between two areas of the face describes."""
+    """The aspect of a style that a relation between two areas of the face describes."""
 
     NOSE_SHADOW = "nose shadow"
     CHEEKS = "cheeks"
@@ -44,7 +44,7 @@ class Aspect(StrEnum):
 
 
 class Cause(StrEnum):
-    """Fault of a place's light that keeps a style out of reach."""
+    """The fault in a place's light that keeps a style out of reach."""
 
     EVEN = "even light"
     # no light at any turn from the direction of one of the style's lamps
@@ -59,7 +59,7 @@ class Cause(StrEnum):
 
 
 class Origin(StrEnum):
-    """Direction from which a style's lamp lights the face."""
+    """The direction from which a style's lamp lights the face."""
 
     BELOW = "below"
     ABOVE = "above"
@@ -70,7 +70,7 @@ class Origin(StrEnum):
 
 
 class Obstacle(StrEnum):
-    """Reason why no position of the lens is possible."""
+    """The reason why no position of the lens is possible."""
 
     BACKGROUND = "background"  # no turn brings the requested background behind the sitter
     FACE_HIDDEN = "face hidden"
@@ -84,8 +84,8 @@ class AreaShortfall:
 
     Attributes:
         style: Title of the style whose signature requires the difference.
-        value_stops: Brightness of `bright` over that of `dark`, in stops.
-        limit_stops: Lower limit if the value is below it, otherwise the upper limit.
+        value_stops: Brightness of `bright` relative to `dark`, in stops.
+        limit_stops: The lower limit if the value is below it, otherwise the upper limit.
     """
 
     aspect: Aspect
@@ -102,8 +102,8 @@ class LightShortfall:
     """The match or the contrast of the picture as a whole is too low.
 
     Attributes:
-        value, limit: Value of the measure, and its limit, 0 to 100.
-        origin: Direction of the missing light, with `NO_LIGHT` and `ONE_LAMP`.
+        value, limit: The measured value and its limit, 0 to 100.
+        origin: Direction of the missing light, for the causes `NO_LIGHT` and `ONE_LAMP`.
     """
 
     cause: Cause
@@ -124,7 +124,7 @@ class LensShortfall:
 
 @dataclass(frozen=True, slots=True)
 class SavedReason:
-    """A sentence saved by an earlier version instead of data."""
+    """A sentence that an earlier version saved in place of data."""
 
     sentence: str
     kind: Literal["saved"] = field(default="saved", init=False)

@@ -1,7 +1,7 @@
-"""Solving a place: for each style, the turn, its quality, and the shortfall.
+"""Solve a place: find the turn, the quality and the shortfall for each style.
 
 The exposure of the environment is divided out first, so it affects no decision. Only the quality C,
-which is linear in the exposure, is returned in the caller's unit.
+which is linear in the exposure, is returned in the same unit as the caller's light.
 """
 
 from __future__ import annotations
@@ -57,13 +57,13 @@ def solve_all(
     front_deg: float = 0.0,
     is_open: Bools | None = None,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn of every style, by eq. 5 or by the picture objective.
+    """Find the best turn for every style, by eq. 5 or by the picture objective.
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the pack's size, linear Rec. 709
             radiance, or luminance of grey light, at any exposure.
         front_deg: Azimuth of the photographer, in degrees (see `StyleResult.seen_from`).
-        is_open: (64,) bool. Permitted turns. The default is all.
+        is_open: (64,) bool. Permitted turns. By default, all turns are permitted.
 
     Raises:
         EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
@@ -84,7 +84,7 @@ def solve_all(
 def asked_for(
     pack: StylePack, every: list[StyleResult], styles: Sequence[str] | None, front_deg: float
 ) -> tuple[StyleResult, ...]:
-    """Select results by style name, with turns counted from the photographer.
+    """Select results by style name, with turns measured from the photographer.
 
     Raises:
         StyleError: If a style is unknown.
@@ -96,7 +96,7 @@ def asked_for(
 
 @dataclass(frozen=True)
 class PlaceSearch:
-    """All turns of a place, evaluated for all styles of a pack."""
+    """Every turn at a place, evaluated for every style in a pack."""
 
     pack: StylePack
     limits: Limits
@@ -115,14 +115,14 @@ class PlaceSearch:
 
     @cached_property
     def grades(self) -> Indices:
-        """Grade of each picture for each style, (S, 64), without regard to rivals.
+        """Grade of each picture for each style, (S, 64), regardless of rivals.
 
-        A style without a signature has the grade `NO`.
+        The grade is `NO` for a style without a signature.
         """
         return grades(self.alone.yes, self.alone.nearly)
 
     def verdict(self, row: int, at: int) -> Verdict:
-        """Grade the picture at a grid turn for the style at `row`, among all others."""
+        """Grade the picture at a grid turn for the style at `row`, among all its rivals."""
         match, strength = self.measured.match[:, at], self.measured.strength[:, at]
         areas = self.curves.others[: len(AREAS), at]
         verdict = judge(
@@ -137,35 +137,35 @@ class PlaceSearch:
 
 
 def quality_scale(light: Floats, picture: int) -> float:
-    """Return the factor that makes C comparable between places and heads.
+    """Return the factor that makes C comparable across places and heads.
 
     C increases with the exposure and the number of pixels, and the paper does not state its unit.
-    Here, C is for light whose texels have a mean luminance of 1, on 100 x 100 pixels.
+    Here, C refers to light whose texels have a mean luminance of 1, on 100 x 100 pixels.
 
     Args:
-        light: (H, W, 3) or (H, W) float. The light of the search.
+        light: (H, W, 3) or (H, W) float. The light used in the search.
         picture: Side of the head's picture, in pixels.
     """
     return float((100.0 / picture) ** 2 / max(float(luminance_of(light).mean()), 1e-30))
 
 
 def measure(pack: StylePack, curve_set: Curves) -> StyleMeasures:
-    """Return the match, strength and grades of all styles, among their rivals."""
+    """Return the match, strength and grades of every style, judged among its rivals."""
     return among_rivals(pack, measure_alone(pack, curve_set))
 
 
 def among_rivals(pack: StylePack, alone: StyleMeasures) -> StyleMeasures:
-    """Lower the grade of pictures graded yes that read as another style, as `judge` does."""
+    """Lower the grade of any picture graded yes that reads as another style, as `judge` does."""
     apart = unrivalled(alone.yes, alone.match, pack.rivalry)
     return replace(alone, yes=np.minimum(alone.yes, apart))
 
 
 def measure_alone(pack: StylePack, curve_set: Curves) -> StyleMeasures:
-    """Return the match and strength of each style, free of exposure and without its rivals.
+    """Return the match and strength of each style, independent of exposure and rivals.
 
-    Match is Pearson's correlation of target and picture over the face region. Strength is their
-    covariance divided by the mean of the face, relative to the target picture. Curves of several
-    lights add an axis to the result.
+    The match is Pearson's correlation of target and picture over the face region. The strength is
+    their covariance divided by the mean of the face, relative to the target picture. With the
+    curves of several lights, the results have an additional axis.
     """
     areas, product = np.split(curve_set.others, [len(AREAS)], axis=-2)
     ratio = product / np.maximum(curve_set.mean, 1e-30)[..., None, :]
@@ -188,10 +188,10 @@ def solve_on_table(
     counted: CountedLight | None = None,
     limits: Limits = LIMITS,
 ) -> StyleResult:
-    """Solve painted weights in a prepared light, fast enough for strokes.
+    """Solve painted weights in prepared light, fast enough to follow brush strokes.
 
     Args:
-        counted: Result of `counted_light` for the same active pixels, if available.
+        counted: Result of `counted_light` for the same active pixels, if already computed.
     """
     measured = measure_painted(painted_curves(table, weights, counted))
     choice = choose(measured, objective, limits)
@@ -221,14 +221,14 @@ def judge_painted(measured: StyleMeasures, at: int, limits: Limits, light: Light
 
 
 def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
-    """Return 100 x correlation, or 0 if the face has no contrast."""
+    """Return the correlation times 100, or 0 if the face has no contrast."""
     product = norm * contrast
     flat = product <= 1e-12 * np.max(product, axis=-1, keepdims=True)
     return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))
 
 
 def proposal(results: Sequence[StyleResult]) -> str | None:
-    """Return the style to suggest first: within reach, common, with the best grade and match."""
+    """Return the style to suggest first: within reach, common, and best in grade and match."""
 
     def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
         common = result.name not in RARE
@@ -238,7 +238,7 @@ def proposal(results: Sequence[StyleResult]) -> str | None:
 
 
 def name_equals(results: list[StyleResult]) -> list[StyleResult]:
-    """Fill in `same_picture` of styles with the same turn."""
+    """Fill in `same_picture` for styles with the same turn."""
     turns = [(each.name, each.turn_refined_deg) for each in results if each.attainable]
     equals = []
     for one in results:
@@ -256,7 +256,7 @@ def answer(
     best_index: int,
     judge: Callable[[int], Verdict],
 ) -> StyleResult:
-    """Build the result of a style at the turn offered.
+    """Build the result for a style at the offered turn.
 
     Args:
         best_index: Best grid turn.

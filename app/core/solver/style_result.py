@@ -1,4 +1,4 @@
-"""The result of a place for one style."""
+"""The result for one style at a place."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class PeakResult:
     """A turn at which an objective has a local maximum.
 
     Attributes:
-        turn_deg, turn_refined_deg: Turn on the grid of 5.625 degrees, and refined, in degrees
-            within (-180, 180], positive clockwise.
-        arc_deg: Tolerance arc (from, to), clockwise, in degrees.
+        turn_deg, turn_refined_deg: The turn on the grid of 5.625 degrees, and the refined turn, in
+            degrees within (-180, 180], positive clockwise.
+        arc_deg: The clockwise tolerance arc (from, to), in degrees.
     """
 
     turn_deg: float
@@ -41,7 +41,7 @@ Lighting: TypeAlias = Literal["front", "short", "broad"]
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Improvement of a style by turning the face, with turn and yaw as in `StyleResult`."""
+    """An improvement of a style from turning the face, with turn and yaw as in `StyleResult`."""
 
     lighting: Lighting
     turn_deg: float
@@ -51,35 +51,37 @@ class Gain:
 
 @dataclass(frozen=True, slots=True)
 class StyleResult:
-    """The answer of a place for a style.
+    """The result for a style at a place.
 
     Attributes:
-        turn_index: Grid turn 0..63 from the panorama's centre column, regardless of the front.
-        turn_deg, turn_refined_deg: The turn offered, on the grid and refined as shown, at most a
-            step of 5.625 degrees apart, in degrees, positive clockwise. See
-            `app.core.solver.peaks.find_peak`.
+        turn_index: Grid turn, 0 to 63, from the panorama's centre column, regardless of the front.
+        turn_deg, turn_refined_deg: The offered turn, on the grid and refined for display, in
+            degrees, positive clockwise. The two differ by at most one step of 5.625 degrees (see
+            `app.core.solver.peaks.find_peak`).
         direction: Direction of the refined turn: clockwise, counter-clockwise or none.
         quality_curve, match_curve, strength_curve: (64,) float64. Values at turns of 5.625 k
-            degrees. Quality is in the unit of the environment; the others are 100 for the studio
-            picture.
+            degrees. Quality is in the same unit as the environment. The other two are 100 for the
+            studio picture.
         attainable: Whether the grade is yes or nearly or, for a style without a signature, whether
             match and strength reach their limits.
-        arc_deg: Tolerance arc (from, to) around the best turn, clockwise, in degrees. It ends where
-            the grade does. The refined turn is near its middle.
+        arc_deg: Clockwise tolerance arc (from, to) around the best turn, in degrees. It ends where
+            the grade changes. The refined turn is near its middle.
         grade: How well the picture shows the style, or None if the style has no signature.
         shortfall: The reason why the style is out of reach, or the respect in which the picture
             only nearly shows the style.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles with the same turn.
-        neighbour: Name of the style that explains the picture second best, for which it may be
-            mistaken. It is never the mirrored style.
-        yaw_deg: Angle of the face towards the sitter's own left from the line to the lens; the turn
-            is that of the lens. Match and its curve are for the picture as seen from there.
-        yaw_arc_deg: Yaws (from, to) at which the picture is about as good, at the same direction of
-            the nose.
-        lighting: Whether the side of the face away from the lens is lit, or the side towards it.
-        gains: Gains of a turned face: a better grade, or the same grade with a better match.
-            Empty if the style stays out of reach.
+        neighbour: Name of the style that explains the picture second best and for which this style
+            may be mistaken. It is never the mirrored style.
+        yaw_deg: Angle by which the face is turned from the lens towards the sitter's own left. The
+            turn is that of the lens. The match and its curve are for the picture as seen from
+            there.
+        yaw_arc_deg: Range of yaws (from, to) over which the picture is about equally good while the
+            nose points in the same direction.
+        lighting: Whether the main light falls on the side of the face that is turned away from the
+            lens or on the side turned towards it.
+        gains: Gains from turning the face: a better grade, or a better match at the same grade.
+            Empty if the style remains out of reach.
     """
 
     name: str
@@ -110,13 +112,13 @@ class StyleResult:
 
     @property
     def nose_deg(self) -> float:
-        """Azimuth of the nose at the refined turn, in degrees."""
+        """The azimuth of the nose at the refined turn, in degrees."""
         return wrap(self.turn_refined_deg - self.yaw_deg)
 
     def arc_at(self, turn_deg: float) -> tuple[float, float] | None:
-        """Return the nearest peak's tolerance arc, (from, to) in degrees, if it contains a turn.
+        """Return the nearest peak's tolerance arc (from, to), in degrees, if it contains a turn.
 
-        Angles are compared in whole degrees, as shown.
+        Angles are compared in whole degrees, as displayed.
         """
         peaks = [(self.turn_refined_deg, self.arc_deg)]
         peaks += [(peak.turn_refined_deg, peak.arc_deg) for peak in self.peaks]
@@ -127,23 +129,23 @@ class StyleResult:
         return None
 
     def arc_near(self, turn_deg: float) -> tuple[float, float]:
-        """Return the arc that contains a turn, otherwise the arc of the best turn, in degrees."""
+        """Return the arc that contains a turn, or else the arc of the best turn, in degrees."""
         return self.arc_at(turn_deg) or self.arc_deg
 
     @property
     def background_deg(self) -> float:
-        """Azimuth straight behind the sitter at the refined turn, in degrees."""
+        """The azimuth directly behind the sitter at the refined turn, in degrees."""
         return wrap(self.turn_refined_deg + 180.0)
 
     def seen_from(self, front_deg: float) -> StyleResult:
-        """Return the result with turns counted from the photographer at `front_deg`.
+        """Return the result with turns measured from the photographer at `front_deg`.
 
         Args:
             front_deg: Panorama azimuth of the photographer, in degrees.
 
         Returns:
-            The result, in which each turn t becomes wrap(t - front_deg) and the curves are for the
-            new turns.
+            The result, in which each turn t becomes wrap(t - front_deg) and the curves are shifted
+            accordingly.
         """
 
         def shifted(angle: float) -> float:

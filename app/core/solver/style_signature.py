@@ -1,10 +1,10 @@
 """Signatures of styles: relations between areas of the face that a picture must satisfy.
 
-A relation is the difference between two areas in stops. The mean of an area is linear in the light,
-so relations at all turns cost almost nothing. A picture that satisfies every relation of a style
-shows the style, and is graded yes. A picture that misses some relations by less than a specified
-band reads as the style but shallower or softer, and is graded nearly. Any other picture is graded
-no.
+A relation is the difference between two areas, in stops. The mean of an area is linear in the
+light, so evaluating relations at every turn costs almost nothing. A picture that satisfies every
+relation of a style shows the style and is graded yes. A picture that misses some relations, but by
+less than a specified band, reads as a shallower or softer version of the style and is graded
+nearly. Any other picture is graded no.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from app.core.solver.shortfall import Aspect
 Grade: TypeAlias = Literal["yes", "nearly", "no"]
 
 GRADES: Final[tuple[Grade, ...]] = ("no", "nearly", "yes")
-"""Grades from the worst to the best."""
+"""Grades, from worst to best."""
 
 NO, NEARLY, YES = range(3)
 
 EXPLAINS: Final = 5.0
-"""Points of match by which a style of the same grade must be ahead to explain a picture better."""
+"""Lead in points of match with which a style of equal grade explains a picture better."""
 
 _BLACK: Final = 1 / 256  # fraction of the head's brightest part below which an area counts as black
 _NOTHING: Final = 2.0**-40  # fraction of the brightest area below which there is no light
@@ -40,12 +40,12 @@ _LIT_AREAS: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] 
 
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """Required difference between two areas of the face, in stops.
+    """The required difference between two areas of the face, in stops.
 
     Attributes:
         aspect: Aspect of the style that the relation describes.
         least, most: Limits of the difference.
-        nearly: Largest miss of the limits with which a picture still reads as the style.
+        nearly: The largest miss of the limits at which a picture still reads as the style.
     """
 
     aspect: Aspect
@@ -70,12 +70,13 @@ class Relation:
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """Relations and least match that define a style.
+    """The relations and the minimum match that define a style.
 
     Attributes:
-        match: Least match, 0 to 100, for yes and for nearly.
+        match: Minimum match, 0 to 100, for the grades yes and nearly.
         even: Whether light that is even all around shows the style regardless of the match.
-        areas: Whether match is computed over the areas in the relations (see `match_of_areas`).
+        areas: Whether the match is computed over the areas in the relations (see
+            `match_of_areas`).
     """
 
     relations: tuple[Relation, ...] = ()
@@ -89,14 +90,14 @@ class Signature:
         return replace(self, relations=tuple(each.mirrored for each in self.relations))
 
     def scaled(self, own: Float64, other: Float64) -> Signature:
-        """Return the signature for other lamps of the style.
+        """Return the signature for a different set of lamps.
 
-        Deep relations may become shallower in proportion to the style's own target, but keep most
-        of their depth; other limits are relaxed only as far as that target requires.
+        Deep relations may become shallower in proportion to the style's own target, but they keep
+        most of their depth. Other limits are relaxed only as far as the target requires.
 
         Args:
-            own, other: (R,) float64. Relations in the target with the style's own lamps, and with
-                the other lamps, in stops.
+            own, other: (R,) float64. Values of the relations in the target, in stops, with the
+                style's own lamps and with the other lamps.
         """
         rows = zip(self.relations, own.tolist(), other.tolist(), strict=True)
         return replace(self, relations=tuple(_scaled(*row) for row in rows))
@@ -113,11 +114,11 @@ def _scaled(relation: Relation, before: float, after: float) -> Relation:
 
 
 UNSIGNED: Final = Signature()
-"""Signature of a style that is defined by its target picture alone."""
+"""Signature of a style that is defined only by its target picture."""
 
 
 def stops_of(areas: Float64) -> Float64:
-    """Convert means of `AREAS` to stops, with a floor for darkness.
+    """Convert means of `AREAS` to stops, with a lower limit for dark areas.
 
     Args:
         areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
@@ -150,13 +151,13 @@ class Signatures:
 
     @cached_property
     def _limits(self) -> Float64:
-        """Lower limits, upper limits and the bands of nearly, (3, R)."""
+        """The lower limits, the upper limits and the bands for nearly, (3, R)."""
         rows = [(relation.least, relation.most, relation.nearly) for relation in self._relations]
         return np.array(rows, np.float64).reshape(-1, 3).T
 
     @cached_property
     def _floors(self) -> Float64:
-        """The least match for yes and for nearly, (2, S)."""
+        """The minimum match for yes and for nearly, (2, S)."""
         return np.array([signature.match for signature in self.styles], np.float64).T
 
     @cached_property
@@ -165,11 +166,11 @@ class Signatures:
 
     @cached_property
     def by_areas(self) -> Bools:
-        """Styles whose match is computed over areas, (S,) bool."""
+        """A mask, (S,), of the styles whose match is computed over areas."""
         return np.array([signature.areas for signature in self.styles])
 
     def values(self, stops: Float64) -> Float64:
-        """Return the values of all relations of all styles, concatenated.
+        """Return the values of all relations of every style, concatenated.
 
         Args:
             stops: (..., A, n) float64. Means of `AREAS` in stops, from `stops_of`.
@@ -181,11 +182,11 @@ class Signatures:
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
-        """Replace the match and strength of styles judged by areas, in place.
+        """Replace the match and strength of the styles that are judged by areas, in place.
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
-            match, strength: (..., S, n) float64. Values to replace, 0 to 100.
+            match, strength: (..., S, n) float64. The values to replace, 0 to 100.
         """
         for row, signature in enumerate(self.styles):
             if signature.areas:
@@ -195,7 +196,7 @@ class Signatures:
     def slack(
         self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
-        """Return how far pictures are inside the limits for "yes" and "nearly", negative outside.
+        """Return how far pictures are within the limits for yes and for nearly.
 
         Args:
             stops: (..., A, n) float64. Means of `AREAS` in stops, from `stops_of`.
@@ -203,7 +204,8 @@ class Signatures:
             even: (..., S) bool. Whether the light is even all around. The default is False.
 
         Returns:
-            (..., S, n) float64 each. The slacks in stops, or nan for styles without a signature.
+            The slacks for yes and for nearly in stops, (..., S, n) float64 each. They are negative
+            outside the limits, and NaN for styles without a signature.
         """
         signed, rows = self._signed
         yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
@@ -228,7 +230,7 @@ class Signatures:
 
     @cached_property
     def _signed(self) -> tuple[Bools, Indices]:
-        """A mask of styles with relations, (S,), and their relations, (S', n), padded."""
+        """A mask, (S,), of the styles with relations, and their padded relations, (S', n)."""
         counts = [len(signature.relations) for signature in self.styles]
         most = np.arange(max(counts, default=0))
         ends = np.cumsum(counts, dtype=np.intp)
@@ -241,16 +243,18 @@ class Signatures:
 
 
 def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float64]:
-    """Return the match and strength of a style judged by areas, such as a silhouette.
+    """Return the match and strength of a style that is judged by areas, such as a silhouette.
 
-    The target pattern comes from its relations: areas that must be brighter are 1, those that must
-    be darker are 0. Areas are compared by their square root, close to perceived brightness.
+    The target pattern is derived from the relations: it is 1 for areas that must be brighter, and 0
+    for those that must be darker. Areas are compared by their square roots, which are close to
+    perceived brightness.
 
     Args:
         areas: (..., A, n) float64. Means of `AREAS`, at any exposure.
 
     Returns:
-        (..., n) float64 each, 0 to 100. Strength is the difference between bright and dark areas.
+        The match and strength, (..., n) float64 each, 0 to 100. The strength is the difference
+        between bright and dark areas.
     """
     order, count = _bright_and_dark(signature)
     bright = np.sqrt(np.maximum(areas[..., order, :], 0.0))
@@ -266,7 +270,7 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
 
 @lru_cache(maxsize=64)
 def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
-    """Return the areas that must be brighter, the darker areas, and the number of the former."""
+    """Return the areas that must be brighter, the darker areas, and how many must be brighter."""
     relations = [relation for relation in signature.relations if relation.least > 0]
     bright = sorted({AREAS.index(relation.bright) for relation in relations})
     dark = sorted({AREAS.index(relation.dark) for relation in relations} - {*bright})
@@ -276,12 +280,12 @@ def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
 def worst_relation(
     signature: Signature, areas: Float64, *, nearly: bool
 ) -> tuple[Relation, float] | None:
-    """Return the relation that a picture misses by the most.
+    """Return the relation that a picture misses by the largest amount.
 
     Args:
         areas: (A,) float64. Means of `AREAS`, at any exposure.
-        nearly: Whether the relation must be outside the band of nearly, rather than only outside
-            the limits of yes.
+        nearly: Whether the relation must miss even the band for nearly, and not only the limits for
+            yes.
 
     Returns:
         The relation and its value, in stops, or None if no relation is missed.
@@ -298,21 +302,21 @@ def worst_relation(
 
 
 def grades(yes: Float64, nearly: Float64) -> Indices:
-    """Return the grade of each picture from its slacks, of any shape: `NO`, `NEARLY` or `YES`."""
+    """Return the grade of each picture, `NO`, `NEARLY` or `YES`, from its slacks of any shape."""
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 
 def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
-    """Return each picture's margin to the nearest rival style (see `better`).
+    """Return the margin between each picture and the nearest rival style (see `better`).
 
     Args:
-        yes: (..., S, n) float64. Slack of yes, in stops, or nan for styles without a signature.
+        yes: (..., S, n) float64. Slack for yes, in stops, or NaN for styles without a signature.
         match: (..., S, n) float64. Match, 0 to 100.
-        rivals: (S, S) bool. Other styles that may explain each style's picture.
+        rivals: (S, S) bool. The other styles that may explain each style's picture.
 
     Returns:
         (..., S, n) float64. The margin in stops. It is negative where a rival explains the picture
-        better, and infinite if no rival is shown at any turn.
+        better, and infinite if no picture shows a rival at any turn.
     """
     free = np.full(yes.shape, np.inf)
     axes = (*range(yes.ndim - 2), yes.ndim - 1)
@@ -330,11 +334,11 @@ def better(
 ) -> int | None:
     """Return the style that explains a picture better than the style at `row`, or None.
 
-    Such a style has a higher grade for the picture, or the same grade and a match higher by
-    `EXPLAINS`.
+    Such a style has a higher grade for the picture, or the same grade and a match that is higher by
+    at least `EXPLAINS`.
 
     Args:
-        grade, match: (S,). Grade and match of that picture for each style.
+        grade, match: (S,). Grade and match of the picture for each style.
         rivals: Indices of the other styles to consider.
     """
     rivals_ahead = [
@@ -347,10 +351,11 @@ def better(
 
 
 def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]) -> int | None:
-    """Return the style within reach with the best match.
+    """Return the style within reach that has the best match.
 
     Args:
-        rivals: As in `better`; if none of them is within reach, the best match of all counts.
+        rivals: As in `better`. If none of them is within reach, the one with the best match is
+            returned.
     """
     grades = [(grade[other] > NO, match[other], -other) for other in rivals]
     return -max(grades)[2] if grades else None

@@ -1,4 +1,4 @@
-"""Measure and grade a single picture for all styles."""
+"""Measure a single picture and grade it for every style."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from app.core.styles.style_pack import StylePack
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PictureMeasure:
-    """Measures of a picture.
+    """The measures of a picture.
 
     Attributes:
         areas: (A,) float64. Means of `AREAS`, at any exposure.
-        match, strength: (S,) float64. Values by style, which are 100 for the target picture.
-        grade: (S,) int. Grade by style, `NO` if the style has no signature.
+        match, strength: (S,) float64. Values for each style, which are 100 for its target picture.
+        grade: (S,) int. Grade for each style, or `NO` if the style has no signature.
     """
 
     areas: Float64
@@ -45,7 +45,7 @@ class PictureMeasure:
 def picture_of(
     pack: StylePack, areas: Float64, match: Float64, strength: Float64
 ) -> PictureMeasure:
-    """Grade a picture for all styles, changing `match` and `strength` in place."""
+    """Grade a picture for every style, updating `match` and `strength` in place."""
     pack.signatures.take_areas(areas[:, None], match[:, None], strength[:, None])
     yes, nearly = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
     return PictureMeasure(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
@@ -55,7 +55,7 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
     """Measure a single picture (see `app.core.solver.solve.measure` for all turns).
 
     Args:
-        luminance: (P,) float. Linear, on the head's pixels, at any exposure.
+        luminance: (P,) float. Linear luminance on the head's pixels, at any exposure.
     """
     grey, region = np.asarray(luminance, np.float64), pack.region_on(transport)
     weights = pack.weights_on(transport)
@@ -72,7 +72,7 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Grade of a picture for a style, with fields as in `StyleResult`."""
+    """The grade of a picture for a style, with fields as in `StyleResult`."""
 
     attainable: bool
     grade: Grade | None = None
@@ -107,7 +107,7 @@ def judge(pack: StylePack, row: int, picture: PictureMeasure, limits: Limits) ->
 
 
 def _shortfall(style: Style, areas: Float64, match: float, grade: int) -> Shortfall | None:
-    """Return the shortfall of a picture, or None if it has the whole signature of its style."""
+    """Return the shortfall of a picture, or None if it satisfies its style's whole signature."""
     worst = worst_relation(style.signature, areas, nearly=grade == NO)
     if worst is None:
         least = style.signature.match[0 if grade == NEARLY else 1]

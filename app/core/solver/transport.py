@@ -35,13 +35,13 @@ _EVEN, _ODD = np.uint16(0), np.uint16(1 << 15)  # XOR masks for the sign of a ha
 
 @dataclass(frozen=True, slots=True)
 class TransportHeader:
-    """Origin and accuracy of a transport.
+    """The origin and accuracy of a transport.
 
     Attributes:
-        environment: Rows and columns of the environment, (H, W) with W = 2 H.
-        picture: Side of the square picture in pixels, N.
+        environment: Number of rows and columns of the environment, (H, W), where W = 2 H.
+        picture: Side of the square picture, N, in pixels.
         luminance_weights: Weights that convert linear RGB to luminance.
-        noise, truncation: Relative errors from sampling and from the low rank.
+        noise, truncation: Relative errors due to sampling and to the low rank.
     """
 
     head: str
@@ -62,15 +62,16 @@ class TransportHeader:
 
 @dataclass(frozen=True)
 class Transport:
-    """Low-rank light transport of one head, T_c = pixel_basis[c] @ texel_basis.
+    """The low-rank light transport of one head, T_c = pixel_basis[c] @ texel_basis.
 
     Attributes:
         pixels: (P,) int32. Flat row-major indices, into the N x N picture, of the pixels that the
             head covers.
         coverage: (P,) float32. Fraction of each pixel's area that the head covers, in (0, 1].
-        pixel_basis: (3, P, R) float32. Linear Rec. 709 RGB. Together with `texel_basis` it contains
-            the texels' solid angle.
-        texel_basis: (R, H * W) float32. Row-major texels in panorama coordinates at turn 0.
+        pixel_basis: (3, P, R) float32. Pixel basis of the linear Rec. 709 RGB channels. Its product
+            with `texel_basis` includes the texels' solid angles.
+        texel_basis: (R, H * W) float32. Texels in row-major order, in panorama coordinates at turn
+            0.
     """
 
     header: TransportHeader
@@ -82,22 +83,22 @@ class Transport:
 
     @cached_property
     def size(self) -> int:
-        """Side of the picture in pixels."""
+        """Side of the picture, in pixels."""
         return self.header.picture
 
     @cached_property
     def environment_shape(self) -> tuple[int, int]:
-        """Rows and columns (H, W) of the environment."""
+        """Number of rows and columns of the environment, (H, W)."""
         return self.header.environment
 
     @cached_property
     def face(self) -> Bools:
-        """Pixels that count as face, those at least half covered by the head, (P,) bool."""
+        """Mask of the face pixels, (P,) bool, which are those at least half covered by the head."""
         return self.coverage >= FACE_COVERAGE
 
     @cached_property
     def mirror_pixels(self) -> Indices | None:
-        """Index of each pixel's mirror image, (P,), or None if any pixel has none."""
+        """Index of each pixel's mirror image, (P,), or None if any pixel lacks one."""
         place = np.full(self.size * self.size, -1)
         place[self.pixels] = np.arange(len(self.pixels))
         there = place.reshape(self.size, self.size)[:, ::-1].ravel()[self.pixels]
@@ -105,20 +106,20 @@ class Transport:
 
     @cached_property
     def luminance_basis(self) -> Float32:
-        """The pixel basis weighted to luminance, (P, R) float32."""
+        """The pixel basis, converted to luminance, (P, R) float32."""
         weights = np.asarray(self.header.luminance_weights, np.float32)
         basis: Float32 = np.tensordot(weights, self.pixel_basis, axes=1)
         return np.ascontiguousarray(basis)
 
 
 def render(transport: Transport, radiance: Floats) -> Float32:
-    """Render the head under an environment, B = T L (eq. 1).
+    """Render the head in an environment, B = T L (eq. 1).
 
     Args:
         radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance, at turn 0.
 
     Returns:
-        (P, 3) or (P,) float32. Linear picture on the head's pixels, in the unit of `radiance`.
+        (P, 3) or (P,) float32. Linear picture on the head's pixels, in the same unit as `radiance`.
 
     Raises:
         TransportError: If the environment does not have the transport's size.
@@ -144,7 +145,7 @@ def render(transport: Transport, radiance: Floats) -> Float32:
 
 
 def parity_of(transport: Transport) -> Float64 | None:
-    """Return +1 and -1, (R,), for even and odd texel functions, or None if some are neither."""
+    """Return +1 for even texel functions and -1 for odd ones, (R,), or None if some are neither."""
     height, width = transport.environment_shape
     rows = transport.texel_basis.reshape(-1, height, width)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
@@ -155,7 +156,7 @@ def parity_of(transport: Transport) -> Float64 | None:
 
 
 def to_image(transport: Transport, values: Floats, background: float = 0.0) -> Float32:
-    """Scatter values of the head's pixels, (P, ...), into an (N, N, ...) float32 picture."""
+    """Place values of the head's pixels, (P, ...), in an (N, N, ...) float32 picture."""
     size = transport.size
     picture = np.full((size * size, *values.shape[1:]), background, np.float32)
     picture[transport.pixels] = values
@@ -180,7 +181,7 @@ def transport_path(name: str) -> Path:
 
 
 def transport_names() -> tuple[str, ...]:
-    """Return the names of the heads that ship with a transport."""
+    """Return the names of the shipped heads."""
     files = (resources() / "transport").glob("*.npz")
     return tuple(
         sorted(f.stem for f in files if not f.stem.endswith((".styles", ".shape", ".views")))
@@ -188,15 +189,15 @@ def transport_names() -> tuple[str, ...]:
 
 
 def load_named(name: str) -> Transport:
-    """Load a shipped transport by name, or another by path. Raises as `load_transport` does."""
+    """Load a transport by its shipped name or its path. Raises the errors of `load_transport`."""
     return load_transport(Path(name) if name.endswith(".npz") else transport_path(name))
 
 
 def save_transport(path: Path, transport: Transport) -> str:
-    """Save a transport atomically, and return the file's SHA-256.
+    """Save a transport atomically and return the SHA-256 of the file.
 
-    The bases are stored as half floats; column norms are moved to the pixel side first, to stay far
-    from the smallest half floats.
+    The bases are stored as half-precision floats. Column norms are first moved to the pixel side to
+    keep the values well above the smallest half-precision floats.
     """
     header = {**asdict(transport.header), "format_version": FORMAT_VERSION}
     return write_sealed(
@@ -238,7 +239,7 @@ _PLAIN: Final = {
     **dict.fromkeys(("picture", "rank", "paths_per_pixel", "seed", "format_version"), int),
     **dict.fromkeys(("fov_deg", "distance_m", "noise", "truncation"), float),
 }
-"""Types of the header's plain values, checked regardless of the JSON content."""
+"""Types of the plain values in the header, which are checked whatever the JSON contains."""
 
 
 def _half_floats(transport: Transport) -> dict[str, NDArray[Any]]:
@@ -253,12 +254,12 @@ def _half_floats(transport: Transport) -> dict[str, NDArray[Any]]:
 
 
 def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str, NDArray[Any]]:
-    """Pack both bases without loss, into less than half the size of a plain zip file.
+    """Pack both bases without loss, to less than half the size of an ordinary zip file.
 
-    Each basis picture is even or odd about the head's middle except for the last bit, so only one
-    half is stored, with the differences of the other half from it. Colours are similar, so their
-    differences are stored. Bytes of equal significance are side by side, as signs and exponents
-    repeat more than fractions.
+    Each basis picture is even or odd about the centre line of the head, except for the last bit, so
+    one half is stored together with the differences of the other half from it. The colours are
+    similar, so their differences are stored. Bytes of equal significance are stored side by side,
+    because signs and exponents repeat more often than fractions.
     """
     pixel, texel = _partners(arrays["pixels"], header)
     bits = arrays["pixel_basis"].view(np.uint16)
@@ -278,7 +279,7 @@ def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str,
 
 
 def _restore(facts: dict[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Unpack the contents of a file, unless they have the first format, which is not packed."""
+    """Unpack the contents of a file, or return them unchanged if they have the unpacked format."""
     return (
         _unpacked(contents, parse_transport_header(facts))
         if facts["format_version"] > 1
@@ -309,9 +310,9 @@ def _unpacked(
 
 
 def _partners(pixels: NDArray[Any], header: TransportHeader) -> tuple[Indices, Indices]:
-    """Return each pixel's and each texel's mirror image: indices (P,) and (H * W,).
+    """Return the indices of each pixel's and each texel's mirror image, (P,) and (H * W,).
 
-    A pixel whose mirror image is not in the picture is its own mirror image.
+    A pixel whose mirror image is not in the picture is treated as its own mirror image.
     """
     side, (height, width) = header.picture, header.environment
     if not (0 < side <= _MAX_PICTURE and 0 < height * width <= _MAX_TEXELS):

@@ -1,18 +1,18 @@
-"""The rule for choosing the turn of a style, and for deciding whether it is within reach.
+"""The rule for choosing the turn for a style and for deciding whether the style is within reach.
 
 The picture objective ranks grade above match. It takes the best match among the turns whose
-pictures have the style's signature; if there are none, among those that nearly have it
-(`app.core.solver.style_signature`); and otherwise among all turns. A style is within reach if its
-grade at the offered turn is yes or nearly.
+pictures have the style's signature (`app.core.solver.style_signature`). If there are no such turns,
+it takes the best match among those whose pictures nearly have the signature, and otherwise among
+all turns. A style is within reach if its grade at the offered turn is yes or nearly.
 
-The offered turn is not the maximum itself but nearer to the middle of its tolerance arc, so that
-small errors of the sitter do not lose the style (see `app.core.solver.peaks.find_peak`).
+The offered turn is not the maximum itself but is nearer to the middle of its tolerance arc, so that
+the style survives small errors by the sitter (see `app.core.solver.peaks.find_peak`).
 
 The paper's objective offers exactly the turn with the largest C (eq. 5).
 
 Painted styles have no signature. For them, the rule takes the best match among the turns whose
-strength reaches its limit, or the largest C if there are none; they are within reach if match and
-strength at the offered turn reach their limits.
+strength reaches its limit, or the largest C if there are no such turns. A painted style is within
+reach if the match and the strength at the offered turn both reach their limits.
 
 Results, the clip audit, painting and the second light all use this rule.
 """
@@ -38,13 +38,13 @@ OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Least match and strength of a style within reach, 0 to 100, and the paper's least C.
+    """The minimum match and strength of a style within reach, 0 to 100, and the paper's minimum C.
 
     Attributes:
         match, strength: Limits for styles without a signature, such as painted styles. The limit of
-            the match is the paper's value, converted to the scale of the match. With a strength of
-            0, the rule takes the best match of all turns.
-        quality: Limit for the paper's rule: a style is within reach if the largest C is at least
+            the match is the paper's value, converted to the scale of the match. If the limit of the
+            strength is 0, the rule takes the best match of all turns.
+        quality: Limit for the paper's rule. A style is within reach if the largest C is at least
             this value, on the scale of `app.core.solver.solve.quality_scale`.
     """
 
@@ -53,7 +53,7 @@ class Limits:
     quality: float = 45.0
 
     def are_met(self, match: float, strength: float) -> bool:
-        """Return whether a style is within reach at a turn of this match and strength."""
+        """Return whether a style with this match and strength at a turn is within reach."""
         return match >= self.match and strength >= self.strength
 
     def miss(
@@ -65,14 +65,14 @@ class Limits:
         *,
         weak: bool,
     ) -> LightShortfall:
-        """Return the shortfall of a cause, in contrast if that is weak, otherwise in match."""
+        """Return the shortfall for a cause, in contrast if `weak` is set, otherwise in match."""
         if weak:
             return LightShortfall(cause, "contrast", strength, self.strength, origin)
         return LightShortfall(cause, "match", match, self.match, origin)
 
 
 PRICE: Final = 1.0
-"""Points of match that the middle of the tolerance arc may cost."""
+"""Largest loss in points of match that is accepted to move towards the middle of the arc."""
 
 LIMITS: Final = Limits()
 """The default limits."""
@@ -80,16 +80,16 @@ LIMITS: Final = Limits()
 
 @dataclass(frozen=True, slots=True)
 class StyleMeasures:
-    """Curves of styles at all turns, independent of exposure, with any number of axes in front.
+    """Curves for styles at every turn, independent of exposure, with any number of leading axes.
 
     Attributes:
         quality: (..., n) float64. C of eq. 5, over the whole head.
-        match: (..., n) float64. 100 x correlation of picture and target over the face.
-        strength: (..., n) float64. Depth of the pattern as a percentage of that of the target.
+        match: (..., n) float64. Correlation of picture and target over the face, times 100.
+        strength: (..., n) float64. Depth of the pattern, as a percentage of that of the target.
         yes, nearly: (..., n) float64. Distance of a picture inside the limits of the grade, in
-            stops, or NaN for a style without a signature. `yes` considers rival styles.
-        contrast: (..., n) float64. The contrast in the match, or 1 if the match is not computed
-            over the face.
+            stops, or NaN for a style without a signature. `yes` takes rival styles into account.
+        contrast: (..., n) float64. The contrast used in the match, or 1 if the match is not
+            computed over the face.
     """
 
     quality: Float64
@@ -106,14 +106,14 @@ class StyleMeasures:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Permitted turns of each style, and the curve to maximise.
+    """The permitted turns for each style, and the curve to maximise.
 
     Attributes:
-        curve: (..., n) float64. The objective, which is match or quality C.
+        curve: (..., n) float64. The objective, which is the match or the quality C.
         gate: (..., n) float64. Condition that must be at least 0 at the chosen turn, or infinity if
             there is no condition.
         eligible: (..., n) bool. Turns of the best grade.
-        grade: (...) int64. Grade of these turns by the picture objective: `NO`, `NEARLY`, `YES`.
+        grade: (...) int64. Grade of these turns by the picture objective: `NO`, `NEARLY` or `YES`.
         contrast: (..., n) float64. Divisor of the curve (see `find_peak`).
         price: (...) float64. Permitted cost of a turn nearer to the middle of its arc (see
             `find_peak`), or 0 if only the maximum itself may be offered.
@@ -146,14 +146,14 @@ class Choice:
 
     @property
     def turns(self) -> Int64:
-        """Best grid turn of each style, (S,), for (S, 64) curves."""
+        """The best grid turn for each style, (S,), for (S, 64) curves."""
         return np.array(
             [best_index(c, a) for c, a in zip(self.curve, self.eligible, strict=True)], np.int64
         )
 
     @property
     def best(self) -> Int64:
-        """Best grid turn for any axes, (...), if ties do not matter."""
+        """The best grid turn, (...), for any leading axes. Of tied turns, the first is used."""
         return np.asarray(np.where(self.eligible, self.curve, -np.inf).argmax(axis=-1))
 
     @property
@@ -163,12 +163,12 @@ class Choice:
 
     @property
     def offer(self) -> Int64:
-        """Grid turn offered for each style, (S,), for (S, 64) curves."""
+        """The grid turn offered for each style, (S,), for (S, 64) curves."""
         best = self.turns.tolist()
         return np.array([self[row].peak(at).index for row, at in enumerate(best)], np.int64)
 
     def peak(self, index: int) -> Peak:
-        """Return the turn offered for one style, for (64,) curves and the best grid turn."""
+        """Return the turn offered for one style, given (64,) curves and the best grid turn."""
         return find_peak(
             self.curve,
             index,
@@ -179,7 +179,7 @@ class Choice:
         )
 
     def peaks(self, index: int) -> tuple[Peak, ...]:
-        """Return the turn offered for one style, and other maxima, for (64,) curves.
+        """Return the turn offered for one style and the other maxima, for (64,) curves.
 
         Args:
             index: Best grid turn.
@@ -195,7 +195,7 @@ class Choice:
 
     @property
     def guard(self) -> Gate | None:
-        """The gate of one style, or None if there is no condition."""
+        """The gate for one style, or None if there is no condition."""
         return None if np.isinf(self.gate).any() else Gate(self.gate, 0.0)
 
 
@@ -224,7 +224,7 @@ def choose(
     """Apply the rule to each style's curves.
 
     Args:
-        is_open: (n,) bool. Permitted turns. The default is all.
+        is_open: (n,) bool. Permitted turns. By default, all turns are permitted.
     """
     shape = measured.match.shape
     free = np.broadcast_to(True if is_open is None else is_open, shape)

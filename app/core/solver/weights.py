@@ -1,7 +1,7 @@
-"""Target weights f on the face (eq. 6), painted or from a picture, and their pre-integration.
+"""Target weights f on the face (eq. 6), painted or taken from a picture, and their pre-integration.
 
-Pre-integrating painted weights is incremental: the projection of the weights onto the transport's
-low-rank basis is kept, so that a stroke reads only the rows of the pixels it changes.
+Painted weights are pre-integrated incrementally. The projection of the weights onto the low-rank
+basis of the transport is stored, so a stroke reads only the rows of the pixels that it changes.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _ROWS: Final = 512  # rows at once; a copy of the whole basis takes twice as lon
 def target_weights(luminance: Floats, face: Bools) -> Float64:
     """Return the weights of a target picture (eq. 6).
 
-    The picture on the face is rescaled linearly to [0, 1] and its mean over the face is subtracted;
-    everything outside the face is ignored.
+    The picture on the face is rescaled linearly to [0, 1] and its mean over the face is subtracted.
+    Everything outside the face is ignored.
 
     Args:
         luminance: (P,) float. Linear luminance of the target picture on the head's pixels, at any
@@ -36,8 +36,8 @@ def target_weights(luminance: Floats, face: Bools) -> Float64:
         rounding.
 
     Raises:
-        StyleError: If the picture is not finite, or is uniform over the face and so defines no
-            target.
+        StyleError: If the picture is not finite, or if it is uniform over the face and therefore
+            defines no target.
 
     Examples:
         >>> f = target_weights(np.array([1.0, 3.0, 9.0]), np.array([True, True, False]))
@@ -57,15 +57,15 @@ def target_weights(luminance: Floats, face: Bools) -> Float64:
 
 
 def region_weights(luminance: Floats, region: Floats) -> Float64:
-    """Return the weights of a target picture over the face region: eq. 6 with weighted pixels.
+    """Return the weights of a target picture over the face region, from eq. 6 with weighted pixels.
 
     Args:
         luminance: (P,) float. Linear luminance of the target picture, at any scale.
         region: (P,) float. Weight of each pixel, 0 to 1.
 
     Returns:
-        (P,) float64. The weights, which sum to 0 within rounding. Their product with a picture sums
-        to the covariance of target and picture over the region, up to a factor.
+        (P,) float64. The weights, which sum to 0 within rounding. The sum of their product with a
+        picture is the covariance of target and picture over the region, up to a factor.
 
     Raises:
         StyleError: If the picture is uniform over the region.
@@ -81,13 +81,13 @@ def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -
     """Return weights from painted values, with zero mean over the face pixels in use.
 
     Args:
-        values: (P,) float. Painted value per pixel of the head, at any offset: larger means
-            brighter.
+        values: (P,) float. Painted value for each pixel of the head, at any offset. Larger values
+            are brighter.
         face: (P,) bool. Face pixels.
         ignored: (P,) bool. Face pixels to exclude.
 
     Returns:
-        (P,) float64. The weights f, which are exactly 0 outside the face and where ignored.
+        (P,) float64. The weights f, which are exactly 0 outside the face and on ignored pixels.
     """
     active = face if ignored is None else face & ~ignored
     weights = np.zeros(len(values))
@@ -104,15 +104,15 @@ def _centred(values: Float64) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class PaintedWeights:
-    """Painted weights with their pre-integration, for strokes that touch few pixels.
+    """Painted weights and their pre-integration, for strokes that change few pixels.
 
     Attributes:
-        values: (P,) float64. Painted values, not yet zero-mean.
+        values: (P,) float64. Painted values, before the mean is subtracted.
         active: (P,) bool. Face pixels that are not ignored.
-        in_basis: (R,) float64. Sum over active pixels of value times the pixel's row of the
-            luminance basis.
-        ones_in_basis: (R,) float64. The same with 1 in place of the value.
-        total: Sum of the values of active pixels.
+        in_basis: (R,) float64. Sum over the active pixels of each value times the pixel's row of
+            the luminance basis.
+        ones_in_basis: (R,) float64. The same sum with 1 in place of each value.
+        total: Sum of the values of the active pixels.
         count: Number of active pixels.
     """
 
@@ -125,7 +125,7 @@ class PaintedWeights:
 
     @property
     def weights(self) -> Float64:
-        """Weights f: zero-mean over the active pixels, exactly 0 elsewhere, (P,) float64."""
+        """The weights f, (P,) float64: zero-mean over the active pixels, exactly 0 elsewhere."""
         return painted_weights(self.values, self.active)
 
     @property
@@ -144,10 +144,10 @@ class PaintedWeights:
 
 
 def painted(transport: Transport, values: Floats, ignored: Bools | None = None) -> PaintedWeights:
-    """Pre-integrate all pixels, to start painting.
+    """Pre-integrate every pixel, in preparation for painting.
 
     Args:
-        values: (P,) float. Painted value per pixel of the head, not used outside the face.
+        values: (P,) float. Painted value for each pixel of the head. Not used outside the face.
         ignored: (P,) bool. Face pixels to exclude.
 
     Raises:
@@ -175,17 +175,17 @@ def paint(
     values: Floats,
     ignored: Bools | None = None,
 ) -> PaintedWeights:
-    """Update changed pixels, reading only their rows of the luminance basis (eq. 3).
+    """Update changed pixels, reading only the corresponding rows of the luminance basis (eq. 3).
 
     Args:
         pixels: (n,) int. Indices among the head's P pixels, each at most once. Those outside the
             face are ignored.
-        values: (n,) float. New painted values of these pixels.
-        ignored: (n,) bool. Pixels to exclude from now on. The default is none.
+        values: (n,) float. New painted values for these pixels.
+        ignored: (n,) bool. Pixels to exclude from now on. By default, none are excluded.
 
     Returns:
-        The weights after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand
-        strokes; `painted` starts afresh.
+        The weights after the stroke. Rounding errors accumulate to less than 1e-6 of the weights
+        per thousand strokes. Call `painted` to start afresh.
     """
     on_face = transport.face[pixels]
     if not on_face.all():

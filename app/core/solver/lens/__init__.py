@@ -1,1 +1,1 @@
-"""Turn and yaw of the face: the search for the position of the lens."""
+"""The search for the position of the lens, given by the turn and the yaw of the face."""

@@ -1,10 +1,10 @@
-"""Search of all turns and yaws of a place, for all styles at once.
+"""Search every turn and yaw at a place, for all styles at once.
 
-The light on a face depends on the direction of the nose, and so does the grade. The position of the
-lens relative to the nose determines the background, the visible side of the face, and the match,
-which is the similarity of the picture to the style as seen from there. Curves in this module are
-functions of the azimuth of the nose; turn = nose + yaw is the azimuth of the lens as seen from the
-sitter.
+The light on a face, and therefore the grade, depends on the direction of the nose. The position of
+the lens relative to the nose determines the background, the visible side of the face, and the
+match, which is the similarity between the picture from that position and the style. Curves in this
+module are functions of the azimuth of the nose. The azimuth of the lens as seen from the sitter is
+the turn, where turn = nose + yaw.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from app.core.styles.style import Style
 from app.core.styles.style_pack import StylePack
 
 NAMED_GAIN: Final = 5.0
-"""Smallest gain in match that is reported, in points."""
+"""Smallest gain in match that is reported, in points of match."""
 
 _GRADE_POINTS: Final = 1000.0
 _FRONT_DEG: Final = 15.0  # degrees; a key this close to the direction of the nose lights both sides
@@ -47,11 +47,11 @@ _STRAIGHT_DEG: Final = 10.0
 
 
 def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
-    """Return the lighting of a turned face, as indices of `LIGHTINGS`.
+    """Return the kind of lighting on a turned face, as indices into `LIGHTINGS`.
 
     Args:
-        keys_deg: (...) float64. Azimuth of the main light from the nose, positive towards the
-            sitter's left, or NaN if there is no main light.
+        keys_deg: (...) float64. Azimuth of the main light relative to the nose, positive towards
+            the sitter's left, or NaN if there is no main light.
 
     Examples:
         >>> [LIGHTINGS[n] for n in lighting_of(30.0, np.array([60.0, -60.0, 5.0]))]
@@ -72,13 +72,13 @@ class LensSearch:
 
     Attributes:
         styles: The styles, or None for painted styles.
-        front: Measures with the lens straight in front.
+        front: Measures with the lens directly in front of the face.
         grades: (S, 64). Grades by azimuth of the nose.
-        verdict: Function that grades the picture for the style at a row, at a grid turn of the
-            nose.
+        verdict: Function that grades the picture at a grid turn of the nose for the style at a
+            given row.
         curves: Match and contrast by yaw, from `match_curves`.
         counts: (S,) bool by yaw, as in `ViewTables`.
-        by_areas: (S,) bool. Styles whose match does not depend on the yaw.
+        by_areas: (S,) bool. Whether the match of each style is independent of the yaw.
         main_deg: Azimuth of the main light in the panorama, or None if there is none.
     """
 
@@ -94,7 +94,7 @@ class LensSearch:
     main_deg: float | None
 
     def at(self, yaw_deg: float) -> StyleMeasures:
-        """Return the measures at a yaw. Only match and contrast depend on the yaw."""
+        """Return the measures at a yaw. Only the match and the contrast depend on the yaw."""
         front = self.front
         if yaw_deg == 0.0:
             return front
@@ -115,7 +115,7 @@ class LensSearch:
 
     @cached_property
     def keys_deg(self) -> Float64:
-        """Azimuth of the main light from the nose for each style, (S, 64), in degrees."""
+        """Azimuth of the main light relative to the nose, (S, 64), in degrees."""
         nose = np.arange(TURNS) * 360.0 / TURNS
         main = np.nan if self.main_deg is None else self.main_deg
         keys = np.tile(nose - main, (len(self.styles), 1))
@@ -127,7 +127,7 @@ class LensSearch:
         return keys
 
     def choice(self, yaw_deg: float, wish: LensWish) -> tuple[Choice, Bools]:
-        """Choose turns at a yaw, and return whether any turn meets the wish, (S,)."""
+        """Choose turns at a yaw, and return a mask, (S,), of styles for which one meets the wish."""
         nose = np.arange(TURNS) * 360.0 / TURNS
         fits = [wish.met_by(turn) for turn in (nose + yaw_deg).tolist()]
         is_open: Bools = np.outer(self.visible(yaw_deg), fits)
@@ -139,7 +139,7 @@ class LensSearch:
         return choose(self.at(yaw_deg), self.objective, self.limits, is_open), some
 
     def answer(self, row: int, yaw_deg: float, choice: Choice, scale: float) -> StyleResult:
-        """Return the result of one style at a yaw."""
+        """Return the result for one style at a yaw."""
         best = int(best_index(choice.curve[row], choice.eligible[row]))
         judge = partial(self.verdict, row)
         result = answer(self.styles[row], choice[row], scale, best, judge)
@@ -151,7 +151,7 @@ class LensSearch:
         return result.seen_from(-yaw_deg) if yaw_deg else result
 
     def _arc(self, row: int, at: int, yaw_deg: float) -> tuple[float, float]:
-        """Return the range of yaws, (from, to), at which the picture is about as good."""
+        """Return the range of yaws, (from, to), over which the picture is about equally good."""
         yaws = sorted({*self.curves, yaw_deg})
         least = (1.0 - ARC_SHARE) * float(self.at(yaw_deg).match[row, at])
         good = [
@@ -177,12 +177,12 @@ def solve_lens(
     styles: Sequence[str] | None = None,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn and yaw of every style.
+    """Find the best turn and yaw for every style.
 
     Args:
         light: As in `solve_all`.
-        wish: Permitted positions of the lens. Its background is counted from `front_deg`, as turns
-            are.
+        wish: Permitted positions of the lens. Azimuths of its background are measured from
+            `front_deg`, like turns.
 
     Raises:
         EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
@@ -213,7 +213,7 @@ def solve_lens(
 
 
 def best_answers(place: LensSearch, wish: LensWish, scale: float) -> list[StyleResult]:
-    """Return the best answer over all yaws for each style, by grade and then by match."""
+    """Return the best answer for each style over all yaws, ranked by grade and then by match."""
     yaws = sorted(place.curves, key=lambda yaw: (abs(yaw), yaw))
     trial_yaws = [wish.yaw] if isinstance(wish.yaw, float) else yaws
     choices = [place.choice(yaw, wish) for yaw in trial_yaws]
@@ -235,7 +235,7 @@ def best_answers(place: LensSearch, wish: LensWish, scale: float) -> list[StyleR
 
 
 def _merit(choice: Choice, some: Bools) -> Float64:
-    """Rate a yaw, (S,), by grade, then match, or -inf if no turn meets the wish."""
+    """Rate a yaw for each style, (S,), by grade, then match, or as -inf if no turn meets the wish."""
     match = np.take_along_axis(choice.measured.match, choice.best[:, None], axis=1)[:, 0]
     return np.where(some, choice.grade * _GRADE_POINTS + match, -np.inf)
 
@@ -243,7 +243,7 @@ def _merit(choice: Choice, some: Bools) -> Float64:
 def _gains(
     place: LensSearch, straight: Choice, results: Sequence[StyleResult]
 ) -> list[tuple[Gain, ...]]:
-    """Return the gains by short and broad light, for each style that they improve."""
+    """Return the gains from short and broad light for each style that they improve."""
     least = _merit(straight, np.ones(len(straight.grade), bool)) + NAMED_GAIN
     yaws = [yaw for yaw in place.curves if yaw]
     gains: list[tuple[Gain, ...]] = [()] * len(least)
@@ -262,9 +262,9 @@ def _gains(
 def _gain(
     place: LensSearch, choice: Choice, row: int, aside: tuple[Lighting, float], now: StyleResult
 ) -> tuple[Gain, ...]:
-    """Return the gain of a turned face, if its grade is better, or its match at the same grade.
+    """Return the gain from turning the face: a better grade, or a better match at the same grade.
 
-    A style that stays out of reach has no gain.
+    A style that remains out of reach has no gain.
     """
     lighting, yaw = aside
     best = best_index(choice.curve[row], choice.eligible[row])
@@ -282,7 +282,7 @@ def _rank(verdict: Verdict | StyleResult) -> int:
 
 
 def _inside(result: StyleResult, wish: LensWish) -> StyleResult:
-    """Keep the refined turn within the permitted background."""
+    """Move the refined turn into the permitted background if it lies outside."""
     if wish.background is None or wish.met_by(result.turn_refined_deg):
         return result
     ends = [wrap(end + 180.0) for end in wish.background]

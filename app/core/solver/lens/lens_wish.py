@@ -23,10 +23,10 @@ class LensWish:
     """Permitted positions of the lens.
 
     Attributes:
-        yaw: Yaw in degrees, or the criterion for choosing it: the best light, short light or broad
-            light.
-        background: Azimuths (from, to), clockwise, in degrees, that must include the middle of the
-            background, or None for any.
+        yaw: Yaw in degrees, or the criterion for choosing the yaw: the best light, short light or
+            broad light.
+        background: Clockwise range of azimuths, (from, to), in degrees, that must include the
+            middle of the background, or None if any background will do.
     """
 
     yaw: YawAsked = 0.0
@@ -40,7 +40,7 @@ class LensWish:
         return (turn_deg + 180.0 - start) % 360.0 <= (end - start) % 360.0
 
     def moved(self, by_deg: float) -> LensWish:
-        """Return the wish with azimuths counted from another zero."""
+        """Return the wish with its azimuths measured from a different zero."""
         if self.background is None:
             return self
         start, end = self.background
@@ -48,11 +48,11 @@ class LensWish:
 
 
 STRAIGHT: Final = LensWish()
-"""The lens straight in front of the face, with any background."""
+"""The wish for a lens directly in front of the face, with any background."""
 
 
 def obstacle_of(wish: LensWish) -> Obstacle:
-    """Return why no position of the lens meets a wish."""
+    """Return the reason why no position of the lens meets a wish."""
     if wish.background is not None:
         return Obstacle.BACKGROUND
     if isinstance(wish.yaw, float):

@@ -1,4 +1,4 @@
-"""Styles integrated over the face as seen from the side, and their match from there."""
+"""Styles integrated over the face as seen from the side, and their match from that viewpoint."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.core.styles.lamps import AS_PUBLISHED, mirror_rows, studio_light
 from app.core.styles.style_pack import StylePack
 
 LEAST_VISIBLE: Final = 0.7
-"""Minimum visible fraction of a style's areas for a view to count."""
+"""Smallest visible fraction of each of a style's areas for the style to count in a view."""
 
 _EDGES: Final = ("edge", "outline")
 _SAME_PLACE_M: Final = 0.004
@@ -37,12 +37,12 @@ _LEFT_OUT: Final = 1e-5  # fraction of the contrast that a view's search basis l
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewTables:
-    """Search tables of one view, towards the sitter's own left.
+    """Search tables for one view of the face turned towards the sitter's own left.
 
     Attributes:
-        tables: Targets and basis over the face pixels of the view.
-        weight_norm: (S,) float64. As in a pack.
-        counts: (S,) bool. Styles whose areas are all visible enough.
+        tables: Targets and basis over the view's face pixels.
+        weight_norm: (S,) float64. The same quantity as in a pack.
+        counts: (S,) bool. Whether all areas of each style are sufficiently visible.
     """
 
     yaw_deg: float
@@ -52,10 +52,10 @@ class ViewTables:
 
 
 def view_tables(pack: StylePack, view: HeadView, shape: HeadShape) -> ViewTables:
-    """Pre-integrate the styles of a pack in a view.
+    """Pre-integrate the styles in a pack for a view.
 
     Args:
-        shape: Shape of the head from the front.
+        shape: Shape of the head, as seen from the front.
     """
     whole = region_in_view(view.transport, view.shape, shape)
     face = whole > 0
@@ -86,7 +86,7 @@ def view_tables(pack: StylePack, view: HeadView, shape: HeadShape) -> ViewTables
 
 
 def targets_in(pack: StylePack, view: HeadView) -> Float32:
-    """Return the luminance, (S, P), of the styles in a view, under the pack's lamps."""
+    """Return the luminance of each style in a view, (S, P), as lit by the lamps in the pack."""
     targets, transport = view.targets.copy(), view.transport
     for row, studio in enumerate(pack.studios):
         if studio != AS_PUBLISHED:
@@ -97,7 +97,7 @@ def targets_in(pack: StylePack, view: HeadView) -> Float32:
 
 
 def _contrast_rows(bases: Float32, region: Float64, texels: Float32, mixed: Float32) -> Float32:
-    """Return rows, (r, Q, W), whose squared products with light sum to the squared contrast."""
+    """Return the rows, (r, Q, W), whose products with the light give the contrast as their norm."""
     centred = bases.astype(np.float64)
     centred -= np.einsum("p,kpr->kr", region, centred)[:, None] / region.sum()
     centred *= np.sqrt(region)[:, None]
@@ -113,7 +113,7 @@ def _contrast_rows(bases: Float32, region: Float64, texels: Float32, mixed: Floa
 
 
 def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
-    """Return a mask, (S,), of the styles with enough of all their areas visible in a view."""
+    """Return a mask, (S,), of the styles whose areas are all sufficiently visible in a view."""
     visibility = seen_from(view, shape.positions).astype(np.float64)
     areas = pack.areas.reshape(len(AREAS), -1)[:, shape.pixels].astype(np.float64)
     share = (areas @ visibility) / np.maximum(areas.sum(axis=1), 1e-30)
@@ -135,7 +135,7 @@ def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
 
 
 def seen_from(view: HeadView, places: Float32) -> Bools:
-    """Return a mask, (n,), of the points on the skin, (n, 3), that a view's camera sees."""
+    """Return a mask, (n,), of the skin points `places`, (n, 3), that the view's camera sees."""
     side, pixels = view.transport.size, view.transport.pixels
     yaw = np.radians(view.yaw_deg)
     far = view.transport.header.distance_m + float(view.shape.eye_point[2])
@@ -165,14 +165,14 @@ def seen_from(view: HeadView, places: Float32) -> Bools:
 def match_curves(
     pack: StylePack, views: Sequence[ViewTables], light: Floats, front: StyleMeasures
 ) -> dict[float, tuple[Float64, Float64]]:
-    """Return the match of all styles at all turns of the nose, by yaw.
+    """Return the match of every style at every turn of the nose, by yaw.
 
     Args:
         light: (Q, W) float. As returned by `StylePack.project`.
         front: Measures of the place at yaw 0.
 
     Returns:
-        (S, 64) float64 each: the match, 0 to 100, and the contrast in the match.
+        The match, 0 to 100, and the contrast used in it, (S, 64) float64 each.
     """
     both = np.stack([light, light[:, ::-1]])
     rows = mirror_rows(pack.styles)
@@ -197,10 +197,10 @@ def _match(
 
 
 def views_of(pack: StylePack, name: str) -> list[ViewTables]:
-    """Load all views of a head and prepare them for the search.
+    """Load every view of a head and prepare it for the search.
 
     Args:
-        name: Name of a shipped head, or path of a transport.
+        name: Name of a shipped head, or path of a transport file.
 
     Raises:
         TransportError: If the views cannot be read.
