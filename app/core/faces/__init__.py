@@ -1,1 +1,1 @@
-"""Faces in photos: position, pose, and the light on them."""
+"""Faces in photos: their position, their pose and the light on them."""

@@ -1,4 +1,4 @@
-"""Map a face in a photo onto the transport's picture of the generic head.
+"""Mapping of a face in a photo onto the transport's picture of the generic head.
 
 Triangles between shared landmarks determine which pixels show the same point of the skin.
 """
@@ -32,21 +32,21 @@ _BLUR: Final = 1.0  # in pixels of the head's picture
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadMap:
-    """Pixels of the head's picture, N x N, expressed in terms of landmarks.
+    """The pixels of the head's picture, N x N, expressed in terms of landmarks.
 
     Attributes:
         transport: Transport of the generic head.
         coverage: (N * N,) bool. True for the pixels between landmarks.
-        corners, weights, triangle: (N * N, 3) intp and float32, (N * N,) intp. The landmarks around
-            each pixel, their weights, and the index of their triangle.
+        corners, weights, triangle: (N * N, 3) intp, (N * N, 3) float32 and (N * N,) intp. The
+            landmarks around each pixel, their weights, and the index of their triangle.
         skin: (N * N,) bool. Every second pixel of `whole`.
         whole: (N * N,) bool. Skin that is free of hair, beards and hats on most faces: from the
             brows to the chin and between the outer corners of the eyes, but without the eyes, brows
             and lips.
-        cheeks: (2, N * N) bool. The sitter's right cheek, then the left cheek.
-        halves: (2, M) intp. Pixels of `whole` on the sitter's right and their twins on the left,
-            without the nostrils and slightly farther from the eyelids and lips, all of which are
-            darker on real faces.
+        cheeks: (2, N * N) bool. The sitter's right cheek, followed by the left cheek.
+        halves: (2, M) intp. Pixels of `whole` on the sitter's right side, and their mirror images
+            on the left. The nostrils and a margin around the eyelids and lips are excluded, because
+            all of these are darker on real faces.
     """
 
     transport: Transport
@@ -65,10 +65,10 @@ class HeadMap:
         return self.transport.size
 
     def blurred(self, pictures: Floats, where: Bools | Indices | None = None) -> Float32:
-        """Return pictures of the head, (n, Q), blurred within the skin and reduced to skin pixels.
+        """Return pictures of the head, (n, Q), blurred within the skin and limited to skin pixels.
 
         Args:
-            pictures: (n, P) float. The pictures at the transport's pixels.
+            pictures: (n, P) float. The pictures on the transport's pixels.
             where: Pixels of `whole` to return, as a mask or as indices. The default is `skin`.
         """
         where = self.skin if where is None else where
@@ -86,7 +86,7 @@ class HeadMap:
 
 @lru_cache(maxsize=1)
 def head_map() -> HeadMap:
-    """Build the map of the generic head."""
+    """Build the map for the generic head."""
     transport, mesh = load_named("generic"), face_mesh()
     side = transport.size
     rows, columns = np.mgrid[:side, :side] + 0.5
@@ -140,7 +140,7 @@ def _halves(whole: Bools, side: int) -> Indices:
 
 
 def _filled(marks: tuple[int, ...], side: int, grown: int = 1) -> Bools:
-    """Return a mask of the picture's pixels inside an outline of landmarks, (N * N,)."""
+    """Return a mask, (N * N,), of the picture's pixels inside an outline of landmarks."""
     area = np.zeros((side, side), np.uint8)
     places = np.round(face_mesh().on_head[list(marks)] * side - 0.5).astype(np.int32)
     cv2.fillConvexPoly(area, cv2.convexHull(places), 1)
@@ -156,7 +156,7 @@ def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
 
     Returns:
         The linear luminance, (N * N,) float32, blurred as in `HeadMap.blurred`, and a mask, (N *
-        N,) bool, of the head's pixels that the picture shows.
+        N,) bool, of the head's pixels that are visible in the picture.
     """
     head = head_map()
     coverage = head.coverage

@@ -1,9 +1,10 @@
-"""Estimation of the direction in which a face looks, in a place with known light.
+"""Estimate the direction in which a face looks, at a place whose light is known.
 
-The head is lit by the place at 128 turns, in the pose of the face. A real face differs from the
-head in colour and shape. The difference between its two halves deviates less from the head's than
-their sum does, and both deviate smoothly across pixels. The residual is therefore weighted as a
-Gaussian process (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq. 2.30).
+The head is rendered in the light of the place at 128 turns, in the pose of the face. A real face
+differs from the head in colour and shape. For the difference between the two halves of the face,
+this deviation is smaller than for their sum. Both deviations vary smoothly across pixels, so the
+residual is weighted as a Gaussian process (Rasmussen and Williams, Gaussian Processes for Machine
+Learning, 2006, eq. 2.30).
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from app.core.solver.search import luminance_of
 Standing: TypeAlias = Literal["inside", "outside", "unsure"]
 
 WIDE_DEG: Final = 40.0
-"""Widest arc, in degrees, for which a face's angle to the goal is reported.
+"""Width, in degrees, of the widest arc for which a face's angle to the goal is reported.
 
-Across a wider arc the light hardly changes.
+Across a wider arc, the light hardly changes.
 """
 
 _TURNS: Final = 128
@@ -50,12 +51,12 @@ _MOST_INSIDE: Final = 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FacingEstimate:
-    """Direction in which a face looks.
+    """The direction in which a face looks.
 
     Attributes:
-        azimuth_deg: Most likely azimuth in the panorama.
+        azimuth_deg: Most likely azimuth in the panorama, in degrees.
         azimuths: (128,) float64. Azimuths of the turns, in degrees.
-        likelihood: (128,) float64. Likelihoods of `azimuths`, which sum to 1.
+        likelihood: (128,) float64. The likelihood of each of `azimuths`. Their sum is 1.
     """
 
     azimuth_deg: float
@@ -76,15 +77,15 @@ class FacingEstimate:
 def find_facing(
     grey: Float32, visible: Bools, pose: HeadPose, light: Floats
 ) -> FacingEstimate | None:
-    """Find the direction in which a face looks.
+    """Find the direction in which a face looks, from the light on it.
 
     Args:
         grey, visible: Results of `on_head`.
-        light: (H, W, 3) float. Linear Rec. 709 radiance of the place, in panorama coordinates.
+        light: (H, W, 3) float. Linear Rec. 709 radiance at the place, in panorama coordinates.
 
     Returns:
-        The estimate, or None if too little of the face is visible or its light fits no direction in
-        this place.
+        The estimate, or None if too little of the face is visible or if the light on it fits no
+        direction at this place.
     """
     right, left = head_map().halves
     both = visible[right] & visible[left]
@@ -110,7 +111,7 @@ def find_facing(
 
 
 def standing(facing: FacingEstimate, arc_deg: tuple[float, float]) -> Standing:
-    """Return whether a face looks into an arc (from, to), clockwise, or "unsure" if unclear."""
+    """Return whether a face looks into a clockwise arc (from, to), or "unsure" if unclear."""
     half = arc_width(arc_deg) / 2
     middle = arc_deg[0] + half
     if abs(wrap(facing.azimuth_deg - middle)) <= half + _MARGIN_DEG:
@@ -126,7 +127,7 @@ def _wrapped(angles: Float64) -> Float64:
 
 
 def _logs(right: Float32, left: Float32, both: Bools) -> tuple[Float64, Float64]:
-    """Return the halves' log differences and log sums, (n, M) each, with 0 at hidden pixels."""
+    """Return the log differences and log sums of the halves, (n, M) each, with 0 where hidden."""
     bright = np.percentile(np.concatenate([right[:, both], left[:, both]], axis=1), _BRIGHT, axis=1)
     scale = np.maximum(bright, 1e-12)[:, None]
     one, other = (np.log(np.maximum(half / scale, 0) + _FLOOR) for half in (right, left))
@@ -137,7 +138,7 @@ def _logs(right: Float32, left: Float32, both: Bools) -> tuple[Float64, Float64]
 
 @lru_cache(maxsize=2)
 def _whitening(alone: float, alike: tuple[tuple[float, float], ...]) -> Float64:
-    """Return the matrix, (M, M), that makes the residuals independent, with variance 1."""
+    """Return the matrix, (M, M), that makes the residuals independent, each with variance 1."""
     places = np.stack(np.divmod(head_map().halves[0], head_map().side), axis=1).astype(np.float64)
     apart = np.square(places[:, None] - places[None]).sum(axis=2)
     covariance = alone**2 * np.eye(len(places))
@@ -148,13 +149,13 @@ def _whitening(alone: float, alike: tuple[tuple[float, float], ...]) -> Float64:
 
 @lru_cache(maxsize=1)
 def _basis() -> Float32:
-    """Return the light of both halves under each row of the transport's basis, (R, 2 M)."""
+    """Return the light on both halves for each row of the transport's basis, (R, 2 M)."""
     head = head_map()
     return head.blurred(head.transport.luminance_basis.T, head.halves.ravel())
 
 
 def _light_on_head(light: Floats, pose: HeadPose) -> Float32:
-    """Return the place's light as coefficients of the transport's basis, at all turns, (128, R)."""
+    """Return the place's light in the transport's basis, (128, R), with one row for each turn."""
     transport = head_map().transport
     shape = rows, columns = transport.environment_shape
     to_usual = (pose.facing_rotation @ usual_pose().facing_rotation.T).T.astype(np.float32)

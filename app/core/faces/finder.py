@@ -1,8 +1,8 @@
-"""Detection of faces in a picture, with 468 landmarks on each.
+"""Detection of the faces in a picture, with 468 landmarks on each.
 
-Two MediaPipe networks (Apache-2.0) run in OpenCV. One detects faces in the picture and in parts of
-it; the other finds landmarks on a face and on its mirror image. Confidence is high if the two sets
-of landmarks agree.
+Two MediaPipe networks (Apache-2.0) run in OpenCV. One detects faces in the whole picture and in
+parts of it. The other locates landmarks on a face and on its mirror image. The confidence is high
+if the two sets of landmarks agree.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ class Face:
     """A face in a picture.
 
     Attributes:
-        landmarks: (468, 3) float32. Columns and rows in pixels from the upper left corner, and
-            depth away from the camera in the same unit.
+        landmarks: (468, 3) float32. Column and row of each landmark, in pixels from the upper left
+            corner, and its depth away from the camera in the same unit.
         confidence: Confidence that this is a face, 0 to 1.
     """
 
@@ -69,12 +69,12 @@ class Face:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, top, right and bottom of the landmarks, from forehead to chin, in pixels."""
+        """The left, top, right and bottom of the landmarks, from forehead to chin, in pixels."""
         low, high = self.landmarks[:, :2].min(axis=0), self.landmarks[:, :2].max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
     def scaled(self, scale: float) -> Face:
-        """Return the same face in a resized picture."""
+        """Return the face as it appears in a resized picture."""
         return Face(self.landmarks * np.float32(scale), self.confidence)
 
     @property
@@ -89,10 +89,12 @@ class FaceMesh:
     """The canonical face model.
 
     Attributes:
-        points: (468, 3) float32, cm. x towards the sitter's left, y up, z out of the face.
-        triangles: (T, 3) intp. Indices of points.
-        mirrored: (468,) intp. Index of each point's twin on the other side.
-        on_head: (468, 2) float32. Positions in the transport's picture of the generic head, 0 to 1.
+        points: (468, 3) float32. Positions in cm: x towards the sitter's left, y up, z out of the
+            face.
+        triangles: (T, 3) intp. Indices of the triangles' points.
+        mirrored: (468,) intp. Index of each point's mirror image.
+        on_head: (468, 2) float32. Positions in the transport's picture of the generic head, as
+            fractions from 0 to 1.
     """
 
     points: Float32
@@ -103,7 +105,7 @@ class FaceMesh:
 
 @lru_cache(maxsize=1)
 def face_mesh() -> FaceMesh:
-    """Load the landmark mesh.
+    """Load the canonical face model.
 
     Raises:
         CoreError: If the mesh is missing or damaged.
@@ -117,11 +119,12 @@ def face_mesh() -> FaceMesh:
 
 
 def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) -> tuple[Face, ...]:
-    """Find faces, sorted from largest to smallest, with out-of-focus faces last.
+    """Find the faces in a picture, sorted from largest to smallest, with out-of-focus faces last.
 
     Args:
-        picture: (H, W, 3) uint8. sRGB, upright.
-        near: A face in the previous frame. Its position is searched first, at a tenth of the cost.
+        picture: (H, W, 3) uint8. Upright sRGB picture.
+        near: A face in the previous frame. The area around it is searched first, at a tenth of the
+            cost.
         small: Whether to search for faces smaller than a sixth of the picture as well.
 
     Raises:
@@ -147,7 +150,7 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
 
 
 def _detail(picture: Bytes, face: Face) -> float:
-    """Return the pixel-to-pixel change of a face, normalised for size and exposure."""
+    """Return the amount of fine detail in a face, normalised for size and exposure."""
     left, top, right, bottom = face.box
     scale = _CLOSE / max(face.side, 1.0)
     way = np.array([[scale, 0, -left * scale], [0, scale, -top * scale]])
@@ -157,7 +160,7 @@ def _detail(picture: Bytes, face: Face) -> float:
 
 
 class _Networks:
-    """The two networks, for use by one thread at a time, since a network stores its input."""
+    """The two networks. Only one thread may use them at a time, since they store their input."""
 
     def __init__(self, first: Any, second: Any) -> None:
         self._first, self._second, self._lock = first, second, threading.Lock()
@@ -191,7 +194,7 @@ def _networks() -> _Networks:
 
 @lru_cache(maxsize=1)
 def _anchors() -> Float64:
-    """Return the first network's candidate centres, (896, 2), as fractions of the square."""
+    """Return the centres of the first network's candidates, (896, 2), relative to the square."""
     parts = []
     for cells, count in _GRIDS:
         y, x = np.mgrid[:cells, :cells]
@@ -201,7 +204,7 @@ def _anchors() -> Float64:
 
 
 def _squares(height: int, width: int, small: bool) -> Iterator[Square]:
-    """Yield the whole picture, then its overlapping parts, down to the smallest."""
+    """Yield the whole picture, followed by its overlapping parts, from largest to smallest."""
     longer = max(height, width)
     yield (width - longer) / 2, (height - longer) / 2, float(longer)
     smaller = max(longer / _SMALLEST_PART, 1.0)
@@ -244,7 +247,7 @@ def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[flo
 
 
 def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
-    """Cut a square from the picture, with black where it extends beyond the picture."""
+    """Cut a square out of the picture, with black where it extends beyond the edges."""
     shrink = math.hypot(way[0, 0], way[0, 1])
     source = picture
     if shrink < 0.5:
@@ -262,13 +265,13 @@ def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
 
 
 def _brightened(gain: float) -> Bytes:
-    """Return a curve for 8-bit values that lifts shadows and keeps white, (256,)."""
+    """Return a curve for 8-bit values, (256,), that lifts the shadows and preserves white."""
     shares = np.arange(256) / 255
     return np.asarray(np.round(255 * gain * shares / (1 + (gain - 1) * shares)), np.uint8)
 
 
 def _distinct(answers: list[tuple[float, Float64]]) -> list[tuple[float, Float64]]:
-    """Keep only the most likely of the candidates that show the same face."""
+    """Keep only the most likely of the candidates for each face."""
     distinct: list[tuple[float, Float64]] = []
     for score, answer in sorted(answers, key=lambda one: -one[0]):
         if all(_shared(_box(answer), _box(other)) < _SAME for _, other in distinct):
@@ -282,7 +285,7 @@ def _box(answer: Float64) -> Float64:
 
 
 def _shared(one: Float64, other: Float64) -> float:
-    """Return the common area of two boxes, (2, 2), relative to the smaller one."""
+    """Return the overlap of two boxes, (2, 2), as a fraction of the smaller one's area."""
     sides = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
     smaller = min(float(np.prod(box[1] - box[0])) for box in (one, other))
     return float(np.prod(np.maximum(sides, 0))) / max(smaller, 1e-9)
@@ -295,7 +298,7 @@ def _looked_at(
     score: float,
     eyes: Float32 | Float64 | None = None,
 ) -> Face | None:
-    """Find a candidate's landmarks in close-ups until stable, then once in a mirror image."""
+    """Find a candidate's landmarks in close-ups until they settle, then once in a mirror image."""
     eyes = points[list(_CORNERS)] if eyes is None else eyes
     for number in range(_LOOKS):
         transform = _close_look(points, eyes)
@@ -341,13 +344,13 @@ def _close_look(points: Float32 | Float64, eyes: Float32 | Float64) -> Float64 |
 
 
 def _landmarks(networks: _Networks, crop: Bytes) -> tuple[Float32, float]:
-    """Return the landmarks, (468, 3), in a close-up, and the likelihood of a face."""
+    """Return the landmarks in a close-up, (468, 3), and the likelihood that it shows a face."""
     places, odds = networks.landmarks(crop)
     return places, 1 / (1 + math.exp(-min(max(odds, -50.0), 50.0)))
 
 
 def _back(landmarks: Float32, way: Float64) -> Float32:
-    """Convert a close-up's landmarks to pixels of the picture."""
+    """Convert the landmarks of a close-up to pixel coordinates of the picture."""
     back = cv2.invertAffineTransform(way)
     flat = landmarks[:, :2] @ back[:, :2].T + back[:, 2]
     depth = landmarks[:, 2:] * math.hypot(back[0, 0], back[0, 1])

@@ -1,4 +1,4 @@
-"""Likeness of a face to the generic head under single lamps from all directions."""
+"""Similarity between a face and the generic head under single lamps from every direction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIZES_DEG: Final = (10.0, 40.0, 80.0)
 """Diameters of the lamps, in degrees."""
 
 FILLS: Final = (8.0, 4.0, 2.5)
-"""Ratios of key plus fill to fill."""
+"""Ratios of key plus fill to the fill alone."""
 
 _FILL_DEG: Final = 90.0
 _ASIDE_DEG: Final = (15.0, 85.0)  # azimuths at which a key can be distinguished from a fill
@@ -34,14 +34,15 @@ class LampSet:
     """Single lamps around the generic head.
 
     Attributes:
-        ways, sizes: (n, 3) and (n,) float64. Unit vectors to the lamps, and the lamps' diameters in
-            degrees.
-        pictures, fill: (n, Q) and (Q,) float32. The skin under each lamp, and under a frontal fill.
-        pairs: (1 + F, n, M) float32. Difference of mirrored places divided by their sum, under each
-            lamp alone and with each fill.
-        halves: (2, M) intp. The mirrored places, a subset of `HeadMap.halves`.
-        aside, around: (n,) bool. Lamps that may be combined with a fill: those in front, and those
-            in front or behind.
+        ways, sizes: (n, 3) and (n,) float64. Unit vectors towards the lamps, and the diameters of
+            the lamps in degrees.
+        pictures, fill: (n, Q) and (Q,) float32. The skin as lit by each lamp, and by a frontal
+            fill.
+        pairs: (1 + F, n, M) float32. Difference between mirrored points divided by their sum, under
+            each lamp alone and with each fill ratio.
+        halves: (2, M) intp. The mirrored points, a subset of `HeadMap.halves`.
+        aside, around: (n,) bool. Lamps that may be combined with a fill: the lamps in front, and
+            the lamps in front or behind.
     """
 
     ways: Float64
@@ -61,15 +62,15 @@ def likeness_of(
     fill: Float32 | None = None,
     ratios: tuple[float, ...] = (),
 ) -> Float64:
-    """Correlate a face with pictures of the head.
+    """Return the correlation between a face and pictures of the head.
 
     Args:
-        values, visible: (Q,). Luminance of the skin, and a mask of its visible pixels.
-        pictures, fill: (n, Q) and (Q,). The head under each lamp, and under the fill.
-        ratios: Ratios of key plus fill to fill.
+        values, visible: (Q,). Luminance of the skin, and a mask of the visible pixels.
+        pictures, fill: (n, Q) and (Q,). The head as lit by each lamp, and by the fill.
+        ratios: Ratios of key plus fill to the fill alone.
 
     Returns:
-        (1 + F, n) float64. The correlation without a fill, then with the fill at each ratio.
+        (1 + F, n) float64. The correlation without a fill, followed by that at each fill ratio.
     """
     own = np.where(visible, values - values[visible].mean(), 0).astype(np.float32)
     counts = visible.astype(np.float32)
@@ -87,7 +88,7 @@ def likeness_of(
 
 @lru_cache(maxsize=1)
 def single_lamps() -> LampSet:
-    """Light the generic head by single lamps from all directions, and by a fill."""
+    """Light the generic head with single lamps from every direction, and with a fill."""
     head = head_map()
     azimuths = np.arange(-_FARTHEST_DEG, _FARTHEST_DEG + 1, _STEP_DEG)
     elevations = np.arange(_RISE_DEG[0], _RISE_DEG[1] + 1, _STEP_DEG)
@@ -117,7 +118,7 @@ def single_lamps() -> LampSet:
 
 
 def _light(ways: Float64, sizes: Float64) -> Float32:
-    """Return lamps of equal illuminance in the transport's basis, (n, R)."""
+    """Return lamps of equal illuminance, expressed in the transport's basis, (n, R)."""
     transport = head_map().transport
     texels = directions(transport.environment_shape).reshape(-1, 3)
     level = np.hypot(texels[:, 0], texels[:, 2])
@@ -136,6 +137,6 @@ def _light(ways: Float64, sizes: Float64) -> Float32:
 
 
 def _ways(azimuth_deg: Float64, elevation_deg: Float64) -> Float64:
-    """Return unit vectors in the head frame, (n, 3)."""
+    """Return unit vectors in the head's frame, (n, 3)."""
     a, e = np.radians(azimuth_deg), np.radians(elevation_deg)
     return np.stack([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)], axis=1)

@@ -1,9 +1,9 @@
-"""Key light and style, read from a face in a photo.
+"""Estimate of the key light and the style from a face in a photo.
 
-The face is compared with the generic head under single lamps from all directions, with and without
-a frontal fill, and with the targets of the styles. The criteria are the correlation over the skin,
-and the difference of each point from its mirror image, which has the same skin. Only the stated
-error is fitted to real people.
+The face is compared with the targets of the styles and with the generic head, which is lit by
+single lamps from every direction, with and without a frontal fill. The criteria are the correlation
+over the skin and the difference between each point and its mirror image, which has the same skin.
+Only the reported error is fitted to real people.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from app.core.styles.style_pack_file import load_named_pack
 Key: TypeAlias = Literal["front", "behind", "flat"]
 
 FRONTAL_DEG: Final = 10.0
-"""Smallest yaw, in degrees, of a face that does not look into the lens."""
+"""Smallest yaw, in degrees, at which a face counts as turned away from the lens."""
 _PAIRS: Final = 3.0  # weight, in likeness, of differences between mirrored places with a fill
 _PAIRS_ALONE: Final = 1.0
 _FILL_GAIN: Final = 0.6  # fraction of the difference without a fill that the fill must explain
@@ -56,7 +56,7 @@ _LAMP: Final = 0.01  # likeness that each further lamp of a style must add
 
 
 class Unread(Enum):
-    """Reason why no direction of light was read from a face."""
+    """The reason why no direction of light was found from a face."""
 
     PROFILE = "profile"
     HIDDEN = "hidden"
@@ -69,17 +69,18 @@ class FaceLight:
     """The light on a face.
 
     Attributes:
-        azimuth_deg, elevation_deg: Direction of the key. Azimuth from the front of the face,
-            positive towards the sitter's left; elevation from level. Both are None for a key from
-            behind or an unknown key.
-        key: "behind" for light from beyond about 95 degrees, since a face does not show its
-            direction; "flat" for light that shades the face too little to have a direction.
-        error_deg: Angle within which the true direction of the key lies in 70% of all cases.
-        softness_deg: Diameter of the key, in degrees.
+        azimuth_deg, elevation_deg: Direction of the key light, in degrees. The azimuth is measured
+            from the front of the face, positive towards the sitter's left. The elevation is
+            measured from the horizontal. Both are None if the key light is behind the sitter or
+            unknown.
+        key: "behind" for light from beyond about 95 degrees, whose direction cannot be seen on a
+            face, or "flat" for light that shades the face too little to have a direction.
+        error_deg: Angle within which the true direction of the key light lies in 70% of all cases.
+        softness_deg: Diameter of the key light, in degrees.
         fill_ratio: Ratio of key plus frontal fill to the fill alone, or None if no fill was
             detected.
         ratio_stops: Ratio of the brighter cheek to the darker one, in stops, or None if unknown.
-        styles: Names of the possible styles with their likeness, 0 to 1, likeliest first.
+        styles: Names of the possible styles with their likeness, 0 to 1, most likely first.
         reason: The reason why there is no direction, or None if there is one.
     """
 
@@ -96,7 +97,7 @@ class FaceLight:
 
     @property
     def at_lens(self) -> bool:
-        """Whether the key may be at the lens, or up to 10 degrees above it, like a flash."""
+        """Whether the key light may be at the lens, or up to 10 degrees above it, like a flash."""
         if self.azimuth_deg is None or self.elevation_deg is None or self.error_deg is None:
             return False
         from_side = abs(self.pose.yaw_deg) >= FRONTAL_DEG
@@ -107,14 +108,14 @@ class FaceLight:
 
 @dataclass(frozen=True, slots=True)
 class _Shading:
-    """Light and shade of a face, compared with those under its key alone.
+    """The shading of a face, compared with its shading under the key light alone.
 
     Attributes:
         contrast: Standard deviation over the skin, divided by the mean.
-        fit: Correlation with the head under the key.
-        share: The key's fraction of the light: the contrast that the key explains, divided by the
-            contrast under the key alone.
-        lopsided: Mean square difference of mirrored places, divided by their sum.
+        fit: Correlation with the head as lit by the key light.
+        share: Fraction of the light that comes from the key light. This is the contrast that the
+            key light explains, divided by the contrast under the key light alone.
+        lopsided: Mean square of the difference between mirrored points divided by their sum.
     """
 
     contrast: float
@@ -124,19 +125,19 @@ class _Shading:
 
     @property
     def flat(self) -> bool:
-        """Whether hardly any light comes from the key."""
+        """Whether hardly any of the light comes from the key light."""
         weak = self.share < _HALF_SHARE and self.fit * self.contrast < _LEAST_SHADING
         return self.contrast < _FLAT_CONTRAST and (self.share < _LEAST_SHARE or weak)
 
     @property
     def unlike(self) -> bool:
-        """Whether the key explains too little of the light, or the shading is more than faint."""
+        """Whether the key light explains too little, or the shading is more than faint."""
         return self.share < _LEAST_SHARE or self.contrast > _FAINT
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Key:
-    """A key light: unit vector, size and spread in degrees, fill, and likelihood of the fill."""
+    """A key light: its unit vector, size and spread in degrees, fill ratio, and fill likelihood."""
 
     way: Float64
     size: float
@@ -146,10 +147,10 @@ class _Key:
 
 
 def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> FaceLight:
-    """Read the key's direction and softness, the lighting ratio and the style from a face.
+    """Estimate the direction and softness of the key light, the lighting ratio and the style.
 
     Args:
-        picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
+        picture: (H, W, 3) uint8. Upright sRGB picture, not mirrored.
         focal_px: Focal length, in pixels, or None if unknown.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
@@ -157,7 +158,7 @@ def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> Fac
 
 
 def light_on_head(grey: Float32, visible: Bools, pose: HeadPose) -> FaceLight:
-    """Read the light of a face that is mapped onto the head (see `on_head`)."""
+    """Estimate the light on a face that has been mapped onto the head (see `on_head`)."""
     reading = FaceLight(pose)
     if abs(pose.yaw_deg) > _PROFILE_DEG:
         return replace(reading, reason=Unread.PROFILE)
@@ -182,7 +183,7 @@ def light_on_head(grey: Float32, visible: Bools, pose: HeadPose) -> FaceLight:
 
 
 def _is_behind(pose: HeadPose, alone: _Key, rim: _Key, shading: _Shading) -> bool:
-    """Return whether the key is behind the sitter, alone or as a rim with fill on the face."""
+    """Return whether the key light is behind the sitter, alone or as a rim with a frontal fill."""
     low, high = _BEHIND_RISE_DEG
     azimuth, elevation = _level(pose, alone.way)
     if abs(azimuth) > _BEHIND_DEG and low < elevation < high:
@@ -193,7 +194,7 @@ def _is_behind(pose: HeadPose, alone: _Key, rim: _Key, shading: _Shading) -> boo
 
 
 def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
-    """Add the key's direction to a reading."""
+    """Add the direction of the key light to an estimate."""
     azimuth, elevation = _level(reading.pose, key.way)
     if abs(reading.pose.yaw_deg) >= FRONTAL_DEG:
         azimuth = wrap(azimuth - reading.pose.yaw_deg)
@@ -209,10 +210,10 @@ def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
 
 
 def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> float:
-    """Return the angle, in degrees, within which 70% of the true keys lie.
+    """Return the angle, in degrees, within which 70% of the true key lights lie.
 
-    The logarithm of this angle is a linear function of properties of the fit, found by quantile
-    regression over 19 people under single lamps and with fills of 8:1 to 1.5:1
+    The logarithm of this angle is a linear function of properties of the fit. The function was
+    found by quantile regression over 19 people under single lamps and with fills of 8:1 to 1.5:1
     (`benchmarks/faces/photos.py`, leaving one person out at a time).
     """
     return math.exp(
@@ -230,7 +231,7 @@ def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> fl
 
 
 def _shading(values: Float32, visible: Bools, key: _Key, lopsided: float) -> _Shading:
-    """Compare the visible skin, (q,), with the head under the lamp nearest to a key."""
+    """Compare the visible skin, (q,), with the head as lit by the lamp nearest to a key light."""
     lamps = single_lamps()
     near = lamps.ways @ key.way - 1e-5 * np.abs(lamps.sizes - key.size)
     alone = lamps.pictures[int(near.argmax()), visible].astype(np.float64)
@@ -242,17 +243,17 @@ def _shading(values: Float32, visible: Bools, key: _Key, lopsided: float) -> _Sh
 
 
 def _level(pose: HeadPose, way: Float64) -> tuple[float, float]:
-    """Return the azimuth and the elevation in the lens's frame, regardless of the head's pitch."""
+    """Return the azimuth and the elevation in the lens's frame, disregarding the head's pitch."""
     level = pose.facing_rotation @ usual_pose().facing_rotation.T @ way
     azimuth = math.degrees(math.atan2(level[0], level[2]))
     return azimuth, math.degrees(math.asin(min(max(float(level[1]), -1.0), 1.0)))
 
 
 def _key(likeness: Float64, apart: Float64, filled: Bools) -> _Key:
-    """Weigh the key alone against the key with a fill.
+    """Find the key light from the likeness of lamps alone and of lamps with a fill.
 
     Args:
-        likeness, apart: (1 + F, n). Values without a fill and with each fill.
+        likeness, apart: (1 + F, n). Values without a fill, followed by those with each fill ratio.
         filled: (n,) bool. Lamps that may have a fill.
     """
     score = likeness - _PAIRS * apart
@@ -281,11 +282,11 @@ def _mean(score: Float64) -> _Key:
 
 
 def _apart(grey: Float32, visible: Bools) -> tuple[Float64, float]:
-    """Compare the differences of mirrored places with those under each lamp.
+    """Compare the differences between mirrored points with those under each lamp.
 
     Returns:
-        The mean square error, (1 + F, n), and the mean square difference. All are 0 if too few
-        places are visible.
+        The mean square error, (1 + F, n), and the mean square difference. All values are 0 if too
+        few points are visible.
     """
     lamps = single_lamps()
     one, other = grey[lamps.halves]
@@ -299,17 +300,17 @@ def _apart(grey: Float32, visible: Bools) -> tuple[Float64, float]:
 
 @lru_cache(maxsize=1)
 def usual_pose() -> HeadPose:
-    """Return the pose that landmarks give for the generic head when level and straight."""
+    """Return the pose that landmarks give for the generic head when it is level and straight."""
     places = face_mesh().on_head * 1000
     depth = np.zeros((len(places), 1), np.float32)
     return head_pose(Face(np.concatenate([places, depth], axis=1), 1.0), (1000, 1000), 1e4)
 
 
 def _styles(values: Float32, visible: Bools, size_deg: float) -> tuple[tuple[str, float], ...]:
-    """Rank styles by likeness to their targets.
+    """Rank the styles by the likeness of a face to their targets.
 
-    The likeness is the mean of two: that of the light, and that of its square root, which gives
-    more weight to shade.
+    The likeness is the mean of two values: one computed from the light, and one computed from its
+    square root, which gives more weight to the shadows.
     """
     names, lamps, targets = _targets()
     score = likeness_of(values, visible, targets)[0]
@@ -328,14 +329,14 @@ def _styles(values: Float32, visible: Bools, size_deg: float) -> tuple[tuple[str
 
 
 def _lit_share(pictures: Float32) -> Float64:
-    """Return the ratio of the skin's mean to its brightest part, (n,), in stops."""
+    """Return the ratio of the skin's mean to its brightest part, in stops, (n,)."""
     share = pictures.mean(axis=1) / np.maximum(np.percentile(pictures, 97, axis=1), 1e-9)
     return np.asarray(np.log2(np.maximum(share, 1e-3)), np.float64)
 
 
 @lru_cache(maxsize=1)
 def _targets() -> tuple[tuple[str, ...], Float64, Float32]:
-    """Return the names of the styles, their numbers of lamps, and their targets, (S, Q)."""
+    """Return the names of the styles, their numbers of lamps and their targets, (S, Q)."""
     pack, head = load_named_pack("generic"), head_map()
     pictures = luminance(pack.targets.astype(np.float32)).reshape(len(pack.styles), -1)
     lamps = np.array([len(style.lamps) for style in pack.styles], np.float64)
@@ -344,7 +345,7 @@ def _targets() -> tuple[tuple[str, ...], Float64, Float32]:
 
 
 def _ratio(grey: Float32, visible: Bools) -> float | None:
-    """Return the ratio of the brighter to the darker cheek, in stops, or None if one is hidden."""
+    """Return the ratio of the brighter to the darker cheek in stops, or None if one is hidden."""
     means = [float(grey[cheek & visible].sum()) for cheek in head_map().cheeks]
     counts = [int((cheek & visible).sum()) for cheek in head_map().cheeks]
     if not (min(counts) and min(means) > 0.0):

@@ -1,4 +1,4 @@
-"""Estimate a head's pose from its landmarks and the lens."""
+"""Estimate the pose of a head from its landmarks and the lens."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ _STIFF: Final = (
     *(4, 6, 10, 33, 54, 67, 117, 119, 121, 127, 129, 132, 133, 136, 143, 147, 198, 205),
     *(263, 284, 297, 346, 348, 350, 356, 358, 361, 362, 365, 372, 376, 420, 425),
 )
-"""Landmarks that do not move with lips and lids."""
+"""Landmarks that do not move with the lips and eyelids."""
 USUAL_FOCAL: Final = 1.3
-"""Assumed focal length of an unknown lens relative to the longer side: 47 mm on 24 x 36 mm."""
+"""Focal length assumed for an unknown lens, relative to the longer side: 47 mm on 24 x 36 mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class HeadPose:
-    """Pose of a head relative to the lens, in degrees.
+    """The pose of a head relative to the lens, in degrees.
 
     Attributes:
-        yaw_deg: Positive when the face turns towards the sitter's own left, which is right in the
+        yaw_deg: Positive if the face is turned towards the sitter's own left, which is right in the
             picture.
-        pitch_deg: Positive with the chin up.
-        roll_deg: Positive when the head leans towards the right of the picture.
+        pitch_deg: Positive if the chin is raised.
+        roll_deg: Positive if the head leans towards the right of the picture.
         facing_rotation: (3, 3) float64. Rotation from the head's frame to axes with x to the right
-            in the picture, y up, and z towards the lens along the line from head to lens.
+            in the picture, y up, and z towards the lens along the line from the head to the lens.
     """
 
     yaw_deg: float
@@ -41,11 +41,11 @@ class HeadPose:
 
 
 def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) -> HeadPose:
-    """Fit the canonical face to landmarks through the lens.
+    """Fit the canonical face to the landmarks, as seen through the lens.
 
     Args:
         size: Height and width of the picture, in pixels.
-        focal_px: Focal length, in pixels, or None for `USUAL_FOCAL`.
+        focal_px: Focal length, in pixels, or None to assume `USUAL_FOCAL`.
     """
     height, width = size
     focal = focal_px or USUAL_FOCAL * max(size)
@@ -70,7 +70,7 @@ def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) 
 
 
 def _facing(toward: Float64) -> Float64:
-    """Return the rotation, (3, 3), that points the lens frame's z axis from head to lens."""
+    """Return the rotation, (3, 3), that points the z axis of the lens's frame from head to lens."""
     across = np.cross([0.0, 1.0, 0.0], toward)
     across /= np.linalg.norm(across)
     return np.stack([across, np.cross(toward, across), toward])

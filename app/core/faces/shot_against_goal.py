@@ -1,4 +1,4 @@
-"""Comparison of the light on a photographed face with the light that a style promises."""
+"""Comparison between the light on a photographed face and the light that a style promises."""
 
 from __future__ import annotations
 
@@ -33,9 +33,10 @@ class Promise:
     Attributes:
         pack, name: Pack of the generic head that grades the style, and the style's name. `pack` is
             None for a style without grades.
-        place: Light of the place, or None for the studio.
-        goal_deg: Panorama azimuth towards which the face should look.
-        arc_deg: Panorama azimuths (from, to), clockwise, between which the face is in the light.
+        place: The light at the place, or None for the studio.
+        goal_deg: Panorama azimuth that the face should look towards, in degrees.
+        arc_deg: Clockwise range of panorama azimuths (from, to), in degrees, within which the face
+            is in the promised light.
         transport: Transport of the head on screen, or None for the generic head.
     """
 
@@ -48,7 +49,7 @@ class Promise:
 
     @cached_property
     def ratio_stops(self) -> float | None:
-        """Lighting ratio as shown on screen, in stops, or None if a face does not show it."""
+        """The lighting ratio as displayed, in stops, or None if it is not visible on a face."""
         if self.light.ratio_stops is None:
             return None
         if self.place is None:
@@ -59,9 +60,9 @@ class Promise:
         return lighting_ratio(transport, render(transport, light)).stops
 
     def on_its_scale(self, stops: float | None) -> float | None:
-        """Convert a ratio read from a photo to the scale of `ratio_stops`.
+        """Convert a ratio measured in a photo to the scale of `ratio_stops`.
 
-        A photo in exactly the promised light then reads as exactly the promised ratio.
+        On this scale, a photo in exactly the promised light has exactly the promised ratio.
         """
         if stops is None or self.ratio_stops is None or self.light.ratio_stops is None:
             return stops
@@ -69,7 +70,7 @@ class Promise:
 
     @cached_property
     def light(self) -> FaceLight:
-        """The light on the generic head at the goal."""
+        """The light on the generic head when it faces the goal."""
         head = head_map()
         grey = np.zeros(head.side**2, np.float32)
         grey[head.transport.pixels] = self.luminance_at(self.goal_deg)
@@ -86,7 +87,7 @@ class Promise:
 
     @property
     def faceless(self) -> bool:
-        """Whether a face shows nothing of the style, as in a silhouette."""
+        """Whether the style cannot be recognised from a face, as with a silhouette."""
         pack = self.pack
         return pack is not None and pack.styles[pack.index(self.name)].signature.areas
 
@@ -99,19 +100,19 @@ def promise_of_place(
     name: str,
     transport: Transport | None = None,
 ) -> Promise:
-    """Return the promise of a place. Without an arc, only the goal itself counts.
+    """Return the promise for a place. If no arc is given, only the goal itself counts.
 
     Args:
-        transport: Transport of the head on screen. The default is that of the generic head.
+        transport: Transport of the head on screen. By default, that of the generic head is used.
     """
     return Promise(pack, name, place, goal_deg, arc_deg or (goal_deg, goal_deg), transport)
 
 
 def graded_by(head: str, pack: StylePack, name: str) -> StylePack | None:
-    """Choose the pack that grades a style on a photographed face, or None for a painted style.
+    """Return the pack that grades a style on a photographed face, or None for a painted style.
 
     Args:
-        head, pack: The head chosen by the user, and its styles.
+        head, pack: The head chosen by the user, and the pack of its styles.
     """
     pack = pack if head == "generic" else _generic_pack()
     return pack if any(style.name == name for style in pack.styles) else None
@@ -127,12 +128,13 @@ class Check:
     """A face compared with a promise.
 
     Attributes:
-        light: Light on the face, read without regard to the place.
-        facing_deg: Panorama azimuth towards which the face looks, or None if unknown.
-        turn_error_deg: Angle from `facing_deg` to the goal, positive clockwise, or None if
-            unreliable.
-        key_difference_deg: Azimuth of the key light minus that of the promised key light.
-        match: Similarity of the visible skin and the style's target, 0 to 100.
+        light: The light on the face, estimated without regard to the place.
+        facing_deg: Panorama azimuth that the face looks towards, in degrees, or None if unknown.
+        turn_error_deg: Angle from `facing_deg` to the goal, in degrees, positive clockwise, or None
+            if it is unreliable.
+        key_difference_deg: Azimuth of the key light minus that of the promised key light, in
+            degrees.
+        match: Similarity between the visible skin and the style's target, 0 to 100.
     """
 
     light: FaceLight
@@ -153,14 +155,14 @@ def check_face(
     *,
     key: bool = True,
 ) -> Check:
-    """Read the light on a face and compare it with a promise.
+    """Estimate the light on a face and compare it with a promise.
 
     Args:
-        picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
+        picture: (H, W, 3) uint8. Upright sRGB picture, not mirrored.
         focal_px: Focal length, in pixels, or None if unknown.
-        lens_deg: Panorama azimuth of the lens as seen from the sitter, or None if the background
-            does not show it.
-        key: Whether to read the key light and the ratio as well as the pose and the grade.
+        lens_deg: Panorama azimuth of the lens as seen from the sitter, in degrees, or None if the
+            background does not reveal it.
+        key: Whether to estimate the key light and the ratio in addition to the pose and the grade.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
     grey, visible = on_head(picture, face)
@@ -208,7 +210,7 @@ def _graded(result: Check, grey: Float32, visible: Bools, promise: Promise) -> C
 
 
 def _completed(grey: Float32, visible: Bools, target: Float32) -> Float64:
-    """Return the visible skin, (P,), with hair, eyes and hidden areas filled in from the head."""
+    """Return the skin, (P,), with hair, eyes and hidden areas replaced by those of the head."""
     head = head_map()
     skin = (head.whole & visible)[head.transport.pixels]
     values = grey[head.transport.pixels].astype(np.float64)

@@ -1,4 +1,4 @@
-"""Heads, their portraits under any light, lighting ratio, catchlights and glare.
+"""Heads and their portraits in any light, the lighting ratio, catchlights and glare.
 
-The age of measured light and its flow past the face are here as well.
+The package also covers the age of measured light and the flow of light past the face.
 """

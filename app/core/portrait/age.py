@@ -1,10 +1,10 @@
-"""Age of measured light, and whether it is still valid.
+"""The age of measured light, and whether the light is still valid.
 
 The sun moves across the sky along a circle of declination, by 15 cos(declination) degrees of arc
 per hour. The declination follows from the date (Spencer, "Fourier series representation of the
 position of the sun", Search 2(5), 1971, 172), so the sun's motion is known without the position on
-earth. If its elevation was measured, the change of its azimuth, on which turns depend, has a known
-limit as well: a high sun changes azimuth quickly.
+Earth. If the sun's elevation was measured, there is also a known limit to the change of its
+azimuth, which determines the turns: a high sun changes azimuth quickly.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from datetime import datetime
 from typing import Final, Literal, TypeAlias
 
 Kind: TypeAlias = Literal["sun", "sky", "windows", "lamps", "unknown"]
-"""Main light of a place: the sun, the sky without the sun, windows, only lamps, or unknown."""
+"""Main light at a place: the sun, the sky without the sun, windows, only lamps, or unknown."""
 
 State: TypeAlias = Literal["fresh", "ageing", "old", "unknown"]
 """Validity of the light.
 
-Ageing light will not be valid for much longer. The validity is unknown if the clocks disagree.
+Ageing light will soon no longer be valid. The validity is unknown if the clocks disagree.
 """
 
 AGAIN_DEG: Final = 5.0
-"""Motion of the sun, in degrees, after which the light is old: about half a tolerance arc."""
+"""Motion of the sun, in degrees, after which the light is old. It is about half a tolerance arc."""
 
 AGAIN_MINUTES: Final = 20.0
-"""Minutes of sunlight after which the light is old in any case, because shadows move."""
+"""Minutes after which sunlight is old in any case, because shadows move."""
 
 DAY_MINUTES: Final = 24 * 60.0
-"""Time, in minutes, after which daylight has changed completely."""
+"""Minutes after which daylight has changed completely."""
 
 _SOON: Final = 0.6  # fraction of these limits
 _SKEW_S: Final = 120.0  # possible difference between the clocks of camera and computer
@@ -48,12 +48,12 @@ class Age:
     """The age of a light.
 
     Attributes:
-        minutes: Age in minutes, negative if the measurement's time is ahead of this clock, or None
+        minutes: Age in minutes, negative if the measurement is dated later than this clock, or None
             if the time is unknown.
         sun_deg: Motion of the sun, in degrees of arc, or None if there is no sun or hours have
             passed.
         sun_aside_deg: Largest possible change of the sun's azimuth, in degrees, or None in the same
-            cases.
+            cases as `sun_deg`.
     """
 
     minutes: float | None
@@ -71,10 +71,10 @@ def light_age(
 ) -> Age:
     """Return the age of a light.
 
-    The state is unknown if the light was measured more than two minutes in the future.
+    The state is unknown if the measurement is dated more than two minutes in the future.
 
     Args:
-        sun_elevation_deg: Elevation of the sun as measured, in degrees. It limits the change of the
+        sun_elevation_deg: Measured elevation of the sun, in degrees. It limits the change of the
             sun's azimuth.
     """
     try:
@@ -94,7 +94,7 @@ def light_age(
 
 
 def declination_deg(when: datetime) -> float:
-    """Return the sun's declination on a date (Spencer 1971), to 0.05 deg except on leap days."""
+    """Return the sun's declination on a date (Spencer 1971), within 0.05° except on leap days."""
     day = when.timetuple().tm_yday - 1 + (when.hour + when.minute / 60.0) / 24.0
     angle = 2.0 * math.pi * day / 365.0
     return math.degrees(
@@ -109,14 +109,15 @@ def declination_deg(when: datetime) -> float:
 
 
 def sun_moved_deg(minutes: float, declination: float) -> float:
-    """Return the angle that the sun has moved.
+    """Return the angle through which the sun has moved.
 
     Args:
         minutes: Time, in minutes.
         declination: Declination of the sun, in degrees.
 
     Returns:
-        Degrees of arc on the sky, 15 cos(declination) per hour for short times.
+        The angle in degrees of arc on the sky, which is 15 cos(declination) per hour for short
+        times.
 
     Examples:
         >>> round(sun_moved_deg(25.0, 0.0), 6), round(sun_moved_deg(720.0, 0.0))
@@ -136,7 +137,7 @@ def _by_sun(minutes: float, declination: float, elevation: float | None) -> Age:
 
 
 def _largest_azimuth(shift_deg: float, elevation: float | None) -> float:
-    """Return the largest change of azimuth that an arc of given length causes at an elevation."""
+    """Return the largest change of azimuth for an arc of a given length at a given elevation."""
     if elevation is None or not math.isfinite(elevation):
         return shift_deg
     # The meridian tangent to a circle of radius r around a point at elevation e is asin(sin r / cos

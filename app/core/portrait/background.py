@@ -1,4 +1,4 @@
-"""The background of a portrait, out of focus as with a portrait lens."""
+"""The background of a portrait, blurred as with a portrait lens."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ _FINE: Final = 6  # radius of the blur at its working resolution, in pixels
 
 
 def blur_px(slope: float, distance_m: float) -> float:
-    """Return the diameter of the blur disc of the background, in pixels.
+    """Return the diameter of the background's blur disc, in pixels.
 
-    Light from a point at distance b behind the focus plane, which is s from the lens, converges to
-    an aperture A = f / N in a cone that is A b / (s + b) wide at that plane, by similar triangles
-    (the disk of confusion of H. M. Merklinger, The INs and OUTs of Focus, 1992).
+    Light from a point at distance b behind the focus plane, which is at distance s from the lens,
+    converges in a cone to an aperture A = f / N. By similar triangles, the cone is A b / (s + b)
+    wide at the focus plane (the disk of confusion of H. M. Merklinger, The INs and OUTs of Focus,
+    1992).
     """
     wide_m = LENS_M / F_NUMBER * BACKGROUND_M / (distance_m + BACKGROUND_M)
     return wide_m / (distance_m * slope)
@@ -36,12 +37,12 @@ def blur_px(slope: float, distance_m: float) -> float:
 def background(
     panorama: FloatImage, facing_deg: float, frame: Framing, camera: TransportHeader
 ) -> Float32:
-    """Render the blurred background of a sitter, (h, w, 3), linear.
+    """Render the blurred background of a sitter, (h, w, 3), in linear light.
 
-    The background has the perspective of the head's own camera, so it is the middle third of the
-    lens's view on an upright frame of 24 x 36 mm, 8 of 24 degrees. As that camera is in front of
-    the probe's position, its view covers more of the panorama (see `widened_fov` in
-    `heading_conversion`). Lamps become discs, since the light is linear. The blur is applied at
+    The background has the perspective of the head's own camera. It is therefore the middle third of
+    the lens's view on an upright frame of 24 x 36 mm: 8 of 24 degrees. That camera is in front of
+    the probe's position, so its view covers more of the panorama (see `widened_fov` in
+    `heading_conversion`). Lamps become discs because the light is linear. The blur is applied at a
     reduced size, and the result is enlarged.
 
     Args:
@@ -74,7 +75,7 @@ def background(
 
 @lru_cache(maxsize=8)
 def _disc(radius: float) -> Float32:
-    """Return a disc of sum 1 with a soft edge."""
+    """Return a disc with a soft edge whose values sum to 1."""
     along = np.arange(-_FINE, _FINE + 1)
     away = np.hypot(along, along[:, np.newaxis])
     disc = np.clip(radius + 0.5 - away, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Catchlights: lamps reflected in the eyes, each with its eye, clock position and source."""
+"""Catchlights: reflections of lamps in the eyes, each with its eye, clock position and source."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from app.core.portrait.light import PortraitLight
 from app.core.portrait.portrait_head import PortraitHead
 
 _IRIS, _ROWS = 14, 640
-"""Radius of the iris, in pixels, and number of rows of the picture that it refers to."""
+"""Radius of the iris, in pixels, and the number of picture rows for which it is given."""
 _BRIGHTER: Final = 3.0
 _LEAST_SHARE: Final = 0.1
-"""Minimum brightness of a catchlight, as a fraction of the head's mean brightness."""
+"""Minimum brightness of a catchlight, relative to the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
 _MIRRORED: Final = 0.5
 EYES: Final = ("right", "left")
-"""The sitter's eyes: the right one is in the left half of the picture."""
+"""The sitter's eyes. The right eye is in the left half of the picture."""
 _NEAR_DEG: Final = 5.0
-"""Largest angle, in degrees, between a lamp and the direction that a blurred spot mirrors."""
+"""Largest angle, in degrees, between a lamp and the direction from which a blurred spot comes."""
 _ABOVE_DEG: Final = 60.0
 
 
@@ -37,10 +37,10 @@ class Catchlight:
 
     Attributes:
         eye: The sitter's own eye, "left" or "right".
-        clock: Position in the picture as on a clock, in hours from 0 to 12.
+        clock: Position in the picture, as on a clock face, in hours from 0 to 12.
         share: Area of the reflection divided by that of the iris.
-        what: Source, as in the list of the place's lamps.
-        letter: Letter of the lamp in that list, or "" if the spot reflects none of them.
+        what: Kind of source, as in the list of the place's lamps.
+        letter: Letter of the lamp in that list, or "" if the spot reflects none of the lamps.
     """
 
     eye: str
@@ -57,12 +57,12 @@ def catchlights(
     turn_deg: float,
     findings: Findings,
 ) -> tuple[Catchlight, ...]:
-    """Find catchlights: reflections three times as bright as the surrounding iris.
+    """Find the catchlights, which are at least three times as bright as the surrounding iris.
 
     Args:
-        picture: (rows, columns, 3) float32. Portrait, as returned by `portrait_picture`.
+        picture: (rows, columns, 3) float32. The portrait, as returned by `portrait_picture`.
         turn_deg: Azimuth in the panorama that the nose points to, in degrees.
-        findings: Lamps of the place, after which the catchlights are named.
+        findings: Lamps at the place, from which the catchlights take their names.
     """
     mean = float(luminance(np.array(cv2.mean(picture)[:3])))
     least = (
@@ -100,7 +100,7 @@ def catchlights(
 
 
 def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
-    """Return each eye with its half of the head and a mask of the pixels of its `glass`."""
+    """Return each eye with its half of the head and a mask of its pixels within `glass`."""
     first = np.ones(len(head.glass), bool)
     if not head.yaw_deg:
         return [(eye, side, first) for eye, side in zip(EYES, head.halves, strict=True)]
@@ -123,10 +123,10 @@ def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bool
 def _source(
     findings: Findings, ways: Float64, weight: Float64, turn_deg: float
 ) -> tuple[Source, str]:
-    """Name the light source reflected in a spot: the lamp that contributes most of its light.
+    """Name the source reflected in a spot, which is the lamp that contributes most of its light.
 
     Args:
-        ways: (n, 3). Directions in the sitter's frame that the spot's pixels mirror.
+        ways: (n, 3). Directions in the sitter's frame that are mirrored by the spot's pixels.
         weight: (n,). Light of each pixel.
     """
     elevations = np.degrees(np.arcsin(np.clip(ways[:, 1], -1, 1)))

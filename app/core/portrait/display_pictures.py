@@ -1,4 +1,4 @@
-"""Prepare pictures and panoramas for display: exposure, tone mapping and scaling."""
+"""Exposure, tone mapping and scaling of pictures and panoramas for display."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.core.base.sphere import bounded
 from app.core.environment.environment import Environment
 
 WELL: Final = (0x2B, 0x2B, 0x2B)
-"""Neutral grey behind every picture, in sRGB bytes."""
+"""Neutral grey behind every picture, as sRGB bytes."""
 
 _GREY_LEVEL: Final = 0.52
 _WIDEST: Final = 4096
@@ -25,10 +25,10 @@ def greyed(display: FloatImage) -> FloatImage:
     """Grey out the picture of a style that is out of reach.
 
     Args:
-        display: (H, W, 3) float32. sRGB in 0..1 on the background grey.
+        display: (H, W, 3) float32. sRGB in the range 0 to 1, on the background grey.
 
     Returns:
-        (H, W, 3) float32. sRGB in 0..1. The background grey is unchanged.
+        (H, W, 3) float32. sRGB in the range 0 to 1. The background grey is unchanged.
     """
     grey = colour.luminance(display)[..., np.newaxis]
     well = np.float32(WELL[0] / 255.0)
@@ -44,10 +44,10 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
         environment: Light of the place. For this picture only, repaired texels are filled from
             their neighbours, since a black ring around every lamp would be distracting.
         turn_deg: Azimuth in the centre, in degrees.
-        size: Rows and columns of the result.
+        size: Number of rows and columns of the result.
 
     Returns:
-        (rows, columns, 3) float32. sRGB in 0..1.
+        (rows, columns, 3) float32. sRGB in the range 0 to 1.
     """
     radiance = bounded(environment.radiance, _WIDEST)
     if environment.repairs.total:
@@ -71,7 +71,7 @@ def _filled(radiance: FloatImage) -> FloatImage:
 
 
 def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
-    """Scale a picture, (h, w, 3) float32 sRGB in 0..1, to a size in rows and columns."""
+    """Scale a picture, (h, w, 3) float32 sRGB from 0 to 1, to a size given in rows and columns."""
     rows, columns = size
     if rows <= display.shape[0]:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)
@@ -84,8 +84,9 @@ def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
 def mitchell(away: Float64) -> Float64:
     """Return the weights of the Mitchell-Netravali filter at distances in pixels.
 
-    The filter reaches two pixels, and the four weights around any position sum to 1. It is smooth,
-    with hardly any fringe, while OpenCV's cubic filter draws a dark line around every bright head.
+    The filter extends over two pixels on each side, and the four weights around any position sum to
+    1. It is smooth and leaves hardly any fringe, whereas OpenCV's cubic filter draws a dark line
+    around every bright head.
     """
     near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
     far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0
@@ -93,7 +94,7 @@ def mitchell(away: Float64) -> Float64:
 
 
 def _stretched(picture: FloatImage, rows: int) -> FloatImage:
-    """Stretch a picture to more rows."""
+    """Stretch a picture to a larger number of rows."""
     count = picture.shape[0]
     where = (np.arange(rows) + 0.5) * count / rows - 0.5
     first = np.floor(where).astype(int)

@@ -1,7 +1,7 @@
 """The portrait at full size: soft light from many directions, sharp shadows, sheen and wet eyes.
 
-Light scattered by skin is computed at nodes and distributed by the results of the bake; the
-surface's reflections come from the panorama, blurred by the surface's own lobe.
+Light scattered by the skin is computed at nodes and distributed using data from the bake. The
+surface's reflections come from the panorama, blurred by the reflection lobe of the surface.
 """
 
 from __future__ import annotations
@@ -47,21 +47,21 @@ _NARROWING: Final = 0.75  # power of the view's cosine; a lobe narrows by 1 acro
 def portrait_picture(
     head: PortraitHead, skin: PortraitSkin, light: PortraitLight, turn_deg: float
 ) -> Float32:
-    """Render a head in the light of a place (see `portrait_pictures`)."""
+    """Render a head in the light of a place at one turn (see `portrait_pictures`)."""
     return next(portrait_pictures(head, skin, light, [turn_deg]))
 
 
 def portrait_pictures(
     head: PortraitHead, skin: PortraitSkin, light: PortraitLight, turns_deg: Sequence[float]
 ) -> Iterator[Float32]:
-    """Render a head at several turns, one by one.
+    """Render a head at several turns, one at a time.
 
     Args:
-        turns_deg: Azimuths in the panorama that the sitter's nose points to.
+        turns_deg: Azimuths in the panorama that the sitter's nose points to, in degrees.
 
     Returns:
-        One picture per turn, (rows, columns, 3) float32. Linear Rec. 709 on black, in the
-        panorama's unit.
+        One picture for each turn, (rows, columns, 3) float32. Linear Rec. 709 on black, in the same
+        unit as the panorama.
     """
     skin = skin.only(head)
     both = np.concatenate([_both_halves(head, light, turn) for turn in turns_deg], axis=1)
@@ -80,7 +80,7 @@ def _draw(
     soft: Float32,
     both: Float32,
 ) -> Float32:
-    """Render one turn from the soft light that enters the nodes, (N, 6), and that of the cells."""
+    """Render one turn from the soft light entering the nodes, (N, 6), and that of the cells."""
     sheen, lights = _mirrored(head, light, turn_deg), [both]
     places, ways = _places(head, light, turn_deg)
     if places:
@@ -112,9 +112,9 @@ def eye_shine(head: PortraitHead, light: PortraitLight, turn_deg: float) -> list
 
 
 def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
-    """Combine light leaving the skin and its reflections, both at nodes, into samples, (S, n).
+    """Combine the light leaving the skin and its reflections, given at nodes, as samples, (S, n).
 
-    The samples are computed block by block, so that the working data stay in the cache.
+    The samples are computed block by block, so that the working data stay in the CPU cache.
     """
     samples = np.empty(wide.albedo.shape, np.float32)
     parts = np.empty((2, _BLOCK, wide.albedo.shape[1]), np.float32)
@@ -131,7 +131,7 @@ def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
 
 
 def _between(wide: Wide, block: slice, nodes: Float32, out: Float32, part: Float32) -> None:
-    """Interpolate values of nodes, (M, n), at a block of samples."""
+    """Interpolate the values of nodes, (M, n), at a block of samples."""
     np.take(nodes, wide.corners[0, block], axis=0, out=out, mode="clip")
     out *= wide.weights[0, block]
     for corner, weight in zip(wide.corners[1:, block], wide.weights[1:, block], strict=True):
@@ -141,7 +141,7 @@ def _between(wide: Wide, block: slice, nodes: Float32, out: Float32, part: Float
 
 
 def _to_picture(head: PortraitHead, samples: Float32) -> Float32:
-    """Write samples of all halves, (S, n), into the picture."""
+    """Write the samples of all halves, (S, n), to the picture."""
     wide, (rows, columns) = head.wide, head.shape
     out = np.zeros((rows * columns, 3), np.float32)
     single = wide.single.shape[1]
@@ -155,7 +155,7 @@ def _to_picture(head: PortraitHead, samples: Float32) -> Float32:
 
 
 def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float32) -> None:
-    """Blend hair and cloth over the picture, lit by `lights`, (G, 6) each."""
+    """Blend hair and cloth into the picture, as lit by `lights`, (G, 6) each."""
     sides = len(head.halves)
     # The lamps' part is clipped at zero separately: the few functions do not contain all of it, and
     # the missing part must not remove the sky's colour. Matrix products, channel by channel, are
@@ -175,14 +175,14 @@ def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float3
 
 
 def _cells_around(places: list[tuple[Lamp, float]], ways: Float32) -> Float32:
-    """Return the radiance of the cells next to each lamp that together give a flux of 1, (G, n)."""
+    """Return the radiance of the cells around each lamp for a total flux of 1 per lamp, (G, n)."""
     least = np.array([math.cos(max(lamp.radius, _NEAR)) for lamp, _ in places], np.float32)
     near = np.maximum(cell_ways() @ ways.T - least, 0)
     return np.asarray(near / (grid()[3] @ near), np.float32)
 
 
 def _both_halves(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
-    """Return the soft light of each cell, (G, 6), for the first half and its mirror image."""
+    """Return the soft light in each cell, (G, 6), for the first half and its mirror image."""
     soft = soft_light(light, turn_deg)
     return np.concatenate([soft, soft[mirrored_cells()]][:: head.halves[0]], axis=1)
 
@@ -190,7 +190,7 @@ def _both_halves(head: PortraitHead, light: PortraitLight, turn_deg: float) -> F
 def _places(
     head: PortraitHead, light: PortraitLight, turn_deg: float
 ) -> tuple[list[tuple[Lamp, float]], Float32]:
-    """Return sharp lamps, with azimuths as in `_both_halves`, and directions to them, (n, 3)."""
+    """Return the sharp lamps, with azimuths as in `_both_halves`, and their directions, (n, 3)."""
     turn, lamps, first = math.radians(turn_deg), light.lamps[:SHARP], head.halves[0]
     places = [(lamp, side * (lamp.azimuth - turn)) for lamp in lamps for side in (first, -first)]
     angles = np.array([(azimuth, lamp.elevation) for lamp, azimuth in places]).reshape(-1, 2)
@@ -198,17 +198,17 @@ def _places(
 
 
 def _fluxes(light: PortraitLight) -> Float32:
-    """Return the light that each lamp of `_places` adds to both halves, (n, 6)."""
+    """Return the light that each lamp in `_places` contributes to the two halves, (n, 6)."""
     flux = np.array([lamp.flux for lamp in light.lamps[:SHARP]], np.float32)
     both = np.eye(_SIDES, dtype=np.float32)[..., None] * flux.reshape(-1, 1, 1, 3)
     return np.asarray(both.reshape(-1, 6))
 
 
 def _let_in(nodes: SkinNodes, ways: Float32, openness: Float32) -> Float32:
-    """Return the light entering nodes, (N, n), from lamps of flux 1.
+    """Return the light entering the nodes, (N, n), from lamps with a flux of 1.
 
     Args:
-        openness: (n, N). Fraction of each lamp that a node sees.
+        openness: (n, N). Fraction of each lamp that is visible from each node.
     """
     mu = ways @ nodes.normals.T
     return np.asarray((nodes.entering(np.maximum(mu, 0, out=mu)) * openness).T)
@@ -235,7 +235,7 @@ def _toward(head: PortraitHead, light: Float32) -> Float32:
     """Return the skin's light towards the camera at each visible node, (M, n), from the lit nodes.
 
     Args:
-        light: (L, 6) float32. Light that leaves the lit nodes.
+        light: (L, 6) float32. The light leaving the lit nodes.
     """
     if not head.yaw_deg:
         return light
@@ -244,7 +244,7 @@ def _toward(head: PortraitHead, light: Float32) -> Float32:
 
 
 def _mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
-    """Return the reflections at each visible node, without lamps, (M, n) float32."""
+    """Return the reflections at each visible node, excluding lamps, (M, n) float32."""
     visible = head.visible
     out = np.empty((len(visible.index), len(head.halves), 3), np.float32)
     # Lobes of width ROUGHNESS cos^p, between the two by which the light is blurred.
@@ -256,10 +256,10 @@ def _mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Floa
 
 
 def _glints(nodes: SeenNodes, ways: Float32, openness: Float32) -> Float32:
-    """Return the skin's reflections, (M, n), of lamps of flux 1, given visible fractions, (n, N).
+    """Return the skin's reflections, (M, n), of lamps with a flux of 1 and visible parts (n, N).
 
-    Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation 20,
-    with Beckmann's facets (25) and their shadowing (27).
+    See Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation
+    20, with Beckmann's facets (25) and their shadowing (27).
     """
     into, toward_lens = ways @ nodes.normals.T, ways @ nodes.view.T
     # Half-way between lamp and camera; the length is that of the sum of two unit vectors.
@@ -280,7 +280,7 @@ def _glints(nodes: SeenNodes, ways: Float32, openness: Float32) -> Float32:
 def fresnel(cosine: Float32) -> Float32:
     """Return the fraction of light that skin reflects at an angle to the facet.
 
-    Walter et al., equation 22.
+    See Walter et al., equation 22.
 
     Args:
         cosine: float32, any shape. Cosine of the angle to the facet.
@@ -292,10 +292,10 @@ def fresnel(cosine: Float32) -> Float32:
 
 
 def shadowing(cosine: Float32, roughness: float = ROUGHNESS) -> Float32:
-    """Return the fraction of Beckmann's facets not hidden by others, by Walter's rational fit.
+    """Return the fraction of Beckmann facets that others do not hide, using Walter's rational fit.
 
     Args:
-        cosine: float32, any shape. Cosine of the angle to the surface's normal.
+        cosine: float32, any shape. Cosine of the angle to the surface normal.
     """
     a = cosine / np.sqrt(np.maximum(1 - cosine**2, 1e-6)) / np.float32(roughness)
     fit = (3.535 * a + 2.181 * a**2) / (1 + 2.276 * a + 2.577 * a**2)
@@ -303,13 +303,13 @@ def shadowing(cosine: Float32, roughness: float = ROUGHNESS) -> Float32:
 
 
 def _around(head: PortraitHead, way: Float32, turn_deg: float) -> list[Float32]:
-    """Return the azimuths of directions in the panorama, for each of the head's `halves`."""
+    """Return the panorama azimuths of directions, for each of the head's `halves`."""
     azimuth, turn = np.arctan2(-way[:, 0], way[:, 2]), np.float32(math.radians(turn_deg))
     return [turn + side * azimuth for side in head.halves]
 
 
 def _looked_up(source: Float32, azimuth: Float32, up: Float32) -> Float32:
-    """Sample a panorama of `PortraitLight` at directions, (n, 3) or (n, 6)."""
+    """Sample a panorama of `PortraitLight` in the given directions, (n, 3) or (n, 6)."""
     rows, columns = source.shape[0], source.shape[1] - 2
     x = (azimuth / np.float32(2 * np.pi) + np.float32(0.5)) % 1 * columns + np.float32(0.5)
     y = (0.5 - np.arcsin(np.clip(up, -1, 1)) / np.pi) * rows - 0.5

@@ -1,8 +1,8 @@
-"""Portraits for the gallery: many at once, with equal framing and exposure.
+"""Portraits for the gallery, rendered many at a time with equal framing and exposure.
 
-`benchmarks.speed.plain_portrait` defines the look of a portrait; here the same look is fast enough
-for interaction. Framing is two small matrices, one for rows and one for columns, that crop, pad and
-scale in one product each.
+`benchmarks.speed.plain_portrait` defines the look of a portrait. This module produces the same look
+fast enough for interaction. A framing consists of two small matrices, one for the rows and one for
+the columns, which crop, pad and scale in one product each.
 """
 
 from __future__ import annotations
@@ -49,12 +49,12 @@ _CLOSE: Final = (
     61.0,
 )  # rows and columns of the head alone, from crown to chin and ear to ear
 CLOSE_SHAPE: Final = _CLOSE[0] / _CLOSE[1]
-"""Ratio of height to width of a picture of the head alone."""
+"""Ratio of height to width for a picture of the head alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taps:
-    """Source pixels and weights of each scaled pixel of a line.
+    """The source pixels and weights for each pixel of a scaled line.
 
     Attributes:
         index: (k, n) intp. Pixels of the picture.
@@ -66,7 +66,7 @@ class Taps:
     weight: Float32 = field(repr=False)
 
     def along_rows(self, planes: Float32) -> Float32:
-        """Scale (c, N, m) to (c, n, m) in a few passes, since a full matrix would need BLAS."""
+        """Scale (c, N, m) to (c, n, m) in a few passes, since a full matrix would require BLAS."""
         result: Float32 = planes[:, self.index[0]] * self.weight[0][:, np.newaxis]
         for index, weight in zip(self.index[1:], self.weight[1:], strict=True):
             result += planes[:, index] * weight[:, np.newaxis]
@@ -75,13 +75,13 @@ class Taps:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Framing:
-    """Crop and scale of a head's picture.
+    """The crop and scale of a head's picture.
 
     Attributes:
         rows, columns: Source pixels of the visible rows and columns.
         picture, room: As in `framing`.
-        top, left: Upper left corner, in pixels of the picture.
-        step: Pixels of the picture per pixel of the result.
+        top, left: Position of the upper left corner, in pixels of the picture.
+        step: Number of picture pixels per pixel of the result.
     """
 
     rows: Taps
@@ -94,16 +94,16 @@ class Framing:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Rows and columns of the result."""
+        """Number of rows and columns of the result."""
         return self.rows.index.shape[1], self.columns.index.shape[1]
 
     def of(self, planes: Float32) -> Float32:
-        """Frame (c, N, N) as (c, w, h), with rows and columns exchanged."""
+        """Frame (c, N, N) as (c, w, h), with rows and columns transposed."""
         rows_first = np.ascontiguousarray(self.rows.along_rows(planes).transpose(0, 2, 1))
         return self.columns.along_rows(rows_first)
 
     def cut(self, picture: Float32) -> Float32:
-        """Frame (N, N) or (N, N, 3) as (h, w) or (h, w, 3), to half a pixel, with black around."""
+        """Frame (N, N) or (N, N, 3) as (h, w) or (h, w, 3), to half a pixel, padded with black."""
         high, wide = (round(each * self.step) for each in self.size)
         top, left = round(self.top), round(self.left)
         part = picture[max(top, 0) : top + high, max(left, 0) : left + wide]
@@ -122,7 +122,7 @@ def framing(
     room: float = 1.0,
     above: float | None = None,
 ) -> Framing:
-    """Return the framing of a head, which depends on proportions but not on size.
+    """Return the framing of a head, which depends on the proportions but not on the size.
 
     Args:
         picture: Side of the head's square picture, in pixels.
@@ -130,7 +130,8 @@ def framing(
         close: Whether the head alone fills the picture, without neck and shoulders.
         room: Height of the picture divided by that of a transport's picture, which ends at the
             crown.
-        above: Visible room for hair, in the unit of `room`, or None for the value of `room`.
+        above: Visible height including the room for hair, in the unit of `room`, or None for the
+            value of `room`.
     """
     height, width = size
     above = room if above is None else above
@@ -154,21 +155,21 @@ def framing(
 
 
 LightSource: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
-"""Light as seen by a head, (H, W, 3) or (H, W), at any exposure, or a function that computes it.
+"""Light on a head, (H, W, 3) or (H, W), at any exposure, or a function that computes it.
 
-A style stands for its own lamps, and None for even light.
+A style represents its own lamps, and None represents even light.
 """
 
 
 def skin_gains(transport: Transport, lights: Sequence[LightSource]) -> list[float]:
-    """Return the exposure factor of a skin tone in each light, relative to medium skin.
+    """Return the exposure factor for a skin tone in each light, relative to medium skin.
 
-    Pictures are exposed for the light, as with a grey card, and so like a face of medium skin in
-    the same light. Skin tones side by side therefore differ as they do in life.
+    Pictures are exposed for the light, as with a grey card, and therefore like a face of medium
+    skin in the same light. Skin tones shown side by side differ as they do in life.
 
     Returns:
-        One factor for each light, for use in `portraits`: below 1 for dark skin, above 1 for light
-        skin, and 1 for medium skin.
+        One factor for each light, for use in `portraits`. It is below 1 for dark skin, above 1 for
+        light skin, and 1 for medium skin.
     """
     if transport.header.skin not in _OTHER_SKINS or not lights:
         return [1.0] * len(lights)
@@ -203,7 +204,7 @@ def _exposures(
 
 
 def rule_of(light: LightSource) -> Expose:
-    """Return what a picture in a light is exposed for."""
+    """Return the subject that a picture in a light is exposed for."""
     return light.expose if isinstance(light, Style | Facing) else "face"
 
 
@@ -215,7 +216,7 @@ def _light_values(light: LightSource) -> Floats:
 
 @lru_cache(maxsize=64)
 def _studio(style: Style | None) -> Float64:
-    """Return a style's own lamps at a large distance, (32, 64), or even light if it has none."""
+    """Return a style's own lamps at a large distance, (32, 64), or even light if there are none."""
     if style is None or not style.lamps:
         return np.ones(SHAPE)
     return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))
@@ -227,7 +228,8 @@ def exposures(
     """Return display gains that make pictures comparable with one another and across sizes.
 
     The gains follow the rule of `app.core.base.colour.face_exposure` for the transport's pictures,
-    as in `portraits`. The heads in these are bald, so that hair does not count as part of the face.
+    as in `portraits`. The heads in these pictures are bald, so hair does not count as part of the
+    face.
 
     Args:
         gains: Factors for the skin tone, as returned by `skin_gains`.
@@ -246,7 +248,7 @@ def style_exposures(
 
     Args:
         values: (n, N, N, 3) float. Pictures of the transport in each of the lights, at any scale.
-        coverage: (N, N) float32. Fraction of each pixel covered by the head.
+        coverage: (N, N) float32. Fraction of each pixel that the head covers.
     """
     faces = colour.luminance(np.asarray(values)[:, coverage >= _FACE_COVERAGE])
     each = zip(faces, lights, skin_gains(transport, lights), strict=True)
@@ -256,13 +258,13 @@ def style_exposures(
 def portraits(
     values: Floats, coverage: FloatImage, frame: Framing, gain_list: Sequence[float] = ()
 ) -> Bytes:
-    """Develop pictures of the head on neutral grey.
+    """Develop pictures of the head on a neutral grey background.
 
     Args:
         values: (n, N, N, 3) float. Linear Rec. 709 on black. Pixels at the head's edge contain only
-            the head's own part of the light.
-        coverage: (N, N) float32. Fraction of each pixel covered by the head.
-        gain_list: Gains of the pictures, by default those that `exposures` computes from them.
+            the light from the head itself.
+        coverage: (N, N) float32. Fraction of each pixel that the head covers.
+        gain_list: Gains of the pictures. By default, `exposures` computes them from the pictures.
 
     Returns:
         (n, h, w, 3) uint8. sRGB.
@@ -289,7 +291,7 @@ def large_portrait(
     """Develop a framed linear picture, (h, w, 3), in a few milliseconds.
 
     Args:
-        away: (h, w, 3). Fraction of each value not covered by the head.
+        away: (h, w, 3). Fraction of each value that the head does not cover.
         behind: (h, w, 3) float32. Light behind the head, exposed like the head, or None for neutral
             grey.
     """
@@ -309,7 +311,7 @@ def large_portrait(
 
 
 def _compressed(light: Float32) -> Float32:
-    """Compress highlights in place, like `colour.develop`, with tables."""
+    """Compress highlights in place, like `colour.develop`, using tables."""
     largest = np.maximum(np.maximum(light[..., 0], light[..., 1]), light[..., 2])
     if float(largest.max()) <= colour.SHOULDER_START:
         return light
@@ -330,7 +332,7 @@ def light_exposures(transport: Transport, lights: Sequence[LightSource]) -> tupl
 
 
 def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
-    """Return the exposure of a face in even light as strong as the mean of a light, (32, 64, 3)."""
+    """Return the exposure of a face in uniform light equal to the mean of `light`, (32, 64, 3)."""
     solid = solid_angles(SHAPE)[:, np.newaxis]
     mean = float((colour.luminance(light) * solid).sum()) / (SHAPE[1] * float(solid.sum()))
     return light_exposures(transport, [None])[0] / max(mean, 1e-30)
@@ -343,7 +345,7 @@ def greyed(picture: Bytes) -> Bytes:
         picture: (h, w, 3) uint8. sRGB on the background grey.
 
     Returns:
-        (h, w, 3) uint8. sRGB, in which the background grey stays as it is.
+        (h, w, 3) uint8. sRGB. The background grey is unchanged.
     """
     return colour.to_bytes(pictures.greyed(picture.astype(np.float32) / np.float32(255.0)))
 
@@ -360,7 +362,7 @@ def _curve() -> Float32:
 
 @lru_cache(maxsize=1)
 def _shoulder() -> tuple[Float32, Float32]:
-    """Return the scale and offset of `app.core.base.colour.develop`, by the largest channel."""
+    """Return the scale and offset of `app.core.base.colour.develop`, by largest channel value."""
     last = int(math.log(_MOST_LIGHT / colour.SHOULDER_START) * _SHOULDER_STEPS) + 1
     largest = colour.SHOULDER_START * np.exp(np.arange(last + 1) / _SHOULDER_STEPS)
     haze = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))
@@ -379,7 +381,7 @@ def _full(table: NDArray[Any]) -> NDArray[Any]:
 
 
 def _taps(count: int, pixels: int, start: float, step: float) -> Taps:
-    """Return the taps that average `count` pixels to `pixels`, each `step` wide from `start` on."""
+    """Return taps from `start` onwards that average `count` pixels to `pixels` of width `step`."""
     first, weight = (_averaged if step >= 1 else _smooth)(pixels, start, step)
     index = first + np.arange(len(weight))[:, np.newaxis]
     weight[(index < 0) | (index >= count)] = 0.0
@@ -387,7 +389,7 @@ def _taps(count: int, pixels: int, start: float, step: float) -> Taps:
 
 
 def _averaged(pixels: int, start: float, step: float) -> tuple[Indices, Float64]:
-    """Return each pixel's fraction of the area of each result pixel, averaging like a sensor."""
+    """Return each pixel's fraction of the area of each result pixel, averaging as a sensor does."""
     low = start + step * np.arange(pixels)
     first = np.floor(low).astype(np.intp)
     place = first + np.arange(math.ceil(step) + 1)[:, np.newaxis]

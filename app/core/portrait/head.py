@@ -1,4 +1,4 @@
-"""A head with its styles under the lamps of a studio, and its portraits."""
+"""A head with its styles, as lit by the lamps of a studio, and its portraits."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ Size: TypeAlias = tuple[int, int]
 Gains: TypeAlias = Sequence[float]
 Pictures: TypeAlias = "Sequence[FloatImage] | FloatImage"
 FULL_SIZE: Final = 64
-"""Rows or columns from which a portrait is drawn from nodes of the skin, not from T."""
+"""Rows or columns from which a portrait is drawn from skin nodes instead of from T."""
 SMALL_SIZE: Final = 320
-"""Rows or columns up to which half the size is enough."""
+"""Rows or columns up to which half the size is sufficient."""
 _VIEW: Final = (80, 64)  # rows and columns of the view of a background that is measured
 _CLEAR: Final = 0.05  # coverage below which a pixel shows the background alone
 _DARKEST: Final = 0.02  # of the brightest: darker values are not brightened much
@@ -72,7 +72,7 @@ _PACKS: Final = 16  # packs cached by a head for other lamps, 1.5 MB each, 6 MB 
 
 @dataclass(frozen=True, eq=False)
 class Head:
-    """A head that is being lit."""
+    """A head, its styles and the lamps that light it."""
 
     name: str
     pack: StylePack = field(repr=False)
@@ -102,11 +102,11 @@ class Head:
         return pack_for
 
     def pack_in(self, studios: Mapping[str, Studio]) -> StylePack:
-        """Return the pack with targets under other lamps, caching the recent packs."""
+        """Return the pack with its targets under other lamps. The most recent packs are cached."""
         return (self.published or self)._packs(frozenset(studios.items()))
 
     def lit_by(self, studios: Mapping[str, Studio]) -> Head:
-        """Return the head with targets under other lamps, which takes half a second at first."""
+        """Return the head with targets under other lamps. The first call takes half a second."""
         if studios == self.studios:
             return self
         return (self.published or self)._in_studios(frozenset(studios.items()))
@@ -124,7 +124,7 @@ class Head:
 
     @cached_property
     def views(self) -> list[ViewTables]:
-        """Search tables of the views from the side, or none for a head baked without them."""
+        """The search tables for the side views, or an empty list if the head has no such views."""
         try:
             # With other lamps, reuse the views of the published head, which take 20 MB.
             if self.published is None:
@@ -139,7 +139,7 @@ class Head:
 
     @cached_property
     def aside(self) -> HeadViews:
-        """All views from the side, which take 20 MB and are read once."""
+        """All side views of the head. They take up 20 MB and are read only once."""
         return load_views_of(self.pack, self.name)
 
     @cached_property
@@ -178,7 +178,7 @@ class Head:
         return self.front.painted().target(style, self.yaw_deg)
 
     def expose_of(self, style: str) -> Expose:
-        """Return what a built-in style is exposed for, or "face" for any other name."""
+        """Return the subject that a built-in style is exposed for, or "face" for any other name."""
         return next((one.expose for one in self.pack.styles if one.name == style), "face")
 
     def studio_wanted(self, style: str) -> Studio:
@@ -186,10 +186,10 @@ class Head:
         return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
     def portrait(self, linear: FloatImage, size: Size, light: LightSource = None) -> Bytes:
-        """Develop a linear picture of the head, (N, N, 3), to sRGB of a size.
+        """Develop a linear picture of the head, (N, N, 3), as sRGB at a given size.
 
-        The picture is exposed for its light, by default even light. A large picture in the light of
-        a place or of a style is drawn at full size.
+        The picture is exposed for its light, which is even light by default. A large picture in the
+        light of a place or a style is drawn at full size.
         """
         return self.portraits([linear], size, [light])[0]
 
@@ -204,19 +204,19 @@ class Head:
         draft: bool = False,
         gains: Gains = (),
     ) -> list[Bytes]:
-        """Develop several pictures.
+        """Develop several pictures of the head.
 
         Args:
             linear: (n, N, N, 3). Linear Rec. 709.
-            size: Rows and columns of the results.
-            lights: The light of each picture.
+            size: Number of rows and columns of each result.
+            lights: The light in each picture.
             close: Whether to show the head alone, without neck and shoulders.
             quick: Whether to draw from the transport, whatever the size.
             draft: Whether to draw with half as many pixels across, for moving pictures.
-            gains: Exposures, by default those of `exposures`.
+            gains: Exposure gains. By default, those from `exposures` are used.
 
         Returns:
-            One picture per light, (rows, columns, 3) uint8 sRGB.
+            One picture for each light, (rows, columns, 3) uint8 sRGB.
         """
         gains = gains or self.exposures(linear, lights)
         if not quick and self.full_at(size):
@@ -232,7 +232,7 @@ class Head:
         return list(pictures)
 
     def exposures(self, linear: Pictures, lights: Sequence[LightSource]) -> tuple[float, ...]:
-        """Return the gains of the transport's pictures, which also apply at full size."""
+        """Return the gains for the transport's pictures, which also apply at full size."""
         gains = list(style_exposures(self.transport, np.asarray(linear), self._coverage, lights))
         for index, light in enumerate(lights):
             gain = self._background_exposure(light)
@@ -242,7 +242,7 @@ class Head:
         return tuple(gains)
 
     def _background_exposure(self, light: LightSource) -> float | None:
-        """Return the gain of a light whose background decides, in the unit of the light."""
+        """Return the gain of a light exposed for its background, or None if there is none."""
         if rule_of(light) != "background":
             return None
         frame = framing(self.transport.size, _VIEW)
@@ -257,7 +257,7 @@ class Head:
     def _behind(self, light: LightSource, frame: Framing) -> Float32 | None:
         """Return the view past the head, in the unit of the light, or None for neutral grey.
 
-        A style that is exposed for its background needs one in the studio as well.
+        A style that is exposed for its background needs a background in the studio as well.
         """
         bright = rule_of(light) == "background"
         if isinstance(light, Facing) and (self.in_place or bright):
@@ -269,7 +269,7 @@ class Head:
         return background(around, facing, frame, self.transport.header)
 
     def _put_behind(self, picture: Bytes, behind: Float32, frame: Framing, gain: float) -> None:
-        """Replace the grey behind a quick picture."""
+        """Replace the grey behind a quickly drawn picture with a background."""
         cover = np.clip(frame.of(self._coverage[np.newaxis])[0].T, 0, 1)
         backdrop = large_portrait(behind, np.zeros_like(behind), gain)
         mixed = picture + (1 - cover)[..., np.newaxis] * (backdrop.astype(np.float32) - WELL[0])
@@ -277,11 +277,11 @@ class Head:
 
     @property
     def may_be_full(self) -> bool:
-        """Whether the head is built in and may have a full-size portrait, without reading files."""
+        """Whether the head is built in and may have a full-size portrait. No files are read."""
         return not self.name.endswith(".npz")
 
     def may_be_full_at(self, size: Size) -> bool:
-        """Return whether pictures of a size may be drawn at full size, without reading a file."""
+        """Return whether pictures of a size may be drawn at full size, without reading any file."""
         return max(size) >= FULL_SIZE and self.may_be_full
 
     def full_at(self, size: Size) -> bool:
@@ -290,7 +290,7 @@ class Head:
 
     @cached_property
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
-        """The data of full-size portraits, or None for a head that has none."""
+        """The data for full-size portraits, or None if the head has none."""
         header, key = self.transport.header, (self.hair, self.yaw_deg)
         portrait = load_portrait(header.head, header.skin, *key) if self.may_be_full else None
         if portrait is not None:
@@ -299,7 +299,7 @@ class Head:
         return portrait
 
     def catchlights(self, light: Facing, findings: Findings) -> tuple[Catchlight, ...] | None:
-        """Return the reflections in the eyes, or None for a head without a full-size portrait."""
+        """Return the reflections in the eyes, or None if the head has no full-size portrait."""
         if self.full is None:
             return None
         fine_light, picture = _of_place(light.light), _draw(*self.full, light)
@@ -348,10 +348,11 @@ class Head:
         return pictures
 
     def portrait_with(self, here: Facing, parts: Sequence[FloatImage], size: Size) -> Bytes:
-        """Render the head in a place and under a lamp.
+        """Render the head in the light of a place and of a lamp.
 
-        The transport's pictures, the first two parts, account for near light and occlusion.
-        Shadows, eyes and hair come from the third part, the lamp's light as if far away, (H, W, 3).
+        The transport's pictures, which are the first two parts, account for near light and
+        occlusion. Shadows, eyes and hair come from the third part, (H, W, 3), the lamp's light as
+        if from far away.
         """
         place, lamp, far = parts
         gains = self.exposures([place + lamp], [here])
@@ -369,7 +370,7 @@ class Head:
         return large_portrait(frame.cut(linear), _away(head, frame), gains[0], behind)
 
     def _in_studio(self, lights: Sequence[LightSource]) -> dict[Style, tuple[Style, float]]:
-        """Return the styles with the pack's lamps for them, and the exposure of their light."""
+        """Return the styles with the pack's lamps for each, and the exposure of their light."""
         studio_styles = [one for one in lights if isinstance(one, Style) and one.lamps]
         own = self.pack.styles
         styles = [
@@ -385,7 +386,7 @@ class Head:
 
 
 def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32:
-    """Change a portrait in the way that turns its thumbnail into the target."""
+    """Apply to a portrait the change that turns its thumbnail into the target."""
     before, after = colour.luminance(quick), colour.luminance(target)
     usual = float(after.sum()) / max(float(before.sum()), 1e-30)
     least = max(_DARKEST * float(before.max()), 1e-30)
@@ -399,13 +400,13 @@ def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32
 
 @lru_cache(maxsize=4)
 def _away(head: PortraitHead, frame: Framing) -> Float32:
-    """Return the fraction of each value of a framed portrait not covered by the head, (h, w, 3)."""
+    """Return the fraction of each value in a framed portrait outside the head, (h, w, 3)."""
     return np.repeat(1 - frame.cut(head.coverage)[..., np.newaxis], 3, axis=2)
 
 
 @lru_cache(maxsize=1)
 def _draw(head: PortraitHead, skin: PortraitSkin, light: Facing) -> Float32:
-    """Return the full-size picture of a place, cached for display, measuring and relighting."""
+    """Return the full-size picture at a place, cached for display, measurement and relighting."""
     return portrait_picture(head, skin, _of_place(light.light), light.turn_deg)
 
 
@@ -415,18 +416,18 @@ def _of_place(light: PlaceLight) -> PortraitLight:
 
 
 def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
-    """Return the names of all heads: the built-in ones, then the user's own.
+    """Return the names of all heads: the built-in ones, followed by the user's own.
 
     Args:
-        folder: Folder of the user's heads.
-        files: Paths of further heads. Names of built-in heads are ignored.
+        folder: Folder that contains the user's heads.
+        files: Paths of additional heads. Names of built-in heads are ignored.
     """
     own = [*map(str, own_heads(folder)), *(file for file in files if file.endswith(".npz"))]
     return (*pack_names(), *dict.fromkeys(own))
 
 
 def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
-    """Load a built-in head by name, or another by the path of its transport.
+    """Load a built-in head by name, or any other head by the path of its transport.
 
     Raises:
         TransportError: If the head is unreadable or incomplete.
@@ -441,7 +442,7 @@ def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
 
 
 def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
-    """Raise an error for a head that some screen could not use."""
+    """Raise an error if a head cannot be used on every screen."""
     if pack.header.environment != SHAPE:
         raise TransportError(
             tr("The head {name} was not baked for 64 × 32 texels.", name=Path(name).name),
@@ -453,7 +454,7 @@ def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
 def with_lamps(
     studios: Mapping[str, Studio], studio: Studio | None, style: str
 ) -> dict[str, Studio]:
-    """Change the lamps for a style and its mirror image, or, if `style` is "", for all others."""
+    """Change the lamps for a style and its mirror image, or for all others if `style` is ""."""
     names = sorted({style, mirror_name(style)})
     new_studios = {name: one for name, one in studios.items() if name not in names}
     if studio is not None and (style or studio != AS_PUBLISHED):

@@ -1,9 +1,9 @@
 """Views of a turned head.
 
-Yaw is the turn of the face towards the sitter's own left, from the line to the camera. The light on
-the skin does not depend on the camera: all views of a head are transports over the same functions
-of texels, in light at the turn of the *nose*. Views of a symmetric head are baked to one side; the
-others are their mirror images.
+Yaw is the turn of the face from the camera towards the sitter's own left. The light on the skin
+does not depend on the camera, so all views of a head are transports over the same texel functions,
+in light at the turn of the *nose*. Views of a symmetrical head are baked on one side only. The
+views from the other side are their mirror images.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ class HeadView:
 
     Attributes:
         transport: Transport of the view, for light at the turn of the nose.
-        shape: Positions behind the view's pixels.
-        targets: (S, P) float32. Luminance of the styles under their own lamps, with a largest value
+        shape: Skin positions behind the view's pixels.
+        targets: (S, P) float32. Luminance of the styles under their own lamps, scaled to a maximum
             of 1.
     """
 
@@ -68,7 +68,7 @@ class HeadView:
     targets: Float32 = field(repr=False)
 
     def mirrored(self, styles: Sequence[Style]) -> HeadView:
-        """Return the mirrored view of a symmetric head."""
+        """Return the mirror image of a view of a symmetrical head."""
         here, size = self.transport, self.transport.size
         flipped = here.pixels // size * size + size - 1 - here.pixels % size
         order = np.argsort(flipped)
@@ -88,12 +88,12 @@ class HeadView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadViews:
-    """All views of a head, stored packed and unpacked on demand.
+    """All views of a head, stored in packed form and unpacked on demand.
 
     Attributes:
-        shape: Shape of the head seen from the front.
+        shape: Shape of the head, as seen from the front.
         texel_basis: (R, H * W) float32. As in a transport.
-        parts: Arrays as returned by `pack_view`, by yaw in degrees.
+        parts: Arrays as returned by `pack_view`, keyed by yaw in degrees.
     """
 
     header: TransportHeader
@@ -103,7 +103,7 @@ class HeadViews:
 
     @property
     def yaws(self) -> tuple[float, ...]:
-        """Yaws of all views, in degrees, from right to left, including 0."""
+        """The yaws of all views, in degrees, from right to left, including 0."""
         both = {*self.parts, 0.0}
         if self.header.symmetric:
             both |= {-yaw for yaw in self.parts}
@@ -114,10 +114,10 @@ class HeadViews:
         return min(self.yaws, key=lambda yaw: (abs(wrap(yaw - yaw_deg)), abs(yaw)))
 
     def at(self, yaw_deg: float, styles: Sequence[Style]) -> HeadView:
-        """Return the view at one of `yaws` except 0.
+        """Return the view at one of `yaws` other than 0.
 
         Args:
-            styles: Styles of the head's pack, in the order of the pack.
+            styles: Styles in the head's pack, in the order of the pack.
         """
         if yaw_deg in self.parts:
             return self._view(yaw_deg, **self.parts[yaw_deg])
@@ -158,15 +158,16 @@ def pack_view(
 ) -> dict[str, NDArray[Any]]:
     """Quantise a view for storage.
 
-    Coefficients are smooth over the picture except for noise. Squares of the picture are therefore
-    rounded as cosine coefficients, which take half as much space as pixels for the same error.
+    Apart from noise, coefficients vary smoothly over the picture. Squares of the picture are
+    therefore stored as rounded cosine coefficients, which take half as much space as pixels for the
+    same error.
 
     Args:
-        grey: (P, R) float32. Luminance of each pixel for each function of texels.
+        grey: (P, R) float32. Luminance of each pixel for each texel function.
         tints: (2, P, K) float32. Red and blue minus that luminance, for the first K of these
             functions.
-        pixels: (P,) int32. Flat pixel numbers.
-        coverage: Fraction of each pixel covered by the head.
+        pixels: (P,) int32. Flat pixel indices.
+        coverage: (P,) float32. Fraction of each pixel that the head covers.
         positions: (P, 3) float32. As in `HeadShape`.
         targets: (S, P) float32. Luminance, at any scale.
         size: Side of the picture, in pixels.
@@ -185,7 +186,7 @@ def pack_view(
 
 
 def _to_cosines(values: Float32, pixels: NDArray[np.int32], size: int) -> NDArray[np.int16]:
-    """Return integer coefficients, (..., 25, B, n), of squares of values, (..., P, n)."""
+    """Return the integer coefficients, (..., 25, B, n), of squares of values, (..., P, n)."""
     square, _ = _squares_of(pixels, size)
     # Beyond the outline the nearest pixel is repeated, so that there is no edge.
     side = -(-size // _BLOCK) * _BLOCK
@@ -212,16 +213,16 @@ def _from_cosines(values: NDArray[np.int16], pixels: NDArray[np.int32], size: in
 
 
 def _squares_of(pixels: NDArray[np.int32], size: int) -> tuple[Indices, Indices]:
-    """Return the number of each pixel's square, row by row, and the position in it."""
+    """Return the number of each pixel's square, row by row, and the pixel's position within it."""
     (rows, down), (columns, right) = (np.divmod(each, _BLOCK) for each in np.divmod(pixels, size))
     square = np.unique(rows * (size // _BLOCK + 1) + columns, return_inverse=True)[1]
     return square, down * _BLOCK + right
 
 
 def _cosines() -> Float32:
-    """Return the discrete cosine transform of a square, (25, 25), orthonormal.
+    """Return the orthonormal discrete cosine transform of a square, (25, 25).
 
-    Rows are waves, columns are positions.
+    Rows are waves and columns are positions.
     """
     order, place = np.mgrid[:_BLOCK, :_BLOCK]
     waves = np.cos(np.pi * (place + 0.5) * order / _BLOCK) * np.sqrt(2 / _BLOCK)
@@ -233,7 +234,7 @@ _COSINES: Final = _cosines()
 
 
 def views_path(transport: Path) -> Path:
-    """Return the path of the views beside a transport."""
+    """Return the path of the view file that belongs to a transport file."""
     name = transport.name.removesuffix(".npz").removesuffix(".styles")
     return transport.with_name(name + _ENDING)
 
@@ -244,12 +245,12 @@ def save_views(
     texel_basis: Float32,
     parts: Mapping[float, Mapping[str, NDArray[Any]]],
 ) -> str:
-    """Save the views of a head atomically, and return the file's SHA-256.
+    """Save the views of a head atomically and return the SHA-256 of the file.
 
     Args:
         front: The head's own transport.
-        texel_basis: (R, H * W) float32. Functions of texels, each even or odd.
-        parts: Views as returned by `pack_view`, by yaw in degrees.
+        texel_basis: (R, H * W) float32. The texel functions, each even or odd.
+        parts: Views as returned by `pack_view`, keyed by yaw in degrees.
     """
     largest = np.abs(texel_basis).max(axis=1)
     rows = np.round(texel_basis * (_TEXEL_STEPS / largest)[:, None]).astype(np.int16)
@@ -276,7 +277,7 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
     """Load the views of a head.
 
     Args:
-        digest, shape: Digest and shape of the same head's transport.
+        digest, shape: Digest and shape of the transport of the same head.
 
     Raises:
         TransportError: If the file is missing, damaged, made by a newer version, or made for a
@@ -304,7 +305,7 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
 
 
 def has_views(name: str) -> bool:
-    """Return whether a shipped head, or a transport, has a file with views."""
+    """Return whether a shipped head, or the head of a transport file, has a file with views."""
     return views_path(_beside(name)).is_file()
 
 
@@ -346,7 +347,7 @@ _IN_TWO_BYTES: Final = ("grey", "tints", "positions", "functions")
 
 
 def _store(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Store differences between neighbours, with bytes of equal significance side by side."""
+    """Store differences between neighbours, placing bytes of equal significance side by side."""
     contents = dict(arrays)
     for name, values in arrays.items():
         if name.startswith(_STEP_KEYS):

@@ -1,6 +1,6 @@
-"""Light of a place for a portrait: soft light, lamps with sharp shadows, and sheen.
+"""The light of a place, prepared for portraits: soft light, lamps with sharp shadows, and sheen.
 
-Everything here is computed once for a place. A turn only shifts columns.
+Everything here is computed once for each place. A turn only shifts columns.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ from app.core.measure.finish.lamp_detection import components
 from app.core.styles.style import StyleLamp
 
 ROWS: Final = 24
-"""Rows of the soft light's grid, which has fewer columns towards the poles."""
+"""Number of rows in the soft light's grid, which has fewer columns towards the poles."""
 COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
 _BRIGHT: Final = 6.0
-"""Minimum brightness of a lamp, relative to the mean of the sky."""
+"""Minimum brightness of a lamp, relative to the mean brightness of the sky."""
 _SHARE: Final = 0.01
-"""Minimum fraction of all light that a lamp must provide."""
+"""Minimum fraction of the total light that a lamp must provide."""
 _LARGEST: Final = np.pi * math.radians(6.0) ** 2
-"""Largest size of a lamp, 6 degrees in radius: larger lamps make soft edges on a face anyway."""
+"""Largest size of a lamp: 6 degrees in radius. Larger lamps make soft edges on a face anyway."""
 _WIDEST: Final = math.radians(11.0)
-"""Radius of a studio's lamp up to which nodes know how much of the lamp is visible."""
+"""Radius of a studio lamp up to which nodes know how much of the lamp is visible."""
 _LEAST_RADIUS: Final = 0.0046
 SHARP: Final = 8
 """Number of lamps with sharp shadows; all others are part of the soft light."""
 GLINTS: Final = 4
-"""Number of lamps that skin reflects individually."""
+"""Number of lamps whose reflections on skin are computed individually."""
 ROUGHNESS: Final = 0.3
 _BLURS: Final = (ROUGHNESS / 2, ROUGHNESS)
-"""Roughness of the sheen: at grazing angles a lobe is narrower than from straight above."""
+"""Roughness of the sheen. At grazing angles, its lobe is narrower than from directly above."""
 _CORNEA: Final = 0.04
-"""Roughness of the tear film, including the angle covered by a pixel of the curved cornea."""
+"""Roughness of the tear film, including the angle that a pixel covers on the curved cornea."""
 SHEEN: Final = (64, 128)
-"""Rows and columns of the light blurred by the skin's sheen."""
+"""Number of rows and columns of the light blurred by the skin's sheen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +53,8 @@ class Lamp:
     """A small bright light in the panorama.
 
     Attributes:
-        azimuth, elevation, radius: Direction and size, in radians, at turn 0.
-        flux: (3,) float32. Radiance times solid angle.
+        azimuth, elevation, radius: Direction and angular radius, in radians, at turn 0.
+        flux: (3,) float32. Radiance multiplied by solid angle.
     """
 
     azimuth: float
@@ -65,16 +65,16 @@ class Lamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PortraitLight:
-    """Light of a place, prepared for portraits.
+    """The light of a place, prepared for portraits.
 
     Attributes:
-        rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the first `SHARP` lamps,
+        rows: (ROWS, w + 1, 3) float32. Light in the grid's rows without the first `SHARP` lamps,
             cumulative along the azimuth, per steradian.
         lamps: The lamps, brightest first.
-        sheen: (h, w + 2, 6) float32. The light without the first `GLINTS` lamps, blurred by skin,
-            at grazing angles and from straight above, padded on each side with a column from the
-            opposite end.
-        panorama: (h, w + 2, 3) float32. The light for reflections in the eyes, including lamps, and
+        sheen: (h, w + 2, 6) float32. The light without the first `GLINTS` lamps, blurred by the
+            skin, at grazing angles and from directly above. It is padded on each side with a column
+            from the opposite end.
+        panorama: (h, w + 2, 3) float32. The light for reflections in the eyes, including lamps,
             padded in the same way.
     """
 
@@ -111,7 +111,7 @@ def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
 
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
-    """Prepare distant studio lamps for portraits, turning large lamps into soft light."""
+    """Prepare distant studio lamps for portraits, converting large lamps to soft light."""
     kept_lamps, rest = [], np.zeros((*_FINE, 3), np.float32)
     for lamp in lamps:
         radius = max(math.radians(lamp.diameter_deg / 2), _LEAST_RADIUS)
@@ -129,7 +129,7 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
 
 
 def _lay(panorama: Float32, lamp: Lamp) -> None:
-    """Draw a lamp's disc, at least one texel, into a panorama for reflections in the eyes."""
+    """Draw a lamp as a disc of at least one texel in a panorama for reflections in the eyes."""
     rows, columns = panorama.shape[:2]
     up = (np.pi / 2 - (np.arange(rows) + 0.5) / rows * np.pi)[:, None]
     round_ = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * np.pi - lamp.azimuth
@@ -141,9 +141,9 @@ def _lay(panorama: Float32, lamp: Lamp) -> None:
 
 @lru_cache(maxsize=1)
 def grid() -> tuple[Float64, Float64, Float64, Float64]:
-    """Return the row, azimuth, width and solid angle of the soft light's directions, (G,) each.
+    """Return the row, azimuth, width and solid angle for each of the soft light's cells, (G,) each.
 
-    Azimuth and width are in radians, solid angles in sr.
+    The azimuths and widths are in radians, the solid angles in steradians.
     """
     edges = np.pi / 2 - np.arange(ROWS + 1) * np.pi / ROWS
     counts = [
@@ -165,7 +165,7 @@ def mirrored_cells() -> Indices:
 
 
 def soft_light(light: PortraitLight, turn_deg: float) -> Float32:
-    """Return the mean radiance of each cell of the grid, (G, 3), at a turn."""
+    """Return the mean radiance of each cell in the grid at a turn, (G, 3)."""
     row, azimuth, width, _ = grid()
     columns = light.rows.shape[1] - 1
     place = row.astype(np.intp)
@@ -196,9 +196,10 @@ def _solid_angles(rows: int, columns: int) -> Float64:
 
 
 def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
-    """Find the lamps of a panorama and their positions, brightest first.
+    """Find the lamps in a panorama and their positions, brightest first.
 
-    The search goes from the brightest down, so that the sun is found inside its own glow.
+    The search proceeds from the brightest lamp downwards, so that the sun is found within its own
+    glow.
     """
     solid = _solid_angles(*fine.shape[:2])
     lamps: list[tuple[Lamp, Bools]] = []
@@ -271,16 +272,16 @@ def _summed_rows(rest: Float32) -> Float32:
 
 
 def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:
-    """Blur a panorama with the lobe of a rough surface's reflection.
+    """Blur a panorama with the reflection lobe of a rough surface.
 
-    The lobe is that of a surface seen from straight above, as in Karis, Real Shading in Unreal
+    The lobe is that of a surface seen from directly above, as in Karis, Real Shading in Unreal
     Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets or, with long tails, GGX.
 
     Args:
         rest: (H, 2 H, 3) float32. Linear radiance.
 
     Returns:
-        (h, w, 3) float32 of the size `SHEEN`, not negative.
+        (h, w, 3) float32 in the size `SHEEN`, without negative values.
     """
     spectrum = np.fft.rfft(_resized(rest, SHEEN), axis=1)
     mixed = np.einsum("mij,jmc->imc", _lobe(roughness, tails), spectrum)
@@ -290,7 +291,7 @@ def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:
 
 @lru_cache(maxsize=4)
 def _lobe(roughness: float, tails: bool) -> Float64:
-    """Return the mixing of a panorama's rows by azimuth frequency, (M, rows, rows)."""
+    """Return the matrix that mixes a panorama's rows at each azimuth frequency, (M, rows, rows)."""
     rows, columns = SHEEN
     up = np.pi / 2 - (np.arange(rows) + 0.5) * np.pi / rows
     apart = np.arange(columns) * 2 * np.pi / columns

@@ -1,4 +1,4 @@
-"""Load and check heads, skins and hair for portraits, packed by `scenes/portraits/files.py`."""
+"""Load and check the heads, skins and hair for portraits, packed by `scenes/portraits/files.py`."""
 
 from __future__ import annotations
 
@@ -54,15 +54,15 @@ def _file(*parts: str) -> Path:
 def load_portrait(
     head: str, skin: str, hair: str = PLAIN, yaw_deg: float = 0.0
 ) -> tuple[PortraitHead, PortraitSkin] | None:
-    """Load the portrait of a shipped head, and cache the last two portraits.
+    """Load the portrait of a shipped head. The last two portraits are cached.
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.
-        yaw_deg: Turn of the face towards the sitter's left, in degrees: a yaw of the baked views,
-            with either sign.
+        yaw_deg: Turn of the face towards the sitter's left, in degrees. It must be one of the yaws
+            of the baked views, with either sign.
 
     Returns:
-        The head and its skin, or None if no portrait of this head and skin is shipped.
+        The head and its skin, or None if no portrait with this head and skin is shipped.
 
     Raises:
         TransportError: If a file is damaged, made by a newer version, or not a portrait file.
@@ -101,7 +101,7 @@ def _seen_aside(
 
 @lru_cache(maxsize=1)
 def _aside(head: str, skin: str, hair: str) -> tuple[Any, Any, dict[str, NDArray[Any]]]:
-    """Return the shared data of all views of a head: nodes and skin, cameras, and file contents."""
+    """Return the data shared by all views of a head: nodes and skin, cameras, and file contents."""
     front = _straight(head, skin, hair)
     assert front is not None
     facts, arrays = _read(_file(head, "aside"))
@@ -142,7 +142,7 @@ def _load_head(path: Path) -> PortraitHead:
 
 
 def _visible_nodes(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
-    """Return the visible nodes, which come first, and remove their data from `values`."""
+    """Return the visible nodes, which come first in the data, and remove them from `values`."""
     view, gain, way = (values.pop(name) for name in SEEN_ARRAYS)
     count, even = len(view), np.ones((len(view), 3), np.float32)
     normals, eye = nodes.normals[:count], nodes.eye[:count]
@@ -204,7 +204,7 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
 
 
 def _hair(arrays: dict[str, NDArray[Any]], head: PortraitHead) -> Hair:
-    """Return the stored hair for a head's picture.
+    """Return the stored hair for the picture of a head.
 
     Raises:
         ValueError: If the hair does not fit the picture.

@@ -1,11 +1,12 @@
-"""Data of a head's large portrait, in a file beside its transport.
+"""The data of a head's large portrait, stored in a file beside its transport.
 
-Heads are symmetric, so all data are for the left half of the picture. *Nodes* are points on skin
-and eyes where light is computed; *samples* are points in the picture that are shaded from the three
-nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
+Heads are symmetrical, so all data are for the left half of the picture. *Nodes* are points on the
+skin and eyes where light is computed. *Samples* are points in the picture that are shaded from the
+three nodes around them. In the head's frame, +Y points up, +Z points out of the face, and +X points
+to the sitter's left.
 
-From the side, the head is the same but its picture is not symmetric, so its nodes are those of both
-halves.
+From the side, the head is the same but its picture is not symmetrical, so its nodes are those of
+both halves.
 """
 
 from __future__ import annotations
@@ -22,25 +23,26 @@ from app.core.portrait.light import ROWS, Lamp, grid
 
 SKY: Final = (32, 64)
 ROOM: Final = 1.06
-"""Height of the portrait relative to the transport's picture, as hair rises above the crown."""
+"""Height of the portrait relative to the transport's picture. Hair rises above the crown."""
 CLOSE_ROWS, CLOSE_COLUMNS = 0.85, 0.72
-"""Part of a picture, from the top and around its middle, that contains the head alone."""
+"""Part of a picture, from the top and around its centre line, that contains the head alone."""
 SPREAD: Final = 12.0
-"""Value of a texel's width (5.6 degrees) in `SkinNodes.horizon`."""
+"""Value of the width of a texel (5.6 degrees) in `SkinNodes.horizon`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Hair:
-    """Hair, brows, lashes and collar: their light towards the camera, pixel by pixel.
+    """Hair, brows, lashes and a collar, with their light towards the camera for each pixel.
 
     Attributes:
         pixel: (Q,) intp. Flat positions in the left half.
         cover: (Q,) float32. Fraction of each pixel that the hair covers.
-        colour: (Q, 3) float32. Linear Rec. 709 of luminance 1.
-        basis: (Q, R) float32. Light of each pixel by basis function, in units of its colour.
-        cells: (R, G, 3) float32. Weight of each cell of `grid`, with radiance 1, in each function,
-            as hair is yellow in transmission and white on top.
-        shade: (32, 64, N) int8. Reduction of the nodes' sky, as in `SkinNodes.horizon`.
+        colour: (Q, 3) float32. Linear Rec. 709 with a luminance of 1.
+        basis: (Q, R) float32. Light from each pixel for each basis function, in units of its
+            colour.
+        cells: (R, G, 3) float32. Weight in each function of each cell of `grid`, with a radiance of
+            1. The weights have colours because hair is yellow in transmission and white on top.
+        shade: (32, 64, N) int8. Reduction of the sky seen by the nodes, as in `SkinNodes.horizon`.
         gain, glass_gain: (M,), (G,) float32. As in the head, but with the hair in the way. They are
             not needed from the side.
     """
@@ -55,7 +57,7 @@ class Hair:
     glass_gain: Float32 = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
 
     def halved(self, half: int) -> Hair:
-        """Average blocks of two by two pixels. `half` is the number of columns of the left half."""
+        """Average blocks of two by two pixels. `half` is the number of columns in the left half."""
         row, column = np.divmod(self.pixel, half)
         pixel, place = np.unique(row // 2 * (half // 2) + column // 2, return_inverse=True)
 
@@ -69,7 +71,7 @@ class Hair:
         return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
 
     def within(self, mask: Bools) -> Hair:
-        """Return the part of the hair in the given pixels of the left half."""
+        """Return the part of the hair that lies within the given pixels of the left half."""
         some = mask.flat[self.pixel]
         parts = {name: getattr(self, name)[some] for name in ("pixel", "cover", "colour", "basis")}
         return replace(self, **parts)
@@ -77,16 +79,17 @@ class Hair:
 
 @dataclass(frozen=True, eq=False)
 class SkinNodes:
-    """Points on skin and eyes where light is computed.
+    """Points on the skin and eyes where light is computed.
 
     Attributes:
-        normals: (N, 3) float32. Normals of the surface.
-        horizon: (32, 64, N) int8. Distance of a direction (texel of a panorama at turn 0) from the
-            edge of the sky that a node sees, negative if the direction is hidden by the head. A
-            texel's width is `SPREAD`.
-        eye: (N,) bool. Nodes on the eyes.
-        profile: (3,) float32. Light enters skin by profile . (mu, mu^2, mu^3), per steradian.
-        patches: (N, 2) intp. Small and large patch of each node.
+        normals: (N, 3) float32. Surface normals.
+        horizon: (32, 64, N) int8. Distance between a direction (a texel of a panorama at turn 0)
+            and the edge of the sky that a node sees. It is negative if the head hides the
+            direction. The width of a texel is `SPREAD`.
+        eye: (N,) bool. True for the nodes on the eyes.
+        profile: (3,) float32. The light that enters the skin is profile . (mu, mu^2, mu^3), per
+            steradian.
+        patches: (N, 2) intp. The small and the large patch that contain each node.
     """
 
     normals: Float32 = field(repr=False)
@@ -97,7 +100,7 @@ class SkinNodes:
 
     @cached_property
     def soft(self) -> Float32:
-        """Light that enters each node from each cell of `grid` with radiance 1, (N, G) float32."""
+        """The light entering each node from each cell of `grid` at radiance 1, (N, G) float32."""
         row, azimuth, _, solid = grid()
         elevation = np.arcsin(cell_ways()[:, 1])
         out = np.empty((len(self.normals), len(row)), np.float32)
@@ -110,7 +113,7 @@ class SkinNodes:
         return out
 
     def visibility(self, azimuth: float, elevation: float) -> Float32:
-        """Interpolate `horizon` at any direction, given in radians, as (N,) float32."""
+        """Interpolate `horizon` in any direction, given in radians, and return (N,) float32."""
         column = (azimuth / (2 * np.pi) + 0.5) % 1.0 * SKY[1] - 0.5
         row = min(max((0.5 - elevation / np.pi) * SKY[0] - 0.5, 0.0), SKY[0] - 1.0)
         left, top = int(np.floor(column)), min(int(row), SKY[0] - 2)
@@ -123,27 +126,27 @@ class SkinNodes:
         return np.asarray(upper * (1 - down) + lower * down, np.float32)
 
     def entering(self, mu: NDArray[Any]) -> Float32:
-        """Return the light entering nodes at cosines `mu`, for radiance 1 over 1 steradian."""
+        """Return the light entering the nodes at cosines `mu`, for radiance 1 over 1 steradian."""
         a, b, c = self.profile
         return np.where(self.eye, mu / np.float32(np.pi), mu * (a + mu * (b + mu * c)))
 
     def open_to(self, lamp: Lamp, azimuth: float) -> Float32:
-        """Return the fraction of a lamp that each node of the left half sees, (N,) float32.
+        """Return the fraction of a lamp that each node in the left half sees, (N,) float32.
 
         Args:
-            azimuth: Azimuth of the lamp from the sitter's facing, in radians.
+            azimuth: Azimuth of the lamp relative to the direction the sitter faces, in radians.
         """
         wide = np.float32(max(2 * lamp.radius / (np.pi / SKY[0]) * SPREAD, 1.0))
         return np.asarray(np.clip(0.5 + self.visibility(azimuth, lamp.elevation) / wide, 0, 1))
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Numbers of nodes, small patches and large patches."""
+        """The numbers of nodes, small patches and large patches."""
         return len(self.normals), *(len(starts) for _, starts, _ in self.patch_shares)
 
     @cached_property
     def patch_shares(self) -> tuple[tuple[Indices, Indices, Float32], ...]:
-        """For small and large patches: nodes by patch, first of each, and 1 over their number."""
+        """The nodes sorted by patch, each patch's first entry, and 1 / its size, by patch size."""
         out = []
         for label in self.patches.T:
             order = np.argsort(label, kind="stable")
@@ -155,16 +158,16 @@ class SkinNodes:
 
 @dataclass(frozen=True, eq=False)
 class SeenNodes:
-    """The nodes that samples need, as the camera sees them.
+    """The nodes that samples require, as seen by the camera.
 
     Attributes:
         index: (M,) intp. Indices into all nodes or, from the side, into all nodes and all mirrored
             nodes.
-        normals: (M, 3) float32. Normals of the surface.
-        view: (M, 3) float32. Unit vector to the camera.
+        normals: (M, 3) float32. Surface normals.
+        view: (M, 3) float32. Unit vectors towards the camera.
         gain, way: (M,), (M, 3) float32. Fraction of even light that the surface reflects towards
-            the camera, and its direction.
-        eye: (M,) bool. Nodes on the eyes.
+            the camera, and the direction from which this light comes.
+        eye: (M,) bool. True for the nodes on the eyes.
         passes: (M, 3) float32. The skin's light towards this camera, divided by that towards the
             bake's camera.
     """
@@ -179,7 +182,7 @@ class SeenNodes:
 
     @cached_property
     def straight(self) -> Float32:
-        """Cosine between normal and camera, (M,) float32."""
+        """The cosine between each normal and the direction to the camera, (M,) float32."""
         return np.asarray((self.normals * self.view).sum(axis=1))
 
     def only(self, some: Indices) -> SeenNodes:
@@ -189,15 +192,15 @@ class SeenNodes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wide:
-    """A head's samples in the layout for shading: six floats each, for both halves.
+    """A head's samples in the layout used for shading, with six floats each for both halves.
 
     From the side, there are three floats and a single position.
 
     Attributes:
-        corners, weights: (3, S), (3, S, 6). Nodes around each sample, and their weights.
+        corners, weights: (3, S), (3, S, 6). The nodes around each sample, and their weights.
         albedo, detail: (S, 6) float32. As in `PortraitHead`.
-        single, four: (2, n) intp. Flat positions in the picture of pixels with one and four
-            samples.
+        single, four: (2, n) intp. Flat positions in the picture of the pixels with one sample and
+            of those with four.
     """
 
     corners: Indices = field(repr=False)
@@ -213,16 +216,17 @@ class PortraitHead:
     """A head as seen by the portrait's camera.
 
     Attributes:
-        inside, edge: (rows, half) bool. Pixels with one sample and with four samples.
-        three, weights: (S, 3). Visible nodes around each sample, and their weights.
+        inside, edge: (rows, half) bool. The pixels with one sample and those with four samples.
+        three, weights: (S, 3). The visible nodes around each sample, and their weights.
         albedo: (S, 3) float32. Colour of each sample relative to that of the skin.
         detail: (S,) float32. Reflection of a sample relative to that of its nodes, for pores and
             lips.
-        glass: (G,) intp. Samples on the eyes.
+        glass: (G,) intp. The samples on the eyes.
         glass_gain, glass_way: (G,), (G, 3) float32. Reflection of these samples, as in `SeenNodes`.
         hair: The hair, or None for a bald head without details.
-        yaw_deg: Turn of the face towards the sitter's left. If the yaw is not 0, "half" is the
-            whole picture. If the yaw is negative, both light and picture are mirrored.
+        yaw_deg: Turn of the face towards the sitter's left, in degrees. If the yaw is not 0, "half"
+            refers to the whole picture. If the yaw is negative, both light and picture are
+            mirrored.
     """
 
     nodes: SkinNodes = field(repr=False)
@@ -241,7 +245,7 @@ class PortraitHead:
 
     @property
     def halves(self) -> tuple[int, ...]:
-        """Halves that the samples represent: 1 for the light as it is, -1 for mirrored light."""
+        """The halves that the samples represent: 1 for the light as is, -1 for mirrored light."""
         return (1, -1) if not self.yaw_deg else (1,) if self.yaw_deg > 0 else (-1,)
 
     @cached_property
@@ -252,7 +256,7 @@ class PortraitHead:
         return node_ids, row + half * len(node_ids)
 
     def dressed(self, hair: Hair) -> PortraitHead:
-        """Return the head with hair."""
+        """Return the head with the given hair."""
         nodes = replace(self.nodes, horizon=self.nodes.horizon + hair.shade)
         visible = replace(self.visible, gain=np.where(self.visible.eye, np.float32(0), hair.gain))
         # The shade is already in the nodes, so do not keep it twice: a view would keep the whole
@@ -263,17 +267,17 @@ class PortraitHead:
         )
 
     def plain(self) -> PortraitHead:
-        """Return the head without hair or pores, in one colour."""
+        """Return the head without hair or pores, in a single colour."""
         return replace(self, albedo=np.ones_like(self.albedo), detail=np.ones_like(self.detail))
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the whole picture."""
+        """Number of rows and columns of the whole picture."""
         return self.inside.shape[0], len(self.halves) * self.inside.shape[1]
 
     @cached_property
     def halved(self) -> PortraitHead:
-        """The head for pictures of half the size: every second pixel, as for side views."""
+        """The head for pictures of half the size, with every second pixel, as for side views."""
         if self.yaw_deg:
             return self
         hair = None if self.hair is None else self.hair.halved(self.inside.shape[1])
@@ -282,7 +286,7 @@ class PortraitHead:
 
     @cached_property
     def close(self) -> PortraitHead:
-        """The head as in `halved`, for thumbnails, without neck and shoulders, which stay black."""
+        """The head as in `halved`, for thumbnails in which neck and shoulders remain black."""
         head, (rows, half) = self.halved, self.halved.inside.shape
         mask = np.zeros((rows, half), bool)
         beside = round((1 - CLOSE_COLUMNS) * half / (3 - len(self.halves)))
@@ -292,7 +296,7 @@ class PortraitHead:
 
     @cached_property
     def _first(self) -> Indices:
-        """Number of the first sample of each pixel, (rows, half) intp."""
+        """Index of the first sample of each pixel, (rows, half) intp."""
         single = int(self.inside.sum())
         first = np.zeros(self.inside.shape, np.intp)
         first[self.inside] = np.arange(single)
@@ -300,7 +304,7 @@ class PortraitHead:
         return first
 
     def _of(self, inside: Bools, edge: Bools, first: Indices) -> PortraitHead:
-        """Return a subset of the pixels with the nodes that they need, given `_first`."""
+        """Return a subset of the pixels and the nodes that they need, given `_first`."""
         four = first[edge][:, None] + np.arange(4)
         samples = np.concatenate([first[inside], four.ravel()])
         place = np.full(len(self.three), -1)
@@ -323,7 +327,7 @@ class PortraitHead:
 
     @cached_property
     def wide(self) -> Wide:
-        """The arrays in the layout for shading."""
+        """The arrays in the layout used for shading."""
         wide = 3 * len(self.halves)
         places = (self._both(np.flatnonzero(where)) for where in (self.inside, self.edge))
         return Wide(
@@ -336,7 +340,7 @@ class PortraitHead:
 
     @cached_property
     def combed(self) -> tuple[Indices, Float32, Float32]:
-        """The hair's flat positions, (2, Q), transmittance, (Q, 3), and colour, (Q, 6)."""
+        """The hair's flat positions, (2, Q), its transmittance, (Q, 3), and its colour, (Q, 6)."""
         assert self.hair is not None
         keep = 1 - self.hair.cover
         if self.yaw_deg:
@@ -346,7 +350,7 @@ class PortraitHead:
         return self._both(self.hair.pixel), keep, np.tile(self.hair.colour, len(self.halves))
 
     def _both(self, left: Indices) -> Indices:
-        """Return flat positions in the picture for the left half, and for their mirror images."""
+        """Return the flat positions in the picture for the left half and for its mirror image."""
         columns = self.shape[1]
         row, column = np.divmod(left, self.inside.shape[1])
         places = [column if side > 0 else columns - 1 - column for side in self.halves]
@@ -360,7 +364,7 @@ class PortraitHead:
 
     @cached_property
     def _bald(self) -> Float32:
-        """Part of each pixel that would show the head without hair, (rows, half) float32."""
+        """Fraction of each pixel that would show the head without hair, (rows, half) float32."""
         coverage: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
         left = np.zeros(self.inside.shape, np.float32)
         single = int(self.inside.sum())
@@ -380,7 +384,7 @@ class PortraitHead:
 
 
 def directions(azimuth: Float64, elevation: Float64) -> Float32:
-    """Return unit vectors, (n, 3) float32, of directions in the sitter's frame, in radians."""
+    """Return unit vectors, (n, 3) float32, in the sitter's frame for directions in radians."""
     level = np.cos(elevation)
     parts = [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level]
     return np.stack(parts, axis=-1).astype(np.float32)
@@ -388,18 +392,19 @@ def directions(azimuth: Float64, elevation: Float64) -> Float32:
 
 @lru_cache(maxsize=1)
 def cell_ways() -> Float32:
-    """Return the unit vector to the middle of each cell of the soft light, (G, 3) float32."""
+    """Return the unit vectors to the centres of the soft light's cells, (G, 3) float32."""
     row, azimuth, _, _ = grid()
     return directions(azimuth, np.pi / 2 - (row + 0.5) * np.pi / ROWS)
 
 
 @dataclass(frozen=True, eq=False)
 class PortraitSkin:
-    """Transport of light inside skin, from its entry to its exit.
+    """The transport of light inside the skin, from entry to exit.
 
     Attributes:
-        source: (K, M) intp. Sources of each visible node, numbered through the left half and then
-            through the right half, each with its nodes, small patches and large patches.
+        source: (K, M) intp. Sources of each visible node. They are numbered first through the left
+            half and then through the right half, each with its nodes, small patches and large
+            patches.
         share: (K, M, 3) float32. Fraction of the light entering at the source that leaves at the
             node.
     """
@@ -413,7 +418,7 @@ class PortraitSkin:
         return np.concatenate([self.share, self.share], axis=2)
 
     def fits(self, nodes: SkinNodes, visible_count: int) -> bool:
-        """Return whether the data match the numbers of visible nodes and of all nodes."""
+        """Return whether the data fit the number of visible nodes and the number of all nodes."""
         return (
             self.share.shape == (*self.source.shape, 3)
             and self.source.shape[1] == visible_count
@@ -421,7 +426,7 @@ class PortraitSkin:
         )
 
     def only(self, head: PortraitHead) -> PortraitSkin:
-        """Return the part for the nodes that a head's picture shows."""
+        """Return the part of the data for the nodes that are visible in a head's picture."""
         if len(head.lit_nodes[0]) == self.source.shape[1]:
             return self
         return _part(self, head)

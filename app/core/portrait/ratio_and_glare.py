@@ -1,32 +1,32 @@
-"""Light on a face at a turn: lighting ratio, direction, and glare in the eyes.
+"""The light on a face at a turn: lighting ratio, direction, and glare in the eyes.
 
 **Lighting ratio**: the brightness of the lit side divided by that of the shadow side. Photographers
-state it as key plus fill to fill: the lit cheek receives both lights, the shadow cheek only the
-fill, and the ratio of the two readings is 2 to the power of their difference in stops (Hunter,
-Biver and Fuqua, *Light: Science and Magic*, chapter on portraits; Langford, *Basic Photography*).
-The ratio is read on both cheeks, as with a spot meter, but on the linear picture.
+express it as key plus fill to fill, because the lit cheek receives both lights and the shadow cheek
+receives only the fill. The ratio of the two readings is 2 to the power of their difference in stops
+(Hunter, Biver and Fuqua, *Light: Science and Magic*, chapter on portraits; Langford, *Basic
+Photography*). Both cheeks are measured as with a spot meter, but in the linear picture.
 
-The two areas are mirror images of each other, so that skin tone and the shape of the cheeks cancel
-on a symmetric head. They are on the fronts of the cheeks, away from eyes, nose, ears and the face's
-edge with its rim light. As in a spot meter, the light of an area is averaged, so a shadow that
-covers half of an area counts half; only highlights, much brighter than four fifths of the area, are
-limited.
+The two areas are mirror images of each other, so skin tone and the shape of the cheeks cancel out
+on a symmetrical head. They are on the fronts of the cheeks, away from the eyes, nose and ears and
+from the edge of the face with its rim light. As in a spot meter, the light in an area is averaged,
+so a shadow that covers half of an area counts half. Only highlights, which are much brighter than
+four fifths of the area, are limited.
 
-**Glare**: the measure is veiling luminance. Light of a lamp scattered in the eye adds a veil to the
-view, L_v = 10 E / theta^2 with E the lamp's illuminance at the eye (lux, on a surface that faces
-the gaze) and theta the angle between lamp and gaze in degrees (Stiles 1929, Holladay 1926; CIE
-31-1976 and, up to 30 degrees, CIE 146:2002). It is compared with the eye's adaptation, the
-background luminance of CIE 117-1995 (unified glare rating), L_b = E_i / pi, where E_i is the
-illuminance at the eye without lamps. L_v / L_b does not depend on the exposure, which is not known
-for every environment.
+**Glare**: the measure is veiling luminance. Light from a lamp is scattered in the eye and adds a
+veil to the view, L_v = 10 E / theta^2, where E is the illuminance from the lamp at the eye (in lux,
+on a surface that faces the gaze) and theta is the angle between lamp and gaze in degrees (Stiles
+1929, Holladay 1926; CIE 31-1976 and, up to 30 degrees, CIE 146:2002). The veil is compared with the
+eye's adaptation, the background luminance of CIE 117-1995 (unified glare rating), L_b = E_i / pi,
+where E_i is the illuminance at the eye without lamps. L_v / L_b does not depend on the exposure,
+which is not known for every environment.
 
-Lamps are sources fifty times as bright as the background: bare sources, not windows or sky (studies
-of offices count sources from five times on, Wienold and Christoffersen 2006, but sitters tolerate a
-window). Beyond about fifty degrees from the gaze the brow hides a lamp (Guth's field of view ends
-at 53 degrees up).
+Lamps are sources at least fifty times as bright as the background. This covers bare sources, but
+not windows or the sky (studies of offices count sources from five times on, Wienold and
+Christoffersen 2006, but sitters tolerate a window). Beyond about fifty degrees from the gaze, the
+brow hides a lamp (Guth's field of view ends at 53 degrees up).
 
-**The flow of light**: the light vector of a place points in the direction from which most of its
-light comes; its length divided by the mean spherical (scalar) illuminance is the directionality of
+**The flow of light**: the light vector at a place points in the direction from which most of the
+light comes. Its length divided by the mean spherical (scalar) illuminance is the directionality of
 the light, from 0 for even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and
 Cuttle, "The flow of light into buildings", Transactions of the IES 31, 1966, 65-91; terms after
 Cuttle, *Lighting by Design*, 2003, table 2.4).
@@ -53,13 +53,13 @@ from app.core.measure.finish.lamp_detection import Source
 from app.core.solver.transport import Transport
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
-"""The sitter's own side that is brighter."""
+"""The brighter side of the face, as named by the sitter."""
 
 EVEN_STOPS: Final = 0.15
-"""Difference below which the cheeks count as equal: half of the usual third of a stop."""
+"""Difference in stops below which the cheeks count as equal, half of the usual third of a stop."""
 
 DEEPEST_STOPS: Final = 5.0
-"""Difference above which a fill light has no visible effect: the shadow is practically black."""
+"""Difference in stops above which a fill light is not visible: the shadow is almost black."""
 
 # Centre of a cheek, in half distances between the eyes: from the middle and below the eyes.
 _ASIDE: Final = 1.11
@@ -81,13 +81,13 @@ _BRIGHT_PERCENTILE: Final = 99.0
 
 @dataclass(frozen=True, slots=True)
 class LightingRatio:
-    """Lighting ratio of the two sides of a face.
+    """The lighting ratio between the two sides of a face.
 
     Attributes:
         stops: Ratio of the lit cheek to the shadow cheek, in stops, never negative.
-        key_side: Brighter side.
-        lit: Whether light reaches the "cheeks", only other parts of the "face", such as rims, or
-            "none" of it.
+        key_side: The brighter side.
+        lit: "cheeks" if light reaches the cheeks, "face" if it reaches only other parts of the
+            face, such as rims, or "none" if it reaches no part.
     """
 
     stops: float
@@ -107,8 +107,8 @@ def lighting_ratio(
     Args:
         picture: (P, 3) or (P,) float. Linear Rec. 709 picture on the head's pixels
             (`app.core.solver.transport.render`), or its luminance, at any exposure.
-        areas: Pixels of the two cheeks, (M,) int each, from `cheeks`, to reuse for many pictures of
-            one head.
+        areas: Pixels of the two cheeks, (M,) int each, from `cheeks`. They can be reused for many
+            pictures of the same head.
 
     Raises:
         ValueError: If the picture does not match the transport's pixels, or is not finite.
@@ -136,15 +136,15 @@ def lighting_ratio(
 
 
 def cheeks(transport: Transport) -> tuple[Indices, Indices]:
-    """Return the pixels of the two cheeks that are compared.
+    """Return the pixels of the two cheeks, for comparison.
 
     Args:
         transport: Transport of a head seen from the front, centred in the picture, with its crown
             at the upper edge of the covered area.
 
     Returns:
-        Indices of the head's pixels, (M,) int each: the sitter's left cheek (right in the picture),
-        then the right cheek.
+        Indices of the head's pixels, (M,) int each: the sitter's left cheek (on the right in the
+        picture), followed by the right cheek.
 
     Raises:
         ValueError: If there is no head where the cheeks should be.
@@ -163,9 +163,10 @@ def cheeks(transport: Transport) -> tuple[Indices, Indices]:
 
 
 def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
-    """Return half the distance between the eyes, and the row of the eyes, in pixels.
+    """Return half the distance between the eyes and the row of the eyes, in pixels.
 
-    Eyes are found by their colour in even light: white and iris are bluer than any skin.
+    The eyes are found by their colour in even light: the white and the iris are bluer than any
+    skin.
     """
     across_mm = 2000.0 * transport.header.distance_m
     step = across_mm * math.tan(math.radians(transport.header.fov_deg) / 2.0) / transport.size
@@ -182,7 +183,7 @@ def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, f
 
 
 def _level(values: Float64) -> float:
-    """Return the mean of an area with its highlights limited."""
+    """Return the mean of an area, with its highlights limited."""
     positive = np.maximum(values, 0.0)
     limit = _HIGHLIGHT * float(np.percentile(positive, _MOST_PERCENTILE))
     return float(np.minimum(positive, limit).mean())
@@ -202,9 +203,10 @@ class Flow:
     """The flow of light past a face.
 
     Attributes:
-        azimuth_deg: Main direction of the light relative to the face, positive towards the sitter's
-            left, in degrees. 0 for even light.
-        elevation_deg: Elevation of this direction, positive up, in degrees. 0 for even light.
+        azimuth_deg: Main direction of the light relative to the face, in degrees, positive towards
+            the sitter's left, or 0 for even light.
+        elevation_deg: Elevation of this direction, in degrees, positive upwards, or 0 for even
+            light.
         strength: Length of the light vector divided by the scalar illuminance, 0 to 4.
     """
 
@@ -214,7 +216,7 @@ class Flow:
 
     @property
     def hardness(self) -> Hardness:
-        """Directionality of the light. Even light comes from no particular direction."""
+        """The directionality of the light. Even light comes from no particular direction."""
         return next(one for one in Hardness if self.strength >= one.value)
 
 
@@ -222,8 +224,8 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
     """Return the flow of light at a turn.
 
     Args:
-        radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for
-            `app.core.portrait.ratio_and_glare.eye_light`, or its result.
+        radiance: (H, 2 H, 3) or (H, 2 H) float. The environment, as for `eye_light`, or the result
+            of that function.
         facing_deg: Panorama azimuth that the sitter faces, in degrees.
     """
     light = eye_light(radiance)
@@ -243,10 +245,10 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
 Level: TypeAlias = Literal["none", "noticeable", "strong"]
 
 NOTICEABLE: Final = 0.04
-"""Smallest L_v / L_b that a sitter notices: that of the sun in a clear sky, 45 degrees away."""
+"""Smallest L_v / L_b that a sitter notices, that of the sun in a clear sky, 45 degrees away."""
 
 STRONG: Final = 0.10
-"""Smallest L_v / L_b that makes a sitter squint: that of the sun in a clear sky, 33 degrees away.
+"""Smallest L_v / L_b that makes a sitter squint, that of the sun in a clear sky, 33 degrees away.
 """
 
 _WIDEST: Final = 512
@@ -262,7 +264,7 @@ _SAME_SUN_DEG: Final = 6.0
 
 @dataclass(frozen=True, slots=True)
 class Glare:
-    """Glare in the sitter's eyes at one turn."""
+    """The glare in the sitter's eyes at one turn."""
 
     level: Level
     # azimuth of the worst lamp from the face's direction, positive towards the sitter's left, in
@@ -274,7 +276,7 @@ class Glare:
 
     @property
     def warns(self) -> bool:
-        """Whether to show a warning."""
+        """Whether to warn about the glare."""
         return self.level != "none"
 
 
@@ -283,10 +285,10 @@ def eye_light(radiance: Floats) -> FloatImage:
 
     Args:
         radiance: (H, 2 H, 3) or (H, 2 H) float. Linear Rec. 709 radiance, or luminance, at any
-            exposure, in the panorama's frame.
+            exposure, in panorama coordinates.
 
     Returns:
-        (h, 2 h) float32. Luminance, at most 256 x 512.
+        (h, 2 h) float32. The luminance, at most 256 x 512.
 
     Raises:
         ValueError: If the environment is not a panorama.
@@ -306,15 +308,16 @@ def glare(
     sun: tuple[float, float] | None = None,
     findings: Findings | None = None,
 ) -> Glare:
-    """Estimate glare in the eyes of a sitter who looks at the photographer.
+    """Estimate the glare in the eyes of a sitter who looks at the photographer.
 
     Args:
-        radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for `eye_light`, or its result.
-        facing_deg: Panorama azimuth that the sitter faces, in degrees: the turn plus the azimuth of
-            the front.
-        sun: Panorama azimuth and elevation of the sun, in degrees, to recognise the sun, or None if
-            unknown.
-        findings: Lamps of the place, to name the worst one.
+        radiance: (H, 2 H, 3) or (H, 2 H) float. The environment, as for `eye_light`, or the result
+            of that function.
+        facing_deg: Panorama azimuth that the sitter faces, in degrees, which is the turn plus the
+            azimuth of the front.
+        sun: Panorama azimuth and elevation of the sun, in degrees, for recognising the sun, or None
+            if unknown.
+        findings: Lamps at the place, for naming the worst one.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -336,7 +339,7 @@ def glare(
 
 
 def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]) -> Bools:
-    """Mark the texels of lamps, which are 50 times as bright as the light without lamps."""
+    """Return a mask of the lamps' texels, 50 times as bright as the light without lamps."""
     front = cosine > 0
     total, weight = float(onto_eye.sum()), math.pi
     bare = np.zeros(shape, bool)
@@ -354,7 +357,7 @@ def _judge(
     sun: tuple[float, float] | None,
     findings: Findings | None,
 ) -> Glare:
-    """Find the worst lamp and name it."""
+    """Find the lamp that causes the most glare, and name it."""
     veil = float(veils.sum())
     worst = vectors[int(np.argmax(veils))]
     one = vectors @ worst > math.cos(math.radians(_ONE_LAMP_DEG))

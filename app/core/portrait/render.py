@@ -1,4 +1,4 @@
-"""Render a head in an environment at a turn, for the command line and the API alike."""
+"""Render a head in an environment at a turn, for both the command line and the API."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 
 HEIGHTS: Final = (64, 2048)
-"""Smallest and largest height of a portrait, in pixels."""
+"""The smallest and the largest height of a portrait, in pixels."""
 
 _ASPECT: Final = 0.8
 
@@ -35,10 +35,10 @@ class HeadPicture:
     """A head in the light of a place.
 
     Attributes:
-        linear: (H, W, 3) float32. Linear Rec. 709, in the unit of the environment.
+        linear: (H, W, 3) float32. Linear Rec. 709, in the same unit as the environment.
         gain: Factor that exposes the face as a photographer would.
-        yaw_deg: Yaw of the rendered view, positive towards the sitter's own left.
-        catchlights: Reflections in the eyes, or an empty tuple for the thumbnail.
+        yaw_deg: Yaw of the rendered view, in degrees, positive towards the sitter's own left.
+        catchlights: The reflections in the eyes, or an empty tuple for the thumbnail.
     """
 
     linear: FloatImage = field(repr=False)
@@ -48,7 +48,7 @@ class HeadPicture:
 
     @property
     def srgb(self) -> Bytes:
-        """The picture exposed and tone mapped for the screen, (H, W, 3) uint8 sRGB."""
+        """The picture, exposed and tone mapped for the screen, (H, W, 3) uint8 sRGB."""
         return colour.to_bytes(colour.tone_map(self.linear, self.gain))
 
 
@@ -64,14 +64,14 @@ def render_head(
     """Render a head in the light of an environment.
 
     Args:
-        turn_deg: Azimuth of the panorama that the sitter faces, in degrees, positive clockwise seen
-            from above.
-        head: A built-in head, or the path of a baked ``T.npz``.
+        turn_deg: Azimuth in the panorama that the sitter faces, in degrees, positive clockwise as
+            seen from above.
+        head: Name of a built-in head, or path of a baked ``T.npz``.
         yaw_deg: Turn of the face towards the sitter's own left, in degrees. The nearest baked view
             is used.
-        height: Height of a portrait in pixels, 64 to 2048, or None for the thumbnail of the
-            transport, on black.
-        plain: Whether to draw a portrait bald, in one colour, on black.
+        height: Height of a portrait in pixels, 64 to 2048, or None for the transport's thumbnail on
+            black.
+        plain: Whether to draw a portrait without hair, in a single colour, on black.
 
     Raises:
         TransportError: If the head cannot be read.
@@ -98,7 +98,7 @@ def render_head(
 
 
 def check_height(height: int | None) -> None:
-    """Raise `CoreError` for a portrait that is too small or too large."""
+    """Raise `CoreError` if a portrait would be too small or too large."""
     if height is not None and not HEIGHTS[0] <= height <= HEIGHTS[1]:
         raise CoreError(
             tr(
@@ -117,7 +117,7 @@ def _portrait(
     size: tuple[int, int],
     plain: bool,
 ) -> tuple[FloatImage, tuple[Catchlight, ...]]:
-    """Draw the portrait at full size, at a turn and a yaw, and find its catchlights."""
+    """Draw the portrait at full size, at the given turn and yaw, and find its catchlights."""
     turn, yaw = directions
     hair = PLAIN if plain else HAIRS[0]
     portrait = load_portrait(transport.header.head, transport.header.skin, hair, yaw)

@@ -1,9 +1,9 @@
 """Portraits of turned heads.
 
-The light on the skin does not depend on the camera: the nodes are those of the head, plus some that
-only views from the side show. Their positions in a picture, their reflections and the skin's light
-towards the camera are computed here; a file stores the nodes around each sample and the sample's
-colour.
+The light on the skin does not depend on the camera. The nodes are therefore those of the head, plus
+some that are visible only in side views. Their positions in a picture, their reflections and the
+skin's light towards the camera are computed here. A file stores the nodes around each sample and
+the colour of the sample.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from app.core.portrait.portrait_head import (
 
 Arrays: TypeAlias = "Mapping[str, NDArray[Any]]"
 SIDE: Final = 320
-"""Rows and columns of a picture from the side."""
+"""Number of rows and columns of a picture from the side."""
 PLACE_STEP: Final = 1e-4
-"""Step of stored positions, in scene units; their heights are relative to the camera."""
+"""Step of stored positions, in scene units. Their heights are relative to the camera."""
 COLOUR_STEPS: Final = 128
 SOME: Final = ((0.125, 0.375), (0.375, 0.875), (0.625, 0.125), (0.875, 0.625))
-"""Rows and columns of the four samples inside a pixel at an edge."""
+"""Row and column offsets of the four samples inside a pixel at an edge."""
 _LEAVING: Final = {"dark": (0.05, -0.02, -0.08)}
 _LEAVING_USUAL: Final = (0.25, 0.12, 0.02)
-"""Reduction of the skin's red, green and blue light at grazing angles, relative to straight up."""
+"""Reduction of the skin's red, green and blue light at grazing angles, relative to head-on."""
 _DIMMED: Final = 0.65
 """Cosine below which this reduction begins."""
 _FLAT: Final = 1e-9  # area of a degenerate triangle, in pixels
@@ -53,15 +53,16 @@ _MIRROR: Final = np.array([-1, 1, 1], np.float32)
 def with_aside(
     front: PortraitHead, tone: PortraitSkin, arrays: Arrays, more: PortraitSkin
 ) -> tuple[SkinNodes, PortraitSkin, Float32]:
-    """Return a head's nodes: those of the front, those that only side views show, and hidden ones.
+    """Return a head's nodes: those of the front, those visible only from the side, and hidden ones.
 
     Args:
-        arrays: Arrays of the files. "shade" is the sky hidden from nodes, relative to the front's
-            own hair.
-        more: Skin of the front's nodes that are traced again, and of new nodes.
+        arrays: Arrays from the files. "shade" is the part of the sky hidden from nodes, relative to
+            the front's own hair.
+        more: Skin of the new nodes and of the front's nodes that are traced again.
 
     Returns:
-        Nodes, the skin between them, and the cosines at which the skin was traced, (M,) float32.
+        The nodes, the skin between them, and the cosines at which the skin was traced, (M,)
+        float32.
     """
     old, again, visible_count = front.nodes, arrays["again"], len(front.visible.index)
     count, other_count = len(old.normals), len(arrays["straight"]) - len(again)
@@ -113,10 +114,10 @@ def seen_from(
     """Return one view of a turned head.
 
     Args:
-        straight: (M,). Cosines from `with_aside`.
-        frame: Position of the camera and its pixels: "origin" in scene units, "top" and "step" as
-            slopes.
-        yaw_deg: Yaw of the view, in degrees, negative for its mirror image.
+        straight: (M,). The cosines from `with_aside`.
+        frame: Position of the camera, and its pixels: "origin" is in scene units, "top" and "step"
+            are slopes.
+        yaw_deg: Yaw of the view, in degrees, negative for the mirror image.
         skin: Name of the skin tone.
     """
     inside, edge = np.unpackbits(arrays["pixels"], axis=-1, count=SIDE).astype(bool)
@@ -152,7 +153,7 @@ def seen_from(
 
 
 def _project(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[Any, Any]:
-    """Project positions to columns and rows, in pixels, with `yaw` in radians."""
+    """Project positions to columns and rows, in pixels, with `yaw` given in radians."""
     x, y, z = (positions - np.asarray(frame["origin"])).T
     away = (x * math.sin(yaw) - z * math.cos(yaw)) * frame["step"]
     right = (x * math.cos(yaw) + z * math.sin(yaw)) / away + SIDE / 2
@@ -160,7 +161,7 @@ def _project(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[
 
 
 def _weights(down: NDArray[Any], right: NDArray[Any]) -> Float32:
-    """Return the weights of three nodes for a sample, from their offsets, (3, S) each."""
+    """Return the weights of the three nodes of each sample, from their offsets, (3, S) each."""
     # Equal weights for coinciding nodes, which have no area.
     after = np.roll(down, -1, axis=0), np.roll(right, -1, axis=0)
     parts = np.roll(down * after[1] - right * after[0], -1, axis=0).T + _FLAT
@@ -169,9 +170,9 @@ def _weights(down: NDArray[Any], right: NDArray[Any]) -> Float32:
 
 
 def _leaving(cosine: Float32, skin: str) -> Float32:
-    """Return the fraction of its light that skin emits at the given angles, (n, 3).
+    """Return the fraction of its light that the skin emits at the given angles, (n, 3).
 
-    The fraction varies less in dark skin, which scatters little.
+    The fraction varies less for dark skin, which scatters little light.
     """
     edge = np.clip(1 - cosine[:, None] / np.float32(_DIMMED), 0, 1)
     return np.asarray(1 - edge**3 * np.array(_LEAVING.get(skin, _LEAVING_USUAL), np.float32))
@@ -180,14 +181,14 @@ def _leaving(cosine: Float32, skin: str) -> Float32:
 def mirrored(
     nodes: SkinNodes, index: Indices, normals: Float32, view: Float32, roughness: float
 ) -> tuple[Float32, Float32]:
-    """Return the part of even light that rough surfaces reflect to the camera, and its direction.
+    """Return the fraction of even light reflected to the camera by rough surfaces, and from where.
 
-    The reflection is integrated over Beckmann's facets by their slopes (Gauss-Hermite), where the
-    nodes see the sky.
+    The reflection is integrated over Beckmann's facets by their slopes (Gauss-Hermite), as far as
+    the nodes see the sky.
 
     Args:
-        index: (n,) intp. Indices into all nodes and all mirrored ones.
-        normals, view: (n, 3) float32. Normals of the surface, and directions to the camera.
+        index: (n,) intp. Indices into all nodes and all mirrored nodes.
+        normals, view: (n, 3) float32. Surface normals, and directions to the camera.
 
     Returns:
         The fraction, (n,) float32, and the direction, (n, 3) float32.
@@ -217,7 +218,7 @@ def mirrored(
 
 
 def _open(nodes: SkinNodes, index: Indices, ways: Float32) -> Float32:
-    """Return the part of the sky around each direction, (n, 3), that nodes of both halves see."""
+    """Return the fraction of sky around each direction, (n, 3), that nodes of both halves see."""
     half, node = np.divmod(index, len(nodes.normals))
     azimuth = np.arctan2((2 * half - 1) * ways[:, 0], ways[:, 2])
     column = ((azimuth / (2 * np.pi) + 0.5) * SKY[1]).astype(np.intp) % SKY[1]

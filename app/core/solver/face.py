@@ -228,14 +228,14 @@ def _between(values: Float64, low: float, high: float, soft: float) -> Float64:
 
 
 def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float64:
-    """Return each pixel's fraction inside an oval, (P,), or the nearest pixel if the oval is tiny."""
+    """Return the fraction of each pixel in an oval, (P,), or the nearest pixel to a tiny oval."""
     away = _away(across, down, oval)
     inside = whole * np.clip((1.15 - away) / 0.3, 0.0, 1.0)
     return np.asarray(inside if inside.any() else away == away[whole > 0].min(), np.float64)
 
 
 def _away(across: Float64, down: Float64, oval: _Oval) -> Float64:
-    """Return the distance of each pixel from the centre of an oval, (P,), scaled to 1 at the edge."""
+    """Return each pixel's distance from the centre of an oval, (P,), scaled to 1 at the outline."""
     distance = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
     return np.asarray(distance, np.float64)
 

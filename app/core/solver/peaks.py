@@ -393,7 +393,8 @@ def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> floa
 def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
     """Return the number of steps from `index` to the permitted grid turn nearest to an offset.
 
-    The turn is at most one step from the offset. If there is no such turn, return None. If two turns are equally near, the one nearer to `index` is chosen, so that mirrored curves give
+    The turn is at most one step from the offset. If there is no such turn, the result is None. If
+    two turns are equally near, the one nearer to `index` is chosen, so that mirrored curves give
     mirrored turns.
     """
     middle = round(offset)

@@ -127,7 +127,7 @@ class LensSearch:
         return keys
 
     def choice(self, yaw_deg: float, wish: LensWish) -> tuple[Choice, Bools]:
-        """Choose turns at a yaw, and return a mask, (S,), of styles for which one meets the wish."""
+        """Choose turns at a yaw, and return a mask, (S,), of styles with a turn that is allowed."""
         nose = np.arange(TURNS) * 360.0 / TURNS
         fits = [wish.met_by(turn) for turn in (nose + yaw_deg).tolist()]
         is_open: Bools = np.outer(self.visible(yaw_deg), fits)
@@ -235,7 +235,7 @@ def best_answers(place: LensSearch, wish: LensWish, scale: float) -> list[StyleR
 
 
 def _merit(choice: Choice, some: Bools) -> Float64:
-    """Rate a yaw for each style, (S,), by grade, then match, or as -inf if no turn meets the wish."""
+    """Rate a yaw for each style, (S,), by grade, then match; -inf means no turn meets the wish."""
     match = np.take_along_axis(choice.measured.match, choice.best[:, None], axis=1)[:, 0]
     return np.where(some, choice.grade * _GRADE_POINTS + match, -np.inf)
 
