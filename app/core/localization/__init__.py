@@ -1,1 +1,1 @@
-"""Localization of a camera in the panorama: headings, the sitter, views and alignment."""
+"""Localization of a camera in the panorama: its heading, the sitter, views and alignment."""

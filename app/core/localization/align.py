@@ -1,12 +1,13 @@
-"""Align the live view with the goal view by the best-fitting homography.
+"""Align the live view with the goal view, using the best-fitting homography.
 
-Both are perspective pictures of the place behind the sitter, one from the probe and one from the
+Both are perspective pictures of the place behind the sitter, one taken by the probe and one by the
 camera. Points are matched as for the live heading, and a homography is fitted to them
-(`app.core.localization.homography`). It is exact only for a plane; with more depth it is the best
-fit, and the area behind the sitter, which decides the turn, is interpolated from its surroundings.
+(`app.core.localization.homography`). A homography is exact only for a plane. If the scene has more
+depth, it is the best fit, and the area behind the sitter, which determines the turn, is
+interpolated from its surroundings.
 
-The live heading (`app.core.localization.heading`) is more accurate, covers the whole panorama, and
-provides the numbers on screen. The homography serves only the overlay.
+The live heading (`app.core.localization.heading`) is more accurate, covers the whole panorama and
+provides the numbers on screen. The homography is used only for the overlay.
 """
 
 from __future__ import annotations
@@ -42,13 +43,13 @@ _STAYS_S: Final = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyOverlay:
-    """Overlay of the live picture on the goal, starting with `BARE`.
+    """The overlay of the live picture on the goal, starting with `BARE`.
 
     Attributes:
-        alignment: Last alignment.
-        corners: Corners of the live picture on the goal, (4, 2) in widths of the goal, or None if
+        alignment: The last alignment.
+        corners: Corners of the live picture on the goal, (4, 2), in widths of the goal, or None if
             the picture is not aligned.
-        rival: Corners far from the previous ones, (4, 2) in widths of the goal, with their time in
+        rival: Corners far from the previous ones, (4, 2), in widths of the goal, and their time in
             seconds. They are used once a second picture confirms them.
     """
 
@@ -67,7 +68,7 @@ def steady_overlay(
     """Update the overlay with the alignment of a new picture.
 
     Args:
-        sizes: Columns and rows of the picture, then of the goal.
+        sizes: Columns and rows of the picture, followed by those of the goal.
         now_s: Time of the picture, in seconds from any origin.
     """
     steady = before.corners
@@ -114,21 +115,22 @@ def align(
     view_fov_deg: float | None = None,
     mask: Bools | None = None,
 ) -> Alignment:
-    """Find the homography from a view to a target.
+    """Find the homography that maps a view to a target.
 
     Args:
-        target: (H, W, 3) uint8. The intended view in sRGB, with the goal in its middle.
+        target: (H, W, 3) uint8. The intended view in sRGB, with the goal in the centre.
         view: (h, w, 3) uint8. The current view in sRGB, not mirrored.
-        fov_deg: Horizontal field of view of the target, in the panorama's frame, in degrees, as in
-            the lens returned by `app.core.localization.views.goal_lens`.
+        fov_deg: Horizontal field of view of the target in the panorama, in degrees, as in the lens
+            returned by `app.core.localization.views.goal_lens`.
         sitter_deg: Angle from the view's axis to the sitter, in degrees, positive to the right.
         view_fov_deg: Horizontal field of view of the camera, in degrees. It matters only if the
-            sitter is off the axis. The default is that of the target.
-        mask: (h, w) bool. True where the view shows background. The default is everything except
-            the usual position of a sitter (`sitter_mask`), or everything if too few points remain.
+            sitter is off the axis. By default, it is equal to that of the target.
+        mask: (h, w) bool. True where the view shows background. By default, everything except the
+            usual position of a sitter (`sitter_mask`) is used, or everything if too few points
+            remain.
 
     Returns:
-        An alignment, which is ``unsure`` if too few points agree, or if the view would be mirrored,
+        The alignment. It is ``unsure`` if too few points agree, or if the view would be mirrored,
         folded, or stretched more than a turning camera could cause.
     """
     if min(*target.shape[:2], *view.shape[:2]) < 32:
@@ -144,10 +146,10 @@ def align(
 
 
 def sitter_mask(shape: tuple[int, ...]) -> Bools:
-    """Return a mask of the usual background: everything except head and shoulders in the middle.
+    """Return a mask of the usual background: everything except a central head and shoulders.
 
     Args:
-        shape: Rows and columns of the mask.
+        shape: Number of rows and columns of the mask.
 
     Returns:
         (rows, columns) bool. False on the sitter.
@@ -162,17 +164,17 @@ def sitter_mask(shape: tuple[int, ...]) -> Bools:
 
 
 def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: float) -> Bytes:
-    """Blend a view over a target.
+    """Blend a view over a target with a given opacity.
 
     Args:
         target: (H, W, 3) uint8. sRGB.
         view: (h, w, 3) uint8. sRGB.
-        homography: (3, 3) float64. As in `Alignment`, or None to fit the view's frame to the
-            target's.
+        homography: (3, 3) float64. As in `Alignment`, or None to fit the frame of the view to that
+            of the target.
         opacity: Opacity of the view, 0 to 1.
 
     Returns:
-        (H, W, 3) uint8. sRGB, with the target alone where the view does not reach.
+        (H, W, 3) uint8. sRGB. Only the target is visible where the view does not reach.
     """
     size = (target.shape[1], target.shape[0])
     if homography is None:
@@ -229,6 +231,6 @@ def _size(picture: Bytes) -> Size:
 
 
 def _scale(picture: Bytes) -> float:
-    """Return the factor that shrinks a picture to the working size."""
+    """Return the scale factor that shrinks a picture to the working size."""
     columns, rows = _size(picture)
     return min(_WIDTH / columns, math.sqrt(_PIXELS / (columns * rows)), 1.0)

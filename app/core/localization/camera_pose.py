@@ -2,24 +2,25 @@
 
 The pose is first fitted as if the camera were on the line to the sitter
 (`app.core.localization.rotation`), with the lens that then explains the enlargement
-(`lens_factor`). For a picture from anywhere, it is then refined from the parallax between near and
-far points (`app.core.localization.parallax`), which works without the position of the sitter.
+(`lens_factor`). For a picture taken from anywhere else, the pose is then refined using the parallax
+between near and far points (`app.core.localization.parallax`), which works without the position of
+the sitter.
 
-A heading counts as right within 3 degrees, for a camera on the sitter's line. Three errors are
-possible. The picture may show another place. The evidence against this is the number of points that
-agree, their spread, and how much better the whole picture fits there than beside it
-(`app.core.localization.heading`). It may show this place from beside the line through the sitter.
-The evidence against this is that no camera elsewhere explains more points, and that the slopes are
-those of a room. Or the place may be right and the angle wrong. The probability of this follows from
-the standard error of the fit. The three errors are independent:
+A heading counts as right if it is within 3 degrees of the truth, for a camera on the sitter's line.
+Three errors are possible. First, the picture may show another place. The evidence against this is
+the number of points that agree, their spread, and how much better the whole picture fits there than
+beside it (`app.core.localization.heading`). Second, the picture may show this place from beside the
+line through the sitter. The evidence against this is that no camera elsewhere explains more points,
+and that the slopes are those of a room. Third, the place may be right but the angle wrong. The
+probability of this follows from the standard error of the fit. The three errors are independent:
 
     P = 1 / (1 + exp(-p)) * 1 / (1 + exp(-l)) * (1 - exp(-3 deg / (k error))).
 
-Errors have longer tails than a normal distribution, because wrong matches agree with each other. p
-and l are sums over the evidence, `place_signs` and `line_signs`, weighted in their order. The
-weights and k maximise the likelihood over photos and live pictures taken at the spot, beside it and
-in other places (`benchmarks/heading/confidence_fit.py`). Results for other data are in
-`benchmarks/heading.md`.
+Errors have longer tails than a normal distribution, because wrong matches agree with each other.
+The terms p and l are sums over the evidence in `place_signs` and `line_signs`, weighted in that
+order. The weights and k maximise the likelihood over photos and live pictures taken on the spot,
+beside it and in other places (`benchmarks/heading/confidence_fit.py`). Results for other data are
+in `benchmarks/heading.md`.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ CLOSE_DEG: Final = 3.0
 """Largest error of a heading that counts as right, in degrees."""
 
 LEAST_CONFIDENCE: Final = 0.8
-"""Minimum confidence for a heading to be shown."""
+"""Minimum confidence at which a heading is shown."""
 
 PLACE_SIGNS: Final = ("one", "points", "support", "spread", "share", "strays")
 LINE_SIGNS: Final = (
@@ -71,26 +72,26 @@ _LEAST_ZOOM: Final = 0.8  # objects look larger from the probe, unless the field
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Evidence for a pose.
+    """The evidence for a pose.
 
     Attributes:
         points: Number of points that agree.
         share: Fraction of agreeing points among those with only one match in the panorama, 0 to 1.
         spread: Smallest standard deviation of the agreeing points in any direction, in half widths
             of the picture. It is 0 for points on a line.
-        support: How much better the pose fits all points than its neighbours do, in standard
+        support: How much better the pose fits all points than neighbouring poses do, in standard
             deviations.
         error_deg: Standard error of the heading, in degrees.
         tilt: Slope of the enlargement across the picture.
-        zoom: Enlargement in the middle of the picture.
-        wide: Tangent of half the field of view along the longer side, if it was estimated, or None
+        zoom: Enlargement in the centre of the picture.
+        wide: Tangent of half the field of view along the longer side if it was estimated, or None
             if it was given.
         strays: Fraction of disagreeing points among the certain matches near the pose's prediction,
             0 to 1.
         gain, aside, flat, agree: As in `app.core.localization.parallax.Line`.
-        loose_deg: `loose_rad` of the same class, in degrees.
-        guided: Whether the picture is a live one, taken in this place by a photographer who follows
-            the guidance.
+        loose_deg: `loose_rad` from the same class, in degrees.
+        guided: Whether the picture is a live one, taken at this place by a photographer who is
+            following the guidance.
     """
 
     points: int
@@ -143,7 +144,7 @@ def line_signs(evidence: Evidence) -> tuple[float, ...]:
 
 
 def deviation_deg(evidence: Evidence) -> float:
-    """Return the standard error of the heading before it is scaled, in degrees."""
+    """Return the unscaled standard error of the heading, in degrees."""
     return max(evidence.error_deg, _LEAST_ERROR_DEG)
 
 
@@ -151,8 +152,8 @@ def trust(evidence: Evidence) -> float:
     """Return the probability that a heading is right.
 
     Returns:
-        The probability, 0 to 1. Of the headings with a probability of 0.9, about nine in ten are
-        within 3 degrees of the truth.
+        The probability, 0 to 1. About nine in ten headings with a probability of 0.9 are within 3
+        degrees of the truth.
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
@@ -219,14 +220,14 @@ _NEAREST: Final = 4.5  # a larger enlargement would need an object too near, so 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Matches:
-    """Points of a picture and their matches in the panorama.
+    """The points of a picture and their matches in the panorama.
 
     Attributes:
-        rays: (N, 2) float64. Positions in the picture plane, for the assumed lens.
-        bearings: (N, 3) float64. Unit vectors in the panorama.
+        rays: (N, 2) float64. Positions in the picture plane of the assumed lens.
+        bearings: (N, 3) float64. Unit vectors in the panorama's coordinate system.
         ratio: (N,) float32. Ratios of the matches, as returned by
             `app.core.localization.features.pair`.
-        shape: Longer side of the picture divided by the shorter side.
+        shape: Length of the picture's longer side divided by that of the shorter side.
     """
 
     rays: Float64
@@ -242,9 +243,9 @@ class CameraPrior:
     Attributes:
         lens: Uncertainty of the field of view, as the spread of the logarithm of its tangent, or
             None if the field of view is unknown.
-        sitter_deg: Angle of the sitter from the axis, in degrees, or None if unknown.
+        sitter_deg: Angle of the sitter from the camera's axis, in degrees, or None if unknown.
         away: Whether the camera looks away from the sitter.
-        near: Whether the search is limited to the surroundings of the last heading.
+        near: Whether the search is limited to the area around the last heading.
     """
 
     lens: float | None
@@ -260,7 +261,7 @@ class CameraPrior:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stand:
-    """A camera's pose and its lens.
+    """The pose of a camera, and its lens.
 
     Attributes:
         lens: (3,) float64. As in `app.core.localization.parallax.Line`.
@@ -273,19 +274,19 @@ class Stand:
 
     @property
     def factor(self) -> float:
-        """Factor by which the picture plane is larger than was assumed."""
+        """The factor by which the picture plane is larger than assumed."""
         return math.exp(float(self.lens[0]))
 
     def rays(self, rays: Float64) -> Float64:
-        """Convert points of the picture plane, (..., 2), for use with `pose`."""
+        """Convert points in the picture plane, (..., 2), for use with `pose`."""
         return straightened(rays, self.lens)
 
     def error_deg(self, question: CameraPrior) -> float:
-        """Return the standard error of the heading in degrees, including the camera's uncertainty.
+        """Return the standard error of the heading, in degrees, including the camera's uncertainty.
 
-        With a wrong lens, the background behind the sitter stays in place, and the axis beside it
-        moves. If the sitter's position is unknown, a sideways offset looks like a turn of the near
-        objects.
+        If the lens is wrong, the background behind the sitter stays in place but the axis beside it
+        moves. If the sitter's position is unknown, a sideways offset of the camera looks like a
+        turn of near objects.
         """
         aside = math.degrees(math.atan(float(self.pose.sitter[0])))
         lens = 0.0 if question.lens_known else _LENS_ERROR * aside
@@ -339,7 +340,7 @@ def _lined(
     question: CameraPrior,
     outlook: Outlook,
 ) -> Stand:
-    """Refine a pose by parallax, and then estimate the lens again if it was estimated before."""
+    """Refine a pose by parallax, then estimate the lens again if it was estimated before."""
     poses, scale = [stand.pose, *others], float(stand.lens[0])
     for spread in _GUESS_SPREAD if question.lens is None else [question.lens]:
         aims = [Aim(0.0, math.radians(_AIM_DEG))]
@@ -375,7 +376,7 @@ def _refined(line: Line, lens: Float64, matches: Matches, prior: Outlook) -> Sta
 
 
 def _plane(rays: Float64, zooms: Float64) -> Float64:
-    """Fit enlargement minus 1 in the middle, and its slopes, to the points' enlargements."""
+    """Fit the enlargement minus 1 in the centre, and its slopes, to the points' enlargements."""
     usual = float(np.median(zooms)) if len(zooms) else 1.0
     plane = np.array([usual - 1.0, 0.0, 0.0])
     rows = np.column_stack([np.ones(len(rays)), rays])
@@ -411,7 +412,7 @@ def _outlook(question: CameraPrior, sitter_deg: float | None) -> Outlook:
 
 
 def _narrowed(outlook: Outlook, factor: float, away: bool) -> Outlook:
-    """Update the prior knowledge about a camera with its lens."""
+    """Narrow down the prior knowledge about a camera, given its lens."""
     limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
     sitter, spread = outlook.sitter * factor, outlook.sitter_spread * factor
     if away and outlook.sitter_known:

@@ -1,11 +1,11 @@
-"""Feature points that survive changes of light: RootSIFT after local equalisation.
+"""Feature points that are robust to changes of light: RootSIFT after local equalisation.
 
-Contrast is equalised in tiles first (CLAHE), since auto exposure and the panorama's tone mapping
+Contrast is first equalised in tiles (CLAHE), because auto exposure and the panorama's tone mapping
 render the same wall in quite different tones. RootSIFT is described by R. Arandjelovic and A.
 Zisserman (CVPR 2012).
 
-`build_index` describes a whole panorama, in perspective views similar to a camera's. `keep_index`
-saves the index beside the panorama, as a cache that may be deleted at any time.
+`build_index` describes a whole panorama in perspective views similar to those of a camera.
+`keep_index` saves the index beside the panorama as a cache, which may be deleted at any time.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ _SEAL: Final = 32  # bytes
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadingIndex:
-    """The described feature points of a panorama.
+    """The feature points of a panorama and their descriptors.
 
     Attributes:
         descriptors: (N, 128) float32. RootSIFT descriptors.
-        bearings: (N, 3) float32. Unit vectors in the panorama's axes.
-        azimuths: (N,) float32. Azimuths in degrees, ascending.
+        bearings: (N, 3) float32. Unit vectors in the panorama's coordinate system.
+        azimuths: (N,) float32. Azimuths in degrees, in ascending order.
     """
 
     descriptors: Float32 = field(repr=False)
@@ -63,8 +63,8 @@ class HeadingIndex:
         """Return the indices of the points near an azimuth.
 
         Args:
-            azimuth_deg: Middle of the range, in degrees.
-            reach_deg: Reach on both sides, in degrees.
+            azimuth_deg: Centre of the range, in degrees.
+            reach_deg: Extent of the range on each side of the centre, in degrees.
         """
         away = np.abs((self.azimuths - azimuth_deg + 180.0) % 360.0 - 180.0)
         return np.flatnonzero(away <= reach_deg)
@@ -77,7 +77,7 @@ def build_index(
 
     Args:
         panorama: (H, W, 3) uint8. Equirectangular, 2:1, display sRGB
-            (`app.core.measure.finish.display.display_panorama`), best with 2,048 to 4,096 columns.
+            (`app.core.measure.finish.display.display_panorama`), ideally 2,048 to 4,096 columns.
 
     Raises:
         CoreError: If the panorama has too few points, as with blank walls all around.
@@ -113,7 +113,7 @@ def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
     """Return the saved index of a panorama, or None if there is no valid index.
 
     Args:
-        panorama: As for `build_index`.
+        panorama: As in `build_index`.
     """
     most = _SEAL + 4 * _COLUMNS * _MOST_POINTS
     with contextlib.suppress(OSError), open_file(folder / _FILE) as stream:
@@ -129,10 +129,10 @@ def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
 
 
 def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
-    """Save the index of a panorama in a folder, ignoring failures.
+    """Save the index of a panorama in a folder. Failures are ignored.
 
     Args:
-        panorama: Panorama that `index` was built from.
+        panorama: The panorama from which `index` was built.
     """
     if len(index) > _MOST_POINTS or read_index(folder, panorama) is not None:
         return
@@ -143,7 +143,7 @@ def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
 
 
 def _seal(panorama: Bytes, values: bytes) -> bytes:
-    """Return the digest of format, panorama and content that a valid file starts with."""
+    """Return the digest of format, panorama and content with which a valid file starts."""
     digest = hashlib.blake2b(_FORM + repr(panorama.shape).encode(), digest_size=_SEAL)
     digest.update(np.ascontiguousarray(panorama).data)
     digest.update(values)
@@ -153,7 +153,7 @@ def _seal(panorama: Bytes, values: bytes) -> bytes:
 def _squarely_seen(
     features: Features, lens: Lens, azimuth_deg: float, pitch_deg: float
 ) -> tuple[Features, Float64]:
-    """Keep only points that no other view shows closer to that view's axis."""
+    """Keep only the points that no other view shows closer to its axis."""
     vectors = bearings(lens, azimuth_deg, pitch_deg, features.places.astype(np.float64))
     azimuth = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
     away = np.abs((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)
@@ -171,10 +171,10 @@ _RIVALS: Final = 3  # one corner is often described twice, for two directions of
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Features:
-    """Described feature points of a picture.
+    """The feature points of a picture and their descriptors.
 
     Attributes:
-        places: (N, 2) float32. Columns and rows in pixels, where the centre of the first pixel is
+        places: (N, 2) float32. Columns and rows in pixels. The centre of the first pixel is at
             (0.5, 0.5).
         descriptors: (N, 128) float32. RootSIFT descriptors of unit length.
     """
@@ -192,7 +192,7 @@ class Pairs:
     """Points of one set and their matches in another.
 
     Attributes:
-        first, second: (N,) int64. Indices in the two sets. Each first index occurs once.
+        first, second: (N,) int64. Indices into the two sets. Each first index occurs once.
         ratio: (N,) float32. Distance to the match divided by the distance to the next best match
             elsewhere. A ratio of 0 means that the match is unique.
     """
@@ -203,7 +203,7 @@ class Pairs:
 
 
 def equalised(picture: Bytes) -> Bytes:
-    """Return a picture in grey, with its contrast equalised in tiles.
+    """Return a greyscale copy of a picture, with its contrast equalised in tiles.
 
     Args:
         picture: (H, W, 3) or (H, W) uint8. sRGB.
@@ -216,11 +216,11 @@ def equalised(picture: Bytes) -> Bytes:
 
 
 def describe(picture: Bytes, most: int, mask: Bools | None = None) -> Features:
-    """Find and describe a picture's feature points.
+    """Find the feature points of a picture and describe them.
 
     Args:
         picture: (H, W, 3) or (H, W) uint8. sRGB.
-        most: Largest number of points.
+        most: Maximum number of points.
         mask: (H, W) bool. True where points are allowed.
     """
     where = None if mask is None else mask.astype(np.uint8)
@@ -230,16 +230,16 @@ def describe(picture: Bytes, most: int, mask: Bools | None = None) -> Features:
 
 
 def root_sift(grey: Bytes, most: int, mask: Bytes | None) -> tuple[Float32, Float32]:
-    """Find points and describe them by RootSIFT.
+    """Find feature points and describe them with RootSIFT.
 
     Args:
-        grey: (H, W) uint8. Picture with equalised contrast.
-        most: Largest number of points.
+        grey: (H, W) uint8. Greyscale picture with equalised contrast.
+        most: Maximum number of points.
         mask: (H, W) uint8. Non-zero where points are allowed.
 
     Returns:
-        The points, (N, 2) float32 columns and rows, where the centre of the first pixel is (0, 0),
-        and their descriptors, (N, 128) float32 of unit length.
+        The columns and rows of the points, (N, 2) float32, where the centre of the first pixel is
+        at (0, 0), and their descriptors, (N, 128) float32 of unit length.
     """
     finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
     points, descriptors = finder.detectAndCompute(grey, mask)
@@ -251,12 +251,12 @@ def root_sift(grey: Bytes, most: int, mask: Bytes | None) -> tuple[Float32, Floa
 
 
 def shrunk(picture: Bytes, scale: float, mask: Bools | None = None) -> tuple[Bytes, Bools | None]:
-    """Shrink a picture together with its mask.
+    """Shrink a picture and its mask.
 
     Args:
         picture: (H, W, 3) uint8.
-        scale: Factor for the sides. A factor of 1 or more leaves the picture unchanged.
-        mask: (h, w) bool, of any size. It is resized to the picture.
+        scale: Scale factor for the sides. A factor of 1 or more leaves the picture unchanged.
+        mask: (h, w) bool, of any size. It is resized to fit the picture.
     """
     size = picture.shape[1], picture.shape[0]
     if scale < 1.0:
@@ -271,14 +271,14 @@ def shrunk(picture: Bytes, scale: float, mask: Bools | None = None) -> tuple[Byt
 def pair(
     first: Float32, second: Float32, spots: Float32, apart: float, limit: float = 0.8
 ) -> Pairs:
-    """Match descriptors by the ratio test (D. Lowe, IJCV 2004), against rivals elsewhere only.
+    """Match descriptors by the ratio test (D. Lowe, IJCV 2004), with rivals elsewhere only.
 
     Args:
         first: (N, 128) float32. Descriptors of unit length.
         second: (M, 128) float32. Descriptors of unit length.
-        spots: (M, K) float32. Positions of the second set's points, in any coordinates.
-        apart: Distance in these coordinates from which a point counts as elsewhere.
-        limit: Largest ratio of a match.
+        spots: (M, K) float32. Positions of the points in the second set, in any coordinates.
+        apart: Distance in these coordinates beyond which a point counts as elsewhere.
+        limit: Largest permitted ratio of a match.
     """
     if len(first) == 0 or len(second) < 2:
         nothing = np.zeros(0, np.int64)
@@ -297,11 +297,12 @@ def pair_near(
 ) -> Pairs:
     """Match descriptors as `pair` does, but only near the position predicted for each point.
 
-    A pattern that repeats in the place, or resembles many others, is unique in a small area, so a
-    picture has about twice as many matches.
+    A pattern that is repeated at the place or resembles many others is unique within a small area,
+    so a picture has about twice as many matches.
 
     Args:
-        positions: (N, 3) float32. Predicted positions of the first set's points, as unit vectors.
+        positions: (N, 3) float32. Predicted positions of the points in the first set, as unit
+            vectors.
         reach: Largest distance from the prediction, in radians.
     """
     around = np.flatnonzero(spots @ positions.mean(axis=0) > _AROUND)
@@ -314,15 +315,15 @@ def pair_near(
 
 
 def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
-    """Keep the most certain matches: one for each point, and few from each part of a picture.
+    """Keep the most certain matches: one for each point, and a few from each part of a picture.
 
-    A striped carpet matches dozens of points to two or three of the panorama, and any pose that
-    explains these would outweigh everything else.
+    Dozens of points on a striped carpet may match two or three points of the panorama, and any pose
+    that explained these would outweigh everything else.
 
     Args:
-        places: (N, 2) float32. Positions of the first set's points.
-        cell: Size of a part of the picture, in the unit of `places`.
-        most: Largest number of matches from one part.
+        places: (N, 2) float32. Positions of the points in the first set.
+        cell: Size of a part of the picture, in the same units as `places`.
+        most: Maximum number of matches from one part.
     """
     order = np.argsort(pairs.ratio, kind="stable")
     _, once = np.unique(pairs.second[order], return_index=True)

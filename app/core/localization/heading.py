@@ -1,12 +1,13 @@
 """Find a camera's heading in the panorama from its picture.
 
 The picture's feature points are matched with those of the panorama
-(`app.core.localization.features`), either all of them or those near the last heading.
+(`app.core.localization.features`), either with all of them or with those near the last heading.
 `app.core.localization.rotation` finds the rotation, allowing for the distance between camera and
-probe; this module checks it against the rest of the picture, and
+probe. This module checks the rotation against the rest of the picture, and
 `app.core.localization.camera_pose` estimates the probability that it is right.
 
-A heading that cannot be trusted is `unsure`, without a number: better no number than a wrong one.
+A heading that cannot be trusted is `unsure` and has no number, because no number is better than a
+wrong one.
 """
 
 from __future__ import annotations
@@ -60,17 +61,17 @@ def support(
     index_descriptors: Float32,
     pose: CameraPose,
 ) -> float:
-    """Measure how much better a pose explains all points than its neighbours do.
+    """Measure how much better a pose explains all points than neighbouring poses do.
 
     Args:
-        rays: (N, 2) float64. All points of the picture, in its picture plane as in
+        rays: (N, 2) float64. All points of the picture, in its picture plane, as in
             `app.core.localization.rotation.fit`.
         own_descriptors: (N, 128) float32. Descriptors of these points, of unit length.
-        spots: (M, 3) float32. Points of the panorama, as unit vectors in its axes.
+        spots: (M, 3) float32. Points of the panorama, as unit vectors in its coordinate system.
         index_descriptors: (M, 128) float32. Descriptors of the panorama's points.
 
     Returns:
-        The support in standard deviations above chance, which is about 0 for a wrong pose.
+        The support, in standard deviations above chance. It is about 0 for a wrong pose.
     """
     axis = pose.rotation[:, 2].astype(np.float32)
     near = np.flatnonzero(spots @ axis > math.cos(_AROUND_RAD))
@@ -94,17 +95,17 @@ def support(
 
 
 def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) -> float:
-    """Measure how many certain matches are near the pose's prediction but do not agree with it.
+    """Return the fraction of certain matches near the pose's prediction that disagree with it.
 
     Args:
-        rays: (N, 2) float64. Points in the picture plane with a certain match.
+        rays: (N, 2) float64. Points in the picture plane that have a certain match.
         bearings: (N, 3) float64. Matches of these points in the panorama, as unit vectors in its
-            axes.
-        inside: (N,) bool. Whether the points agree with the pose.
+            coordinate system.
+        inside: (N,) bool. Whether each point agrees with the pose.
 
     Returns:
-        Their number divided by the number of these matches and the agreeing points together, 0 to
-        1.
+        The number of disagreeing matches divided by the number of these and the agreeing points
+        together, 0 to 1.
     """
     beside = np.einsum("nk,nk->n", pose.predict(rays), bearings @ pose.rotation)
     count = int((~inside & (beside > math.cos(_STRAY_RAD))).sum())
@@ -133,35 +134,35 @@ _FIELDS: Final = (25.0, 110.0)
 
 
 class Effort(NamedTuple):
-    """Working size of a picture, in pixels, and the number of points in it."""
+    """The working size of a picture, in pixels, and the maximum number of points in it."""
 
     pixels: int
     points: int
 
 
 SEARCHING: Final = Effort(640 * 480, 1000)
-"""Effort for a live picture that is searched for anywhere in the panorama."""
+"""The effort for a live picture that is searched for in the whole panorama."""
 
 _TRACKING: Final = Effort(320 * 240, 350)  # nearly as accurate, and three times as fast
 
 FINE: Final = Effort(1200 * 900, 2500)
-"""Effort for photos, which may take longer."""
+"""The effort for photos, which may take longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A camera's heading.
+    """The heading of a camera.
 
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, in degrees within (-180, 180], or None
             if unsure.
-        pitch_deg, roll_deg: Pitch, positive up, and roll, positive clockwise in the picture, in
-            degrees. Both are 0 if unsure.
+        pitch_deg, roll_deg: Pitch, positive upwards, and roll, positive clockwise in the picture,
+            in degrees. Both are 0 if unsure.
         inliers: Number of points that agree.
         confidence: Probability that the heading is within 3 degrees of the truth, 0 to 1.
         zoom: Angular size of objects near the sitter in the panorama divided by that in the
             picture, or 1 if unsure. It depends on the distance of the background.
-        fov_deg: Horizontal field of view, in degrees, given or estimated, or 0 if unsure.
+        fov_deg: Horizontal field of view, in degrees, either given or estimated, or 0 if unsure.
     """
 
     status: Literal["found", "unsure"]
@@ -175,15 +176,15 @@ class Heading:
 
 
 UNSURE: Final = Heading("unsure", None)
-"""A heading without a match."""
+"""The heading if there is no match."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """The features of a camera's picture.
+    """The features in a camera's picture.
 
     Attributes:
-        size: Columns and rows of the picture that contains the features.
+        size: Number of columns and rows of the picture that contains the features.
         fine: Whether the picture was described in full detail.
     """
 
@@ -194,10 +195,10 @@ class Sight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadingMatch:
-    """A pose with its evidence.
+    """A pose and the evidence for it.
 
     Attributes:
-        fov_deg: Horizontal field of view, given or estimated, in degrees.
+        fov_deg: Horizontal field of view, in degrees, either given or estimated.
     """
 
     pose: CameraPose
@@ -216,24 +217,24 @@ def find_heading(
     fine: bool = False,
     away: bool = False,
 ) -> Heading:
-    """Find the heading of a camera.
+    """Find the heading of a camera from one of its pictures.
 
     Args:
-        frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
+        frame: (H, W, 3) uint8. Upright sRGB picture of any size, not mirrored.
         fov_deg: The camera's horizontal field of view, in degrees, or None to estimate it. An error
             of 20% does no harm.
         near_deg: The last heading, in degrees, or None to search everywhere. Searching only around
-            the last heading is faster and more certain. Search everywhere after a failure.
-        sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
-            unknown. If the field of view is unknown, the angle is that for 60 degrees along the
-            longer side.
-        mask: (H, W) bool. True on the background. The default is everywhere, since points on the
-            sitter match nothing.
+            the last heading is faster and more reliable. Search everywhere after a failure.
+        sitter_deg: Angle of the sitter from the camera's axis, in degrees, positive to the right,
+            or None if unknown. If the field of view is unknown, give the angle for a field of view
+            of 60 degrees along the longer side.
+        mask: (H, W) bool. True on the background. By default, the whole picture is used, since
+            points on the sitter match nothing.
         fine: Whether to use up to a million pixels, as for photos, which may take longer.
-        away: Whether the camera looks away from the sitter, like a laptop's own camera when it is
-            carried around the sitter. The camera is then nearer to the background than the probe
-            was, and `sitter_deg` is the angle of the holder, who is roughly on the line from the
-            sitter.
+        away: Whether the camera looks away from the sitter, like a laptop's own camera when the
+            laptop is carried around the sitter. The camera is then nearer to the background than
+            the probe was, and `sitter_deg` is the angle of the person holding it, who is roughly on
+            the line from the sitter.
     """
     effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
@@ -249,7 +250,7 @@ def find_heading(
 
 
 def see(frame: Bytes, mask: Bools | None = None, effort: Effort = SEARCHING) -> Sight:
-    """Describe a camera's picture.
+    """Find and describe the features in a camera's picture.
 
     Args:
         frame: (H, W, 3) uint8. As in `find_heading`.
@@ -272,7 +273,7 @@ def compare(
     *,
     away: bool = False,
 ) -> HeadingMatch | None:
-    """Find the pose that explains a picture best, whether it can be trusted or not."""
+    """Find the pose that best explains a picture, whether or not it can be trusted."""
     near_rows = np.arange(len(index)) if near_deg is None else index.near(near_deg, _NEAR_DEG)
     spots, index_descriptors = index.bearings[near_rows], index.descriptors[near_rows]
     own_descriptors = sight.features.descriptors
@@ -338,7 +339,7 @@ def _evidence(
 def to_heading(
     match: HeadingMatch, least: float = LEAST_CONFIDENCE, confidence: float | None = None
 ) -> Heading:
-    """Return a heading if its confidence suffices, otherwise an unsure heading."""
+    """Return a heading if its confidence is sufficient, otherwise an unsure heading."""
     confidence = trust(match.evidence) if confidence is None else confidence
     points = match.evidence.points
     heading, pitch, roll = match.pose.angles_deg
@@ -363,6 +364,6 @@ def _spread(rays: Float64, lens: Lens) -> float:
 
 
 def _rays(places: Float32, lens: Lens) -> Float64:
-    """Convert pixels to points of the picture plane, right and down, (N, 2)."""
+    """Convert pixels to points in the picture plane, (N, 2), measured right and down."""
     middle = np.array(lens.size, np.float64) / 2.0
     return np.asarray((places.astype(np.float64) - middle) / lens.focal_px)

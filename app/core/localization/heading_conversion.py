@@ -5,16 +5,16 @@ a horizontal angle s from that axis. The line from the camera through the sitter
 + s, the background behind the sitter. The sitter faces the camera, in the opposite direction: turn
 = h + s - 180, minus the azimuth of the photographer at turn 0.
 
-A laptop's own camera looks at the person in front of it. When the photographer carries it around
-the sitter, it points away from the sitter, in the direction that the sitter faces: turn = h. When
-the photographer is the sitter, it does look at the sitter.
+A laptop's own camera looks at the person in front of the screen. When the photographer carries the
+laptop around the sitter, the camera points away from the sitter, in the direction that the sitter
+faces: turn = h. When the photographer is the sitter, the camera does look at the sitter.
 
 The field of view of a camera may be unknown. An object can look larger in the panorama than in the
-picture for two reasons. Either the lens is wider than assumed, which enlarges everything by one
-factor; or the camera is further away than the probe was, which enlarges near objects more than far
-ones and never shrinks any. So if all points are enlarged equally, the cause is the lens. Otherwise
-the farthest points decide, since their distances from the probe and from the camera are nearly the
-same. How close they are is unknown. The most likely lens is therefore chosen, since phones and
+picture for two reasons. Either the lens is wider than assumed, which enlarges everything by the
+same factor, or the camera is further away than the probe was, which enlarges near objects more than
+far ones and never shrinks any. If all points are enlarged equally, the cause is therefore the lens.
+Otherwise, the farthest points decide, since their distances from the probe and from the camera are
+nearly the same. How close they are is unknown, so the most likely lens is chosen, since phones and
 cameras have only a few lenses.
 """
 
@@ -31,7 +31,7 @@ from app.core.base.arrays import Float64
 from app.core.guidance.who_moves import Mode
 
 ASSUMED_DEG: Final = 60.0
-"""Assumed field of view along the longer side of a picture, in degrees."""
+"""Field of view assumed along the longer side of a picture, in degrees."""
 
 _ALIKE: Final = 0.0045  # standard deviation of the factors at the probe's own position
 _FARTHEST: Final = 0.10  # fraction of the points that count as far away
@@ -52,21 +52,21 @@ _WITHIN: Final = (0.4, 3.5)  # range of lens and parallax together
 
 
 def assumed_fov(size: tuple[int, int]) -> float:
-    """Return the assumed horizontal field of view, in degrees.
+    """Return the assumed horizontal field of view of a picture, in degrees.
 
     Args:
-        size: Columns and rows of the picture, upright.
+        size: Number of columns and rows of the upright picture.
     """
     half = math.tan(math.radians(ASSUMED_DEG) / 2.0) * size[0] / max(size)
     return math.degrees(2.0 * math.atan(half))
 
 
 def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False) -> float:
-    """Return the factor by which a lens is wider than assumed, in the picture plane.
+    """Return the factor by which a lens is wider than assumed, measured in the picture plane.
 
     Args:
-        zooms: (N,) float64. Enlargement of each point, or nan where it is undefined.
-        shape: Longer side of the picture divided by the shorter side.
+        zooms: (N,) float64. Enlargement of each point, or NaN where it is undefined.
+        shape: Length of the picture's longer side divided by that of the shorter side.
         away: Whether the camera looks away from the sitter. The camera is then nearer to the
             background than the probe was, so near objects look smaller in the panorama, and none
             look larger.
@@ -86,7 +86,7 @@ def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False)
 
 
 def _likely_lens(farthest: float, shape: float) -> float:
-    """Return the most likely factor, given the enlargement of the farthest points."""
+    """Return the most likely lens factor, given the enlargement of the farthest points."""
     enlargement = np.linspace(0.0, 0.8, 401)
     mean, spread = _ENLARGEMENT
     tangents = math.log(farthest * math.tan(math.radians(ASSUMED_DEG) / 2.0)) - enlargement
@@ -100,13 +100,13 @@ def _likely_lens(farthest: float, shape: float) -> float:
 
 
 CAMERA_M: Final = 1.5
-"""Default distance from the sitter to the camera in metres, as for a head-and-shoulders portrait.
+"""Default distance from the sitter to the camera, in metres, as for a head-and-shoulders portrait.
 """
 
 BACKGROUND_M: Final = 5.0
-"""Assumed distance from the sitter to the background in metres, as in a large room.
+"""Distance assumed from the sitter to the background, in metres, as in a large room.
 
-In the demo place, the median distance behind the sitter is 4 to 6 m indoors, and 10 to 17 m in the
+In the demo place, the median distance behind the sitter is 4 to 6 m indoors and 10 to 17 m in the
 court.
 """
 
@@ -114,14 +114,14 @@ _WIDEST_DEG: Final = 160.0
 
 
 class Looks(StrEnum):
-    """Subject of a camera: the sitter, or the person holding it."""
+    """The subject of a camera: the sitter, or the person holding the camera."""
 
     SITTER = "sitter"
     PHOTOGRAPHER = "photographer"
 
 
 def sees_sitter(looks: Looks, mode: Mode) -> bool:
-    """Return whether a camera sees the sitter. In a selfie, the sitter is the photographer."""
+    """Return whether a camera sees the sitter. In a selfie, the photographer is the sitter."""
     return looks is Looks.SITTER or mode is Mode.SELFIE
 
 
@@ -133,7 +133,7 @@ def turn_of_heading(
     sitter_deg: float = 0.0,
     front_deg: float = 0.0,
 ) -> float:
-    """Return the turn for a camera's heading.
+    """Return the turn that corresponds to a camera's heading.
 
     Args:
         heading_deg: Panorama azimuth of the camera's axis, in degrees.
@@ -142,7 +142,7 @@ def turn_of_heading(
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
-        The turn, in degrees, in (-180, 180].
+        The turn, in degrees within (-180, 180].
 
     Examples:
         >>> turn_of_heading(180.0), turn_of_heading(-90.0), turn_of_heading(170.0, sitter_deg=20.0)
@@ -163,13 +163,13 @@ def heading_of_turn(
     sitter_deg: float = 0.0,
     front_deg: float = 0.0,
 ) -> float:
-    """Return the heading at a turn, the inverse of `turn_of_heading`.
+    """Return the heading at a turn. This is the inverse of `turn_of_heading`.
 
     Args:
-        turn_deg: Turn in degrees, positive clockwise.
+        turn_deg: Turn, in degrees, positive clockwise.
 
     Returns:
-        Panorama azimuth in (-180, 180], in degrees.
+        The panorama azimuth, in degrees within (-180, 180].
     """
     if sees_sitter(looks, mode):
         return wrap(turn_deg + 180.0 - sitter_deg + front_deg)
@@ -180,19 +180,19 @@ def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
     """Return the panorama azimuth of the background behind the sitter, in (-180, 180] degrees.
 
     Args:
-        turn_deg: Turn in degrees, positive clockwise.
+        turn_deg: Turn, in degrees, positive clockwise.
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
     """
     return wrap(turn_deg + 180.0 + front_deg)
 
 
 def offset_angle(column: float, width: int, fov_deg: float) -> float:
-    """Return the horizontal angle of a picture's column from the camera's axis, in degrees.
+    """Return the horizontal angle of a picture column from the camera's axis, in degrees.
 
     Args:
-        column: Position from the left edge in pixels, where the centre of the first pixel is 0.5.
-        width: Columns of the picture.
-        fov_deg: Horizontal field of view, in degrees, in (0, 180).
+        column: Position from the left edge, in pixels. The centre of the first pixel is at 0.5.
+        width: Number of columns of the picture.
+        fov_deg: Horizontal field of view, in degrees within (0, 180).
     """
     share = 2.0 * column / width - 1.0
     return math.degrees(math.atan(share * math.tan(math.radians(fov_deg) / 2.0)))
@@ -205,24 +205,25 @@ def widened_fov(
     *,
     sees_the_sitter: bool = True,
 ) -> float:
-    """Return the part of the panorama, in degrees, that fills a camera's field of view.
+    """Return the field of view in the panorama, in degrees, that fills a camera's field of view.
 
     The probe was at the position of the sitter. The camera is at distance d in front of it, and its
-    background is a plane at distance D behind the sitter, perpendicular to the axis. A point of
-    that plane at x from the axis is at angle b from the camera, tan b = x / (D + d), and at angle a
-    from the probe, tan a = x / D. Hence tan a = tan b (D + d) / D: the camera's picture is a
-    *wider* crop of the panorama. As both are perspective pictures of one plane, they differ only in
-    scale. A camera that looks away from the sitter is closer to its background by d: (D - d) / D.
+    background is a plane at distance D behind the sitter, perpendicular to the axis. A point in
+    that plane at x from the axis is at angle b from the camera, where tan b = x / (D + d), and at
+    angle a from the probe, where tan a = x / D. Hence tan a = tan b (D + d) / D: the camera's
+    picture is a *wider* crop of the panorama. As both are perspective pictures of one plane, they
+    differ only in scale. A camera that looks away from the sitter is closer to its background by d,
+    so the factor is (D - d) / D.
 
     Args:
-        fov_deg: The camera's horizontal field of view, in degrees, in (0, 180).
-        camera_m: d, from the sitter's head to the camera, in metres.
-        background_m: D, from the sitter's head to the background, in metres. It is usually unknown,
-            so the default is `BACKGROUND_M`. Infinity leaves the field of view unchanged.
+        fov_deg: The camera's horizontal field of view, in degrees within (0, 180).
+        camera_m: Distance d from the sitter's head to the camera, in metres.
+        background_m: Distance D from the sitter's head to the background, in metres. It is usually
+            unknown, so the default is `BACKGROUND_M`. Infinity leaves the field of view unchanged.
         sees_the_sitter: Whether the camera looks at the sitter.
 
     Returns:
-        Horizontal field of view in the panorama, in degrees, at most 160.
+        The horizontal field of view in the panorama, in degrees, at most 160.
 
     Examples:
         >>> round(widened_fov(60.0, 1.5, 5.0), 1), widened_fov(60.0, 0.0)

@@ -1,9 +1,10 @@
 """Fit homographies to pairs of points, and check whether a handheld camera could cause them.
 
 A homography is fitted by MAGSAC++ (D. Barath et al., CVPR 2020), then refined on the points that
-agree. Eight numbers can fit many absurd views to a few points. So a homography is accepted only if
-all of the view is in front of the camera, nothing is mirrored or upside down, nothing is stretched
-more than a turning camera could cause, and the points determine the view's corners precisely.
+agree. A homography has eight free numbers, which can fit many absurd views to a few points. It is
+therefore accepted only if the whole view is in front of the camera, nothing is mirrored or upside
+down, nothing is stretched more than a turning camera could cause, and the points determine the
+corners of the view precisely.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ import numpy as np
 from app.core.base.arrays import Bools, Float32, Float64
 
 Size: TypeAlias = tuple[int, int]
-"""Columns and rows."""
+"""Number of columns and rows."""
 
 LEAST_INLIERS: Final = 12
-"""Minimum number of agreeing points; fewer may agree by chance."""
+"""Minimum number of agreeing points. Fewer points may agree by chance."""
 
 _REPROJECTION: Final = 0.008  # of the picture's width
 _ITERATIONS: Final = 3000
@@ -43,15 +44,15 @@ _LEAST_OVERLAP: Final = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """Alignment of a view with a target.
+    """The alignment of a view with a target.
 
     Attributes:
         homography: (3, 3) float64. Maps the view's pixels to the target's, with 1 as the bottom
-            right element. (0, 0) is the corner of the first pixel. None if unsure.
+            right element, or None if unsure. (0, 0) is the corner of the first pixel.
         inliers: Number of points that agree.
         overlap: Fraction of the target that the view covers, 0 to 1.
-        turn_error_deg: Rest of the turn (goal minus view), in degrees, positive clockwise, or None
-            if unsure.
+        turn_error_deg: Remaining turn (goal minus view), in degrees, positive clockwise, or None if
+            unsure.
         confidence: Confidence in the alignment, 0 to 1.
     """
 
@@ -64,7 +65,7 @@ class Alignment:
 
 
 UNSURE: Final = Alignment("unsure", None, 0, 0.0, None, 0.0)
-"""An alignment without a match."""
+"""The alignment if there is no match."""
 
 
 def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignment:
@@ -72,7 +73,7 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
 
     Args:
         start, stop: (N, 2) float32. Positions in the view and in the target, in pixels.
-        sizes: Columns and rows of view and target.
+        sizes: Columns and rows of the view, followed by those of the target.
     """
     if len(start) < LEAST_INLIERS:
         return UNSURE
@@ -99,16 +100,16 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
 
 
 def sound(matrix: Float64, size: Size, target: Size) -> bool:
-    """Return whether the turn of a handheld camera could cause a homography.
+    """Return whether a homography could result from the turn of a handheld camera.
 
     Args:
         matrix: (3, 3) float64. Maps the view's pixels to the target's.
         size, target: Columns and rows of the view and of the target.
 
     Returns:
-        False if any of the view is mirrored, folded over or at infinity, if it is turned in its
-        plane by more than 40 degrees, or if it is stretched or scaled too much in its middle half
-        or anywhere in the target.
+        False if any part of the view is mirrored, folded over or at infinity, if the view is
+        rotated in its plane by more than 40 degrees, or if it is stretched or scaled too much in
+        its middle half or anywhere in the target.
     """
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
         return False
@@ -167,8 +168,8 @@ def _refined(
 ) -> Float64 | None:
     """Refine the fit to the agreeing points, or return None if the corners remain uncertain.
 
-    The fit uses Gauss-Newton on the first eight elements, with weights that depend on the spread
-    of the residuals. The remaining error is propagated to the corners.
+    The first eight elements are fitted by Gauss-Newton, with weights that depend on the spread of
+    the residuals. The remaining error is propagated to the corners.
     """
     width = float(sizes[1][0])
     unit = np.diag([1.0 / width, 1.0 / width, 1.0])
@@ -195,7 +196,7 @@ def _refined(
 
 
 def by_elements(matrix: Float64, points: Float64) -> Float64:
-    """Return derivatives, (2 N, 8), of points, (N, 2), with respect to the first eight elements."""
+    """Return the derivatives of mapped points, (2 N, 8), by the matrix's first eight elements."""
     full = np.column_stack([points, np.ones(len(points))])
     depth = (full @ matrix[2])[:, None]
     place = apply_homography(matrix, points)
@@ -229,7 +230,7 @@ def _slopes(matrix: Float64, points: Float64) -> Float64:
 def _moderate(
     matrix: Float64, points: Float64, scales: tuple[float, float], stretch: float
 ) -> bool:
-    """Return whether the scale and stretch around some points are within limits."""
+    """Return whether the scale and the stretch around the given points are within limits."""
     if len(points) == 0:
         return True
     large, small = np.linalg.svd(_slopes(matrix, points), compute_uv=False).T
@@ -239,24 +240,24 @@ def _moderate(
 
 
 def corners_of(size: Size) -> Float64:
-    """Return a picture's corners, (4, 2), in pixels, clockwise from the top left.
+    """Return the corners of a picture in pixels, (4, 2), clockwise from the top left.
 
     Args:
-        size: Columns and rows of the picture.
+        size: Number of columns and rows of the picture.
     """
     width, height = size
     return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
 
 
 def _grid(size: Size, count: int = 9) -> Float64:
-    """Return points evenly spread over a picture, (count², 2)."""
+    """Return points that are evenly spread over a picture, (count², 2)."""
     step = (np.arange(count) + 0.5) / count
     x, y = np.meshgrid(step * size[0], step * size[1])
     return np.column_stack([x.ravel(), y.ravel()])
 
 
 def _back(matrix: Float64, places: Float64, size: Size) -> Float64:
-    """Map target positions back to the view, and return those inside it."""
+    """Map positions in the target back to the view, and return those inside the view."""
     full = np.column_stack([places, np.ones(len(places))]) @ np.linalg.inv(matrix).T
     ahead = full[:, 2] > 1e-9
     points = full[ahead, :2] / full[ahead, 2:]
@@ -265,7 +266,7 @@ def _back(matrix: Float64, places: Float64, size: Size) -> Float64:
 
 
 def scaled(matrix: Float64) -> Float64:
-    """Return the same homography with 1 at the bottom right.
+    """Return the same homography with 1 as its bottom right element.
 
     Args:
         matrix: (3, 3) float64. Maps pixel (0, 0) to a finite position.

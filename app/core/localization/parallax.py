@@ -1,15 +1,15 @@
 """Find the direction from a camera to the probe's position by parallax.
 
-Each point lies in one plane with its match in the panorama and the direction from the camera to the
-probe. The matches alone therefore determine the camera's rotation and that direction (D. Nister,
-PAMI 2004), and show whether it is the direction of the sitter. For a camera on the line through the
-sitter, it is; for a camera elsewhere, it can be any direction. Both cameras are fitted, and
-`Line.gain` is the number of additional points that the second one explains. A camera at the probe's
-own position has no parallax, so the direction is undetermined, but it is not needed either. The
-lens's residual distortion and the motion of the hand during the sensor's readout are further
-unknowns.
+Each point is in the same plane as its match in the panorama and the direction from the camera to
+the probe. The matches alone therefore determine the camera's rotation and that direction (D.
+Nister, PAMI 2004), and they show whether it is the direction of the sitter. If the camera is on the
+line through the sitter, it is. If the camera is elsewhere, it can be any direction. Both cameras
+are fitted, and `Line.gain` is the number of additional points that the second one explains. A
+camera at the probe's own position has no parallax, so the direction is undetermined, but it is not
+needed either. The residual distortion of the lens and the motion of the hand during the sensor's
+readout are further unknowns.
 
-The camera's axes are right, down and forward; those of the panorama are as in
+The camera's axes point right, down and forward. Those of the panorama are as in
 `app.core.base.sphere`.
 """
 
@@ -64,18 +64,18 @@ class Line:
     """A camera on the line to the sitter.
 
     Attributes:
-        rotation: (3, 3) float64. Rotation from the camera's axes to the panorama's.
-        lens: (3,) float64. Logarithm of the scale of the picture plane, distortion, and skew.
+        rotation: (3, 3) float64. Rotation from the camera's axes to the panorama's axes.
+        lens: (3,) float64. Logarithm of the picture plane's scale, distortion, and skew.
         probe: (2,) float64. Position of the probe in the picture plane.
-        inside: (N,) bool. Points that agree.
+        inside: (N,) bool. True for the points that agree.
         error_rad: Standard error of the heading, in radians.
         agree: Weighted number of points that agree.
         gain: Number of additional points that a camera elsewhere explains.
-        aside: Cost of the sitter's direction minus the cost of such a camera, in points, at least
-            0.
-        loose_rad: Standard deviation of the probe's direction as determined by the points alone, or
-            0 if there is no parallax, in which case it does not matter.
-        flat: Fraction of the agreeing points that lie in one plane, 0 to 1. A camera elsewhere with
+        aside: Cost of assuming the sitter's direction minus the cost of such a camera, in points,
+            at least 0.
+        loose_rad: Standard deviation of the probe's direction as determined by the points alone, in
+            radians, or 0 if there is no parallax, in which case the direction does not matter.
+        flat: Fraction of the agreeing points that are in one plane, 0 to 1. A camera elsewhere with
             another lens could show the same plane.
     """
 
@@ -93,7 +93,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Solution:
-    """A rotation, a lens, the direction to the probe in camera axes, and their fit."""
+    """A rotation, a lens, the direction to the probe in the camera's axes, and their fit."""
 
     rotation: Float64
     lens: Float64
@@ -106,7 +106,7 @@ class _Solution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Pairs:
-    """Points of the picture plane and of the panorama, and the uncertainty of the lens."""
+    """Points in the picture plane and in the panorama, and the uncertainty of the lens."""
 
     rays: Float64
     bearings: Float64
@@ -121,7 +121,7 @@ class _Pairs:
 
 
 def straightened(rays: Float64, lens: Float64) -> Float64:
-    """Correct points of the picture plane, (N, 2), for the lens and the motion of the hand."""
+    """Correct points in the picture plane, (N, 2), for the lens and the motion of the hand."""
     plain = rays * math.exp(lens[0])
     flat = plain * (1.0 + lens[1] * (plain**2).sum(axis=1, keepdims=True))
     flat[:, 0] += lens[2] * plain[:, 1]
@@ -141,9 +141,9 @@ def lined_up(
     """Find the best camera on the line to the sitter, and compare it with an unconstrained camera.
 
     Args:
-        poses: Poses to start from.
-        rays, bearings: (N, 2) and (N, 3) float64. As in `app.core.localization.rotation.fit`: all
-            matches, right and wrong.
+        poses: Poses from which to start.
+        rays, bearings: (N, 2) and (N, 3) float64. As in `app.core.localization.rotation.fit`. They
+            contain all matches, right and wrong.
         ratio: (N,) float32. Ratios of the matches, from `app.core.localization.features.pair`.
         aims: Possible directions of the probe.
         scale: Spread of the logarithm of the lens's scale.
@@ -213,7 +213,7 @@ def _aimed(
 
 
 def _best(ways: list[_Solution]) -> list[_Solution]:
-    """Choose the best solutions that differ from each other."""
+    """Choose the best solutions that differ from one another."""
     picks: list[_Solution] = []
     for one in sorted(ways, key=_worth, reverse=True):
         if all(
@@ -229,7 +229,7 @@ def _best(ways: list[_Solution]) -> list[_Solution]:
 def _settled(
     pairs: _Pairs, start: _Solution, aim: Aim | None = None, rounds: int = _ROUNDS
 ) -> _Solution:
-    """Fit by Gauss-Newton with robust weights, from loose to strict."""
+    """Fit by Gauss-Newton with robust weights that become progressively stricter."""
     state = start
     for step in range(rounds + 1):
         noise = _NOISE * max(rounds - 2.0 - step, 1.0)
@@ -263,7 +263,7 @@ def _add_step(state: _Solution, change: Float64) -> _Solution:
 
 
 def _out_of_plane(pairs: _Pairs, state: _Solution) -> tuple[Float64, Float64]:
-    """Return the points' angles out of the common plane, (N,), and their derivatives, (N, 8)."""
+    """Return the points' angles from the common plane, (N,), and their derivatives, (N, 8)."""
     full, there, way = _full(pairs, state), pairs.bearings @ state.rotation, state.way
     size = _scale_of(full, there, way)[:, None]
     normal = _cross(there, way) / size
@@ -283,8 +283,8 @@ def _out_of_plane(pairs: _Pairs, state: _Solution) -> tuple[Float64, Float64]:
 def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
     """Return the divisor that converts a distance from the common plane to an angle, (N,).
 
-    If a point is closer to the direction to the probe than its match is, by more than usual, an
-    error of the point turns the match further around that direction.
+    If a point is closer than usual to the direction of the probe, compared with its match, an error
+    of the point turns the match further around that direction.
     """
     here, beyond = (np.linalg.norm(_cross(way, one), axis=1) for one in (full, there))
     here = np.maximum(here, _NEAR)
@@ -294,7 +294,7 @@ def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
 
 
 def _priors(pairs: _Pairs, state: _Solution, aim: Aim | None) -> list[tuple[Float64, float, float]]:
-    """Return the priors: a row of the unknowns, its deviation, and its spread."""
+    """Return the priors, each as a row of the unknowns, its deviation and its spread."""
     rows = []
     for number, spread in enumerate((pairs.scale, _BEND, _SKEW)):
         rows.append((np.eye(8)[3 + number], float(state.lens[number]), spread))
@@ -310,7 +310,7 @@ def _priors(pairs: _Pairs, state: _Solution, aim: Aim | None) -> list[tuple[Floa
 
 
 def _in_front(pairs: _Pairs, state: _Solution, normal: Float64) -> Bools:
-    """Return a mask of points in front of both cameras, or with too little parallax to decide."""
+    """Return a mask of points in front of both cameras, or with too little parallax to tell."""
     full, there, way = _full(pairs, state), pairs.bearings @ state.rotation, state.way
     length = np.linalg.norm(full, axis=1)
     shift = _cross(full, there)
@@ -352,7 +352,7 @@ def _unmoved(pairs: _Pairs, start: _Solution, lens_known: bool) -> _Solution:
 
 
 def _sampled(pairs: _Pairs, rotation: Float64, ratio: Float32) -> list[_Solution]:
-    """Find cameras in any position, from random samples of five certain points."""
+    """Find cameras at any position, from random samples of five reliable points."""
     there = pairs.bearings @ rotation
     rows = np.flatnonzero((there[:, 2] > 1.5 * _AHEAD) & (ratio < 0.8))
     if len(rows) < _LEAST:
@@ -413,7 +413,7 @@ def _beside(way: Float64) -> tuple[Float64, Float64]:
 
 
 def _cross(first: Float64, second: Float64) -> Float64:
-    """Return the cross product of vectors, (..., 3), five times as fast as `numpy.cross`."""
+    """Return the cross products of vectors, (..., 3), five times as fast as `numpy.cross`."""
     a, b, c = first[..., 0], first[..., 1], first[..., 2]
     x, y, z = second[..., 0], second[..., 1], second[..., 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)

@@ -1,8 +1,8 @@
-"""Check a photo: read it, locate it, and measure how far it missed the light.
+"""Check a photo: read it, locate it, and measure how far it is from the light.
 
-A photo is like a live picture with more pixels and more information: EXIF gives its orientation,
-its time and its field of view. A photo that cannot be located with that field of view is searched
-for without it. It must then have been cropped, since nothing makes a picture wider than its lens.
+A photo is like a live picture with more pixels and more information: EXIF provides its orientation,
+time and field of view. If a photo cannot be located with that field of view, the search is repeated
+without it. Such a photo must have been cropped, since nothing makes a picture wider than its lens.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from app.core.solver.style_result import StyleResult
 from app.core.text import tr
 
 Photo = PictureFile
-"""A photo, upright and reduced to a working size."""
+"""An upright photo, reduced to a working size."""
 
 PHOTO_ENDINGS: Final = RAW_ENDINGS | {
     *(".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif")
@@ -69,18 +69,19 @@ _NEARER: Final = 0.97  # objects never look smaller from the probe, so the lens 
 
 @dataclass(frozen=True, slots=True)
 class PhotoLocation:
-    """Direction in which a photo was taken.
+    """The direction in which a photo was taken.
 
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, in degrees, or None if unsure.
         facing_deg: Panorama azimuth that the sitter faced, in degrees, or None if unsure. The turn
             is this azimuth minus the photographer's azimuth at turn 0.
         sitter_deg: Angle of the sitter from the axis, in degrees, positive to the right, or None if
-            no sitter was detected, in which case the middle is assumed.
-        fov_deg: Horizontal field of view, in degrees, stated or estimated, or None if unsure.
+            no sitter was detected, in which case a sitter in the centre is assumed.
+        fov_deg: Horizontal field of view, in degrees, either recorded or estimated, or None if
+            unsure.
         confidence: Confidence in the result, 0 to 1.
-        mirrored: Whether only the photo's mirror image shows this place, in which case the angles
-            are those of the mirror image.
+        mirrored: Whether only the photo's mirror image shows this place. If so, the angles are
+            those of the mirror image.
     """
 
     status: Literal["found", "unsure"]
@@ -94,12 +95,13 @@ class PhotoLocation:
 
 @dataclass(frozen=True, slots=True)
 class PhotoSearch:
-    """Result of searching for a photo.
+    """The result of searching for a photo in a panorama.
 
     Attributes:
-        sitter: The sitter with whom the heading was found, in the unmirrored frame, or None if it
-            was found without a sitter.
-        stated_deg: Field of view stated in EXIF, in degrees, if it cannot be right, otherwise None.
+        sitter: The sitter used in finding the heading, in the unmirrored frame, or None if the
+            heading was found without a sitter.
+        stated_deg: Field of view recorded in EXIF, in degrees, if it cannot be right, otherwise
+            None.
     """
 
     heading: Heading
@@ -110,12 +112,12 @@ class PhotoSearch:
 
 @dataclass(frozen=True, slots=True)
 class ShotVerdict:
-    """Distance of a photo from the light, as shown on screen.
+    """How far a photo is from the light, as shown on screen.
 
     Attributes:
         turn_deg, goal_deg: Turns of the photo and of the goal, in whole degrees.
-        to_go_deg: goal - turn by the shorter way, positive clockwise.
-        outside_deg: Whole degrees to the arc, or 0 inside it.
+        to_go_deg: Goal minus turn in the shorter direction, in degrees, positive clockwise.
+        outside_deg: Distance to the arc in whole degrees, or 0 inside the arc.
         match, best: Match at this turn and at the best turn, 0 to 100.
     """
 
@@ -128,7 +130,7 @@ class ShotVerdict:
 
 
 def is_panorama(path: Path) -> bool:
-    """Return whether a file has the shape of a whole panorama, without decoding its pixels.
+    """Return whether a file has the proportions of a whole panorama, without decoding its pixels.
 
     Raises:
         CoreError: If the file cannot be read.
@@ -180,7 +182,7 @@ def locate_photo(
 
 
 def lens_azimuth(location: PhotoLocation, face: Face, columns: int) -> float | None:
-    """Return the panorama azimuth of the lens as seen from a face, or None if not located.
+    """Return the panorama azimuth of the lens as seen from a face, or None if it is unknown.
 
     Args:
         columns: Width of the picture that contains the face.
@@ -201,11 +203,11 @@ def search_photo(
     *,
     mirrored: bool | None = None,
 ) -> PhotoSearch:
-    """Search for a photo in the panorama, first with all metadata, then with less of it.
+    """Search for a photo in the panorama, first with all of its metadata and then with less.
 
     Args:
-        fov_deg: Horizontal field of view, in degrees, if the user stated it. The field of view in
-            EXIF is only tried first, as the photo may have been cropped.
+        fov_deg: Horizontal field of view, in degrees, if the user entered it. A field of view from
+            EXIF is only tried first, because the photo may have been cropped.
         mirrored: Whether the photo is a mirror image, or None to try both.
 
     Raises:
@@ -241,7 +243,7 @@ def search_photo(
 
 @dataclass(slots=True)
 class _Trials:
-    """Results so far for a photo, with or without a field of view stated in EXIF."""
+    """The results so far for a photo, with or without a field of view recorded in EXIF."""
 
     stated_deg: float | None
     best: PhotoSearch = field(default_factory=lambda: PhotoSearch(UNSURE))
@@ -253,7 +255,7 @@ class _Trials:
     def ends(
         self, match: HeadingMatch, width: float | None, sitter: Sitter | None, mirrored: bool
     ) -> bool:
-        """Add a result, and return whether it is the last."""
+        """Add a result, and return whether it is the last one."""
         search = PhotoSearch(self._judge(match, width, sitter), sitter, mirrored)
         evidence = match.evidence
         if self.stated_deg is not None and width is None:
@@ -296,10 +298,11 @@ def _alike(one: Heading, other: Heading) -> bool:
 
 
 def _with_agreement(search: PhotoSearch, stated_deg: float, is_explained: bool) -> PhotoSearch:
-    """Compare an estimated field of view with the one stated in EXIF.
+    """Compare an estimated field of view with the one recorded in EXIF.
 
-    The stated field of view was tried before. So a different result needs more confidence, and no
-    camera with the stated lens, in any position, may explain the picture better.
+    The recorded field of view has already been tried. A different result therefore needs more
+    confidence, and no camera with the recorded lens, at any position, may explain the picture
+    better.
     """
     heading = search.heading
     if heading.heading_deg is None:
@@ -318,7 +321,7 @@ def _refusal(heading: Heading) -> Heading:
 
 
 def _as_stored(search: PhotoSearch) -> PhotoSearch:
-    """Return the search result with the roll of the unmirrored photo."""
+    """Return the search result with the roll angle of the unmirrored photo."""
     if not search.mirrored:
         return search
     heading = search.heading
@@ -348,7 +351,7 @@ def _angle(sitter: Sitter | None, fov_deg: float) -> float | None:
 
 
 def judge(turn_deg: float, goal: Goal, result: StyleResult) -> ShotVerdict:
-    """Return how far a turn misses the light.
+    """Return how far a turn is from the light.
 
     Args:
         turn_deg: Turn of the photo, in degrees.

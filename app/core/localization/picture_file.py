@@ -1,6 +1,6 @@
-"""Read picture files within size limits, turned upright, with time and lens from EXIF.
+"""Read picture files within size limits, turn them upright, and read time and lens from EXIF.
 
-Files are untrusted: the size is checked before anything is decoded, only regular files are opened,
+Files are untrusted. The size is checked before anything is decoded, only regular files are opened,
 and truncated files are reported.
 """
 
@@ -60,10 +60,10 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
 
     Args:
         path: OpenEXR or Radiance environment, or a JPEG, PNG or TIFF picture of a whole
-            equirectangular panorama. The panorama is levelled if its metadata record the tilt.
+            equirectangular panorama. The panorama is levelled if its metadata record a tilt.
 
     Returns:
-        (H, 2 H, 3) uint8. sRGB, 512 to 4,096 columns.
+        (H, 2 H, 3) uint8. sRGB picture, 512 to 4,096 columns wide.
 
     Raises:
         CoreError: If the file is missing, damaged, too large, too small, or not a whole panorama.
@@ -88,16 +88,16 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
 
 
 def shows_circles(file: Path, token: Token | None = None) -> bool:
-    """Return whether a picture, of any proportions, shows two unstitched fisheye circles.
+    """Return whether a picture of any proportions shows two unstitched fisheye circles.
 
     Raises:
-        CoreError, Cancelled: As for `read_picture`.
+        CoreError, Cancelled: As in `read_picture`.
     """
     return find_circles(read_picture(file, _CIRCLED, token).picture) is not None
 
 
 def _is_picture(file: Path) -> bool:
-    """Return True if a file starts like an ordinary picture or cannot be read."""
+    """Return True if a file starts like an ordinary picture or if it cannot be read."""
     try:
         with open_file(file) as stream:
             return stream.read(8).startswith(_PICTURES)
@@ -146,7 +146,7 @@ _FOCAL: Final = "Exif:FocalLengthIn35mmFilm"
 RAW_ENDINGS: Final = frozenset(
     {".nef", ".nrw", ".cr2", ".cr3", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"}
 )
-"""Suffixes of raw files. Only their preview is read."""
+"""Suffixes of raw files. Only the preview in such a file is read."""
 _JPEG: Final = b"\xff\xd8\xff"
 _FRAMES: Final = (0xC0, 0xC1, 0xC2)  # baseline and progressive
 _LOSSLESS: Final = (0xC3, 0xC7, 0xCB, 0xCF)
@@ -168,14 +168,14 @@ class PictureFile:
     """A picture prepared for viewing.
 
     Attributes:
-        picture: (H, W, 3) uint8. sRGB, turned upright by its EXIF orientation.
-        size: Columns and rows of the upright picture in the file. They are larger than those of
-            `picture` if it was reduced.
-        taken_at: Time in EXIF, or None if not recorded.
-        focal_mm: Equivalent focal length on a frame of 36 x 24 mm, or None if not recorded.
+        picture: (H, W, 3) uint8. sRGB, turned upright according to its EXIF orientation.
+        size: Number of columns and rows of the upright picture in the file. They exceed those of
+            `picture` if the picture was reduced.
+        taken_at: Time recorded in EXIF, or None if there is none.
+        focal_mm: Equivalent focal length on a frame of 36 x 24 mm, or None if it is not recorded.
         front_camera: Whether the file names a phone's front camera, whose pictures may be saved
             mirrored.
-        flash: Whether a flash fired, or None if not recorded.
+        flash: Whether a flash fired, or None if this is not recorded.
     """
 
     picture: Bytes = field(repr=False)
@@ -192,9 +192,9 @@ class PictureFile:
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view in degrees, from the focal length. Wrong for a cropped picture.
+        """Horizontal field of view, in degrees, from the focal length. Wrong for cropped pictures.
 
-        The focal length refers to the frame's diagonal (CIPA DCG-001).
+        The focal length refers to the diagonal of the frame (CIPA DCG-001).
         """
         if self.focal_mm is None:
             return None
@@ -203,7 +203,7 @@ class PictureFile:
 
     @property
     def focal_px(self) -> float | None:
-        """Focal length in pixels of `picture`."""
+        """The focal length, in pixels of `picture`."""
         fov = self.fov_deg
         half = None if fov is None else math.tan(math.radians(fov) / 2)
         return None if half is None else self.picture.shape[1] / 2 / half
@@ -213,10 +213,10 @@ def picture_size(path: Path | str) -> tuple[int, int]:
     """Read the size of a picture without decoding its pixels.
 
     Returns:
-        Columns and rows as stored.
+        The number of columns and rows, as stored.
 
     Raises:
-        CoreError: As for `read_picture`.
+        CoreError: As in `read_picture`.
     """
     with _open(Path(path)) as source:
         spec = source.spec()
@@ -224,16 +224,16 @@ def picture_size(path: Path | str) -> tuple[int, int]:
 
 
 def read_picture(path: Path | str, longest: int = 0, token: Token | None = None) -> PictureFile:
-    """Read a picture.
+    """Read a picture, and reduce it if fewer pixels are enough.
 
     Args:
-        path: JPEG, PNG, TIFF, WebP or BMP with 8 or 16 bits, in colour or grey, or a raw file with
-            a preview.
+        path: JPEG, PNG, TIFF, WebP or BMP file with 8 or 16 bits, in colour or greyscale, or a raw
+            file with a preview.
         longest: Sufficient length of the longer side, in pixels, or 0 to keep all pixels.
 
     Raises:
-        CoreError: If the file is missing, not a regular file, not a picture of these kinds,
-            damaged, too small or too large.
+        CoreError: If the file is missing, is not a regular file, is not a picture of these kinds,
+            or is damaged, too small or too large.
         Cancelled: If the token is cancelled.
     """
     path = Path(path)
@@ -264,7 +264,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
 
 @contextlib.contextmanager
 def _open(path: Path) -> Iterator[ImageInput]:
-    """Open a picture after checking its size and format, without decoding its pixels yet."""
+    """Open a picture after checking its size and format, without decoding any pixels."""
     _check_file(path)
     with tempfile.TemporaryDirectory() if _is_raw(path) else nullcontext("") as folder:
         picture_path = _preview(path, Path(folder)) if folder else path
@@ -288,7 +288,7 @@ def _is_raw(path: Path) -> bool:
 
 
 def _preview(path: Path, folder: Path) -> Path:
-    """Save the largest JPEG of a camera's raw file in a folder."""
+    """Save the largest JPEG in a camera's raw file to a folder."""
     preview = folder / "preview.jpg"
     with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
         preview.write_bytes(_largest_jpeg(path))
@@ -345,7 +345,7 @@ def _check_file(path: Path) -> None:
 
 
 def _check_head(path: Path) -> None:
-    """Raise an error with advice for phone formats that the program cannot read."""
+    """Raise an error with advice if a file has a phone format that the program cannot read."""
     with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
         head = read_start(path, _HEAD_BYTES)
     # ISO base media file: starts with a box "ftyp" and the brands (ISO 23008-12).
@@ -409,7 +409,7 @@ def _small(picture: Bytes, longest: int) -> Bytes:
 
 
 def _raw_said(path: Path) -> dict[str, Any]:
-    """Return the tags of the raw file itself if it is a TIFF, since previews often have none."""
+    """Return the tags of the raw file itself if it is a TIFF, since previews often have no tags."""
     source = open_image(path)
     if source is None:
         return dict.fromkeys(_TAGS)
@@ -423,7 +423,7 @@ def _metadata(spec: Any) -> dict[str, Any]:
 
 
 def _time(words: Any, offset: Any) -> datetime | None:
-    """Parse an EXIF time, with its offset from UTC if it is stated."""
+    """Parse an EXIF time and its offset from UTC, if one is recorded."""
     for text, form in ((f"{words}{offset}", "%Y:%m:%d %H:%M:%S%z"), (words, "%Y:%m:%d %H:%M:%S")):
         with contextlib.suppress(ValueError):
             return datetime.strptime(str(text).strip("\0 "), form)

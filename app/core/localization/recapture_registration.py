@@ -1,19 +1,20 @@
 """Align a second capture at the same spot with the first.
 
-A camera is never put back in exactly the same position. The turn between two captures is found from
-the objects that both show, so that the azimuth of the photographer and every marked turn stay where
-they are in the world.
+A camera is never put back in exactly the same position. The turn between two captures is determined
+from the objects that both show, so that the azimuth of the photographer and every marked turn keep
+their directions in the world.
 
-RootSIFT features (Lowe 2004; Arandjelovic and Zisserman 2012) are found on the equirectangular
-pictures themselves: both cameras are upright, so an object appears at about the same height in both
-and is stretched alike. Contrast is equalised first (CLAHE), so that exposure and a moved sun matter
-little.
+RootSIFT features (Lowe 2004; Arandjelovic and Zisserman 2012) are detected in the equirectangular
+pictures themselves. Both cameras are upright, so an object appears at about the same height in both
+pictures and is stretched in the same way. Contrast is equalised first (CLAHE), which makes
+differences in exposure and in the position of the sun matter little.
 
 A rotation is found from random pairs (RANSAC, Fischler and Bolles 1981) and refined on all pairs
-that roughly fit. A camera that was moved by a few centimetres sees near objects shifted by several
-degrees, which no rotation fits. But each pair of directions still lies in one plane with the
-direction of the camera's move (the epipolar constraint, Longuet-Higgins 1981): t . (a x R b) = 0.
-Rotation R and the direction of the move t are fitted to that by Gauss-Newton with Tukey's weights.
+that roughly fit. For a camera that was moved by a few centimetres, near objects are shifted by
+several degrees, which no rotation fits. Each pair of directions is still in one plane with the
+direction in which the camera moved (the epipolar constraint, Longuet-Higgins 1981):
+t . (a x R b) = 0. The rotation R and the direction of the move t are fitted to this constraint by
+Gauss-Newton with Tukey's weights.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ _SECTORS: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class PanoramaPose:
-    """A rotation from the second panorama to the first, and the evidence for it."""
+    """The rotation from the second panorama to the first, and the evidence for it."""
 
     rotation: Float64  # (3, 3), from directions in the second panorama to directions in the first
     error_deg: float  # standard error, in degrees: jackknife over eight sectors of the horizon
@@ -106,14 +107,14 @@ def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
 
 
 def _triads(first: Float64, second: Float64) -> Float64:
-    """Return axes built from two directions, (N, 3, 3), one axis per column."""
+    """Return coordinate axes built from two directions, (N, 3, 3), one axis per column."""
     across = np.cross(first, second)
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     return np.stack([first, np.cross(across, first), across], axis=-1)
 
 
 def _angles(a: Float64, b: Float64) -> Float64:
-    """Return the angles between unit vectors, (N,), in degrees."""
+    """Return the angles between pairs of unit vectors, (N,), in degrees."""
     chord = np.linalg.norm(a - b, axis=1)
     return np.asarray(np.degrees(2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))), np.float64)
 
@@ -160,7 +161,7 @@ def _linear(
 
 
 def _solve(slopes: Float64, error: Float64, weights: Float64) -> Float64:
-    """Solve for a damped step, since the move's direction is arbitrary if there was no move."""
+    """Solve for a damped step. If there was no move, the direction of the move is arbitrary."""
     normal = (slopes * weights[:, None]).T @ slopes
     damping = 1e-6 * len(error) * np.ones(5)
     damping[3:] += 1e-3 * float(np.trace(normal[3:, 3:])) + 1e-9
@@ -214,17 +215,17 @@ _RATIO: Final = 0.85
 
 @dataclass(frozen=True, slots=True)
 class PanoramaFeatures:
-    """Feature points of a panorama."""
+    """The feature points of a panorama."""
 
     vectors: Float64  # (N, 3), unit vectors in the panorama axes of `app.core.base.sphere`
     descriptors: Float32  # (N, 128), RootSIFT, of length 1
 
 
 def features(picture: Bytes) -> PanoramaFeatures:
-    """Find features in a panorama.
+    """Find the features in a panorama.
 
     Args:
-        picture: (h, 2 h, 3) uint8. sRGB, of any size. It is searched at 1024 x 512.
+        picture: (h, 2 h, 3) uint8. sRGB picture of any size. It is searched at 1024 x 512.
     """
     shape = picture.shape
     if picture.dtype != np.uint8 or len(shape) != 3 or shape[2] != 3 or shape[1] != 2 * shape[0]:
@@ -249,11 +250,11 @@ def features(picture: Bytes) -> PanoramaFeatures:
 
 
 def matched(first: PanoramaFeatures, second: PanoramaFeatures) -> tuple[Float64, Float64]:
-    """Match features of two panoramas, keeping only pairs that are each other's best match.
+    """Match the features of two panoramas, keeping only pairs that are each other's best match.
 
     Returns:
-        Two arrays, (M, 3) float64, of unit vectors to the same objects in the first and the second
-        panorama.
+        Two arrays, (M, 3) float64, with unit vectors to the same objects in the first and the
+        second panorama.
     """
     if len(first.vectors) < 2 or len(second.vectors) < 2:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -285,7 +286,7 @@ _TILTED_DEG: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Registration:
-    """Alignment of a second capture with the first."""
+    """The alignment of a second capture with the first."""
 
     # clockwise turn (from above) of the second camera relative to the first, in degrees within
     # (-180, 180]: azimuth a in the second is a + yaw in the first; 0 if not trusted
@@ -309,7 +310,7 @@ class Registration:
 
     @property
     def tilted(self) -> bool:
-        """Whether the camera's lean differed by more than the measurement error."""
+        """Whether the camera's tilt differed by more than the measurement error."""
         return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:
@@ -320,11 +321,11 @@ class Registration:
 def register_again(first: Bytes, second: Bytes) -> Registration:
     """Align a second panorama of a spot with the first.
 
-    The result is not trusted if the two show different places, or share too few objects.
+    The result is not trusted if the two panoramas show different places or share too few objects.
 
     Args:
-        first, second: (h, 2 h, 3) uint8. sRGB display panoramas of any size. Exposure, light and
-            yaw may differ, the tilt must be small, and the camera may have moved by a few
+        first, second: (h, 2 h, 3) uint8. sRGB display panoramas of any size. Their exposure, light
+            and yaw may differ, their tilt must be small, and the camera may have moved by a few
             centimetres.
     """
     pose = find_pose(*matched(features(first), features(second)))

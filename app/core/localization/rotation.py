@@ -1,16 +1,17 @@
 """Find a camera's rotation from points that it shares with a panorama taken at the sitter.
 
 The camera is some distance away and looks at the position of the probe, so its picture is not just
-a rotated one: objects have moved. But its centre lies on the line through the sitter, and a point
-of the scene, the probe and the camera span a plane that contains this line. Seen along the line to
-the sitter, a point therefore stays *in the same direction from the sitter* and only moves closer to
-them, by the factor z / (z + d) for a point at z behind the sitter and a camera at d in front. For
-the points of one plane, 1 + d / z is a linear function of the position in the picture. The fit uses
-this. Its unknowns are a rotation, that linear function, and the position in the picture of the line
-to the sitter, which is known about as well as a detector finds a face. Residuals count across the
-line to the sitter and hardly along it, where the depth of each point may differ from the plane's.
+a rotated one: objects have shifted. Its centre is on the line through the sitter, however, and a
+point in the scene, the probe and the camera span a plane that contains this line. Seen along the
+line to the sitter, a point therefore stays *in the same direction from the sitter* and only moves
+closer to them, by the factor z / (z + d) for a point at z behind the sitter and a camera at d in
+front. For the points in one plane, 1 + d / z is a linear function of the position in the picture.
+The fit uses this property. Its unknowns are a rotation, that linear function, and the position in
+the picture of the line to the sitter, which is known about as precisely as a detector finds a face.
+Residuals across the line to the sitter count fully. Those along it hardly count, because the depth
+of each point may differ from that of the plane.
 
-The camera's axes are right, down and forward.
+The camera's axes point right, down and forward.
 """
 
 from __future__ import annotations
@@ -51,9 +52,9 @@ class Outlook:
         sitter: Position of the line to the probe in the picture plane, x / z, positive to the
             right.
         sitter_spread: Standard deviation of `sitter`.
-        zoom: Smallest and largest enlargement of the picture plane: 1 + d / z, times the error of
-            the field of view.
-        likely: Most likely enlargement and its standard deviation.
+        zoom: Smallest and largest enlargement of the picture plane, which is 1 + d / z times the
+            error of the field of view.
+        likely: Most likely enlargement, and its standard deviation.
         sitter_known: Whether `sitter` was measured rather than assumed.
     """
 
@@ -66,15 +67,15 @@ class Outlook:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraPose:
-    """A camera's rotation.
+    """The rotation of a camera.
 
     Attributes:
         rotation: (3, 3) float64. Rotation from the camera's axes (right, down and forward) to the
-            panorama's.
+            panorama's axes.
         sitter: (2,) float64. Position of the line to the probe in the picture plane.
-        plane: (3,) float64. Enlargement minus 1 in the middle of the picture, and its slopes to the
+        plane: (3,) float64. Enlargement minus 1 in the centre of the picture, and its slopes to the
             right and down.
-        inside: (N,) bool. Points that agree.
+        inside: (N,) bool. True for the points that agree.
         error_rad: Standard error of the heading, in radians.
     """
 
@@ -86,21 +87,21 @@ class CameraPose:
 
     @property
     def zoom(self) -> float:
-        """Angles in the panorama divided by those in the picture, at the picture's middle."""
+        """Angles in the panorama divided by those in the picture, at the centre of the picture."""
         return 1.0 + float(self.plane[0])
 
     @property
     def angles_deg(self) -> tuple[float, float, float]:
-        """Heading, pitch (positive up) and roll (positive clockwise), in degrees."""
+        """The heading, pitch (positive upwards) and roll (positive clockwise), in degrees."""
         return sphere.angles_of(self.rotation @ _AXES)
 
     def predict(self, rays: Float64) -> Float64:
-        """Predict the directions of `fit`'s points, (N, 3), as unit vectors in camera axes."""
+        """Predict the directions of the points in `fit`, (N, 3), as unit vectors in camera axes."""
         spread = np.maximum(1.0 + self.plane[0] + rays @ self.plane[1:], 0.3)
         return unit_rays(self.sitter + (rays - self.sitter) * spread[:, None])
 
     def zooms(self, rays: Float64, bearings: Float64) -> Float64:
-        """Return the enlargement of each point, measured from the sitter, or nan close to them.
+        """Return the enlargement of each point, measured from the sitter, or NaN close to them.
 
         Args:
             rays: (N, 2) float64. As in `fit`.
@@ -117,7 +118,7 @@ class CameraPose:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
-    """The unknowns of the fit."""
+    """The unknowns in the fit."""
 
     rotation: Float64
     sitter: Float64
@@ -140,10 +141,10 @@ def fit(
     """Find the rotation of a camera that points at the sitter, or beside them.
 
     Args:
-        rays: (N, 2) float64. Points in the camera's picture plane, x / z and y / z (right and
-            down).
-        bearings: (N, 3) float64. The same points in the panorama, as unit vectors in its axes.
-        outlook: Prior knowledge. By default, a sitter in the middle is assumed.
+        rays: (N, 2) float64. Points in the camera's picture plane, x / z (right) and y / z (down).
+        bearings: (N, 3) float64. The same points in the panorama, as unit vectors in its coordinate
+            system.
+        outlook: Prior knowledge. By default, the sitter is assumed to be in the centre.
         tries: Number of random pairs of points to try.
 
     Returns:
@@ -171,7 +172,7 @@ def rescaled(
     Args:
         rays: (N, 2) float64. Points in the picture plane of the old lens.
         bearings: (N, 3) float64. As in `fit`.
-        factor: Scale of the picture plane from the old lens to the new one.
+        factor: Scale factor of the picture plane from the old lens to the new one.
     """
     plane = np.array([pose.zoom / factor - 1.0, *(pose.plane[1:] / factor**2)])
     state = _State(pose.rotation, np.array([outlook.sitter, pose.sitter[1] * factor]), plane)
@@ -189,7 +190,7 @@ def _search(
     """Try pairs of points, each of which determines a rotation and a zoom.
 
     Returns:
-        The best rotation, for a camera with the sitter on its axis, its zoom, and a mask of the
+        The best rotation of a camera that has the sitter on its axis, the zoom, and a mask of the
         points that agree.
     """
     first, second = pairs.T
@@ -226,7 +227,7 @@ def _best(
 def _refine(
     rays: Float64, bearings: Float64, state: _State, inside: Bools, prior: Outlook
 ) -> CameraPose | None:
-    """Refine by Gauss-Newton with robust weights."""
+    """Refine the fit by Gauss-Newton with robust weights."""
     weights = inside.astype(float)
     normal = np.eye(_UNKNOWNS)
     for step in range(_ROUNDS):
@@ -262,9 +263,10 @@ def _priors(state: _State, prior: Outlook) -> tuple[Float64, Float64]:
 
 
 def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64, Float64]:
-    """Linearise the fit: return rows of unknowns (rotation, plane, sitter) and the right-hand side.
+    """Linearise the fit, and return rows of (rotation, plane, sitter) and the right-hand side.
 
-    Each point has two rows, across and along the line to the sitter, divided by their deviations.
+    Each point has two rows, one across and one along the line to the sitter, divided by their
+    deviations.
     """
     px, py = _projected(rotated).T
     x, y = rays.T
@@ -289,7 +291,7 @@ def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64,
 
 
 def _deviation(rays: Float64, rotated: Float64, state: _State) -> Float64:
-    """Return each point's error in standard deviations, infinite behind the camera."""
+    """Return the error of each point in standard deviations, or infinity behind the camera."""
     apart = rays - state.sitter
     spread = 1.0 + state.plane[0] + rays @ state.plane[1:]
     miss = _projected(rotated) - state.sitter - apart * spread[:, None]
@@ -305,7 +307,7 @@ def _projected(rotated: Float64) -> Float64:
 
 
 def _directions(apart: Float64) -> tuple[Float64, Float64, Float64]:
-    """Return unit vectors outward from the sitter and across, (N, 2), and distances, (N,)."""
+    """Return unit vectors away from the sitter and across, (N, 2), and the distances, (N,)."""
     far = np.linalg.norm(apart, axis=1)
     along = apart / np.maximum(far, 1e-9)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -317,14 +319,14 @@ def _along(far: Float64) -> Float64:
 
 
 def unit_rays(rays: Float64, zoom: Float64 | float = 1.0) -> Float64:
-    """Return rays, (..., 2), scaled by a zoom, (...), as unit vectors, (..., 3)."""
+    """Return rays, (..., 2), as unit vectors, (..., 3), after scaling by a zoom, (...)."""
     flat = rays * np.asarray(zoom)[..., None]
     full = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
     return np.asarray(full / np.linalg.norm(full, axis=-1, keepdims=True))
 
 
 def _angle(first: Float64, second: Float64) -> Float64:
-    """Return the angles between unit vectors, in radians, precise even for small angles."""
+    """Return the angles between unit vectors, in radians, with precision even for small angles."""
     return np.asarray(2.0 * np.arcsin(np.clip(np.linalg.norm(first - second, axis=-1) / 2, 0, 1)))
 
 

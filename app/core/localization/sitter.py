@@ -1,16 +1,17 @@
 """Find the sitter's head in a picture.
 
 If a face is visible, its landmarks locate the head (`app.core.faces.finder`). Otherwise, for
-example when the sitter is far away, a small network searches the picture at three sizes for heads
-that roughly face the camera. Each candidate is checked once more in a close-up and its mirror
-image. Errors to one side cancel out, so the result is the *middle of the head*, between the
-ears, and not the middle of the lit half of a face.
+example if the sitter is far away, a small network searches the picture at three sizes for heads
+that roughly face the camera. Each candidate is checked again in a close-up and in the mirror image
+of the close-up. Errors to one side cancel out, so the result is the *centre of the head*, between
+the ears, and not the centre of the lit half of a face.
 
 The network is `resources/sitter/heads.onnx`, trained by `scripts/train_sitter.py` on rendered
 people (see CREDITS.md beside it). Its input is grey values minus their local mean, divided by their
-local deviation, which removes most effects of exposure, white balance and shadow. Seven
-convolutions with rectifiers between them output, for each cell of 8 x 8 pixels, the likelihood that
-it contains the middle of a head, the offset from the cell's centre, and the height of the head.
+local deviation, which removes most effects of exposure, white balance and shadow. It consists of
+seven convolutions with rectifiers between them. For each cell of 8 x 8 pixels, it outputs the
+likelihood that the cell contains the centre of a head, the offset from the centre of the cell, and
+the height of the head.
 """
 
 from __future__ import annotations
@@ -66,14 +67,14 @@ class Sitter:
     """The sitter's head in a picture.
 
     Attributes:
-        column: Middle of the head as a fraction of the width, 0 at the left edge.
-        angle_deg: Middle of the head as a horizontal angle from the camera's axis, in degrees,
+        column: Centre of the head as a fraction of the width, 0 at the left edge.
+        angle_deg: Horizontal angle from the camera's axis to the centre of the head, in degrees,
             positive to the right in the unmirrored picture.
-        box: Head from crown to chin and cheek to cheek: left, top, right and bottom, as fractions
-            of width and height. The box may extend beyond the picture.
+        box: Left, top, right and bottom of the head, from crown to chin and cheek to cheek, as
+            fractions of the width and height. The box may extend beyond the picture.
         kind: "face" for a visible head, "person" for a body without a visible head.
         confidence: Confidence that this is a head, 0 to 1.
-        face: The landmarks, or None if no face was found.
+        face: The face and its landmarks, or None if no face was found.
     """
 
     column: float
@@ -86,7 +87,7 @@ class Sitter:
 
 @dataclass(frozen=True, slots=True)
 class _HeadBox:
-    """A head in pixels of the picture: centre, height from crown to chin, and likelihood."""
+    """A head in the picture: its centre and height (crown to chin), in pixels, and likelihood."""
 
     x: float
     y: float
@@ -103,11 +104,11 @@ def find_sitter(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
-        fov_deg: Horizontal field of view, in degrees, in (0, 180).
+        fov_deg: Horizontal field of view, in degrees within (0, 180).
         near: The previous result. The search starts at that head, at a quarter of the cost, and
             continues everywhere if the head is gone.
-        keen: Whether this is a single photo of somebody. A head of the size expected at a distance
-            of 1 to 3 m then needs less certainty.
+        keen: Whether this is a single photo of somebody. If so, a head of the size expected at a
+            distance of 1 to 3 m requires less certainty.
 
     Raises:
         CoreError: If the program's own network is missing or damaged.
@@ -128,7 +129,7 @@ def find_sitter(
 
 
 def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
-    """Return the previous face if it is still there, or the largest face.
+    """Return the previous face if it is still there, otherwise the largest face.
 
     Live pictures are searched at half size or less, since the next picture follows soon.
     """
@@ -167,10 +168,10 @@ def _sitter(
 
 
 def background_mask(sitter: Sitter, shape: tuple[int, int]) -> Bools:
-    """Return a mask of the background: everything except a rough outline of head, hair and body.
+    """Return a mask of the background, which excludes a rough outline of head, hair and body.
 
     Args:
-        shape: Rows and columns of the mask, of any size.
+        shape: Number of rows and columns of the mask. Any size is permitted.
 
     Returns:
         (H, W) bool. True for background.
@@ -200,10 +201,10 @@ def _point(x: float, y: float) -> tuple[int, int]:
 
 
 def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _HeadBox | None:
-    """Find the largest and most certain head.
+    """Find the largest and most certain head in a picture.
 
     Args:
-        likely: Range of heights, in pixels, in which a head needs less certainty.
+        likely: Range of heights, in pixels, within which a head requires less certainty.
     """
     heads: list[_HeadBox] = []
     longer = max(grey.shape)
@@ -275,7 +276,7 @@ def _nearest(heads: list[_HeadBox], target: _HeadBox) -> _HeadBox | None:
 
 
 def _heads_around(grey: Bytes, head: _HeadBox, side: int, tall_px: float) -> list[_HeadBox]:
-    """Find heads in a square around a head, resized to make that head `tall_px` high."""
+    """Find heads in a square around a head, scaled so that this head is `tall_px` high."""
     cut = max(round(side * head.tall / tall_px), 8)
     left, top = round(head.x - cut / 2.0), round(head.y - cut / 2.0)
     rows, columns = grey.shape
@@ -296,7 +297,7 @@ def _heads_around(grey: Bytes, head: _HeadBox, side: int, tall_px: float) -> lis
 
 
 def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
-    """Keep the most certain of overlapping heads, in descending order."""
+    """Keep the most certain of any overlapping heads, in descending order of certainty."""
     distinct: list[_HeadBox] = []
     for head in sorted(heads, key=lambda h: -h.score):
         if all(
@@ -310,11 +311,13 @@ def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
 
 
 def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
-    """Return heads 14 to 46 pixels high, most certain first, in pixels of the given picture.
+    """Return the heads that are 14 to 46 pixels high, most confident detection first.
+
+    Positions and sizes are in pixel coordinates of the given picture.
 
     Args:
-        grey: (H, W) uint8. Grey picture.
-        network: The head detector, as read by OpenCV.
+        grey: (H, W) uint8. Greyscale picture.
+        network: The head detector, as loaded by OpenCV.
     """
     answers = _answers(grey, network)
     likely = 1.0 / (1.0 + np.exp(-np.clip(answers[..., 0], -30.0, 30.0)))
@@ -346,17 +349,17 @@ def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
 
 
 def _answers(grey: Bytes, network: Any) -> Float32:
-    """Return a network's outputs, (h, w, 4), for the cells of a grey picture."""
+    """Return the outputs of a network, (h, w, 4), for the cells of a greyscale picture."""
     with _ALONE:
         network.setInput(cv2.dnn.blobFromImage(prepared(grey)))
         return np.moveaxis(network.forward()[0], 0, -1)
 
 
 def prepared(grey: Bytes) -> Float32:
-    """Subtract the local mean and divide by the local deviation.
+    """Subtract the local mean from a picture and divide by the local deviation.
 
     Args:
-        grey: (H, W) uint8. sRGB.
+        grey: (H, W) uint8. Greyscale picture in sRGB.
 
     Returns:
         (H, W) float32. The network's input.

@@ -1,25 +1,25 @@
-"""Filter live pictures: steady the numbers, lens and sitter, and detect a stationary camera.
+"""Filters for live pictures: steady numbers, lens and sitter, and detection of a still camera.
 
-A number should not move when nothing moves, and should follow at once when something does. An
-average long enough to remove the jitter of a measurement lags behind a motion; a shorter one
-jitters. So the number on screen is held on a *leash*: it is never further behind the measurement
-than the length of the leash, and within that length it only creeps towards the measurement. The
-leash, three times the jitter, shortens while the measurement keeps moving one way. The leash limits
-the lag at any speed and with any pause between two measurements.
+A number should not move when nothing moves, and it should follow at once when something does. An
+average that is long enough to remove the jitter of a measurement lags behind a motion, and a
+shorter one jitters. The number on screen is therefore held on a *leash*. It is never further behind
+the measurement than the length of the leash, and within that length it only creeps towards the
+measurement. The leash, which is three times the jitter, shortens while the measurement keeps moving
+in one direction. It limits the lag at any speed and with any pause between two measurements.
 
 The field of view is the median of the last estimates, once they agree. The sitter's position is
-kept for a moment when a picture does not show them. From time to time the whole picture is searched
-again, and the position found by most of the last searches counts, so that a lamp or a pot that once
-looked like a head is not followed for long.
+kept for a moment if a picture does not show the sitter. From time to time, the whole picture is
+searched again. The position found by most of the last searches counts, so that a lamp or a pot that
+once looked like a head is not followed for long.
 
 A camera may also be left behind while the photographer walks. A handheld camera moves: even a
 photographer who stands still sways by tenths of a degree. A laptop on the ground, or a camera on a
-stand, shows the same background to a hundredth of that. If such a camera is supposed to turn, but
-the person in its picture walks, comes closer or leaves the picture, then somebody is following the
-guidance without the camera, and gets a message.
+stand, shows the same background to within a hundredth of that. If such a camera is supposed to
+turn, but the person in its picture walks, comes closer or leaves the picture, then somebody is
+following the guidance without the camera, and a message is shown.
 
-There is no message while the person only waits in front of a camera on a stand, while the camera is
-handheld, inside the tolerance arc, or in front of a featureless wall, where motion is invisible.
+No message is shown if the person is only waiting in front of a camera on a stand, or if the camera
+is handheld, inside the tolerance arc, or in front of a featureless wall, where motion is invisible.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _SEARCHES: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Width:
-    """Estimates of a lens's field of view.
+    """The estimates of a lens's field of view.
 
     Attributes:
         estimates: The last estimates of the horizontal field of view, in degrees.
@@ -62,12 +62,12 @@ class Width:
 
     @property
     def likely_deg(self) -> float | None:
-        """Best guess, in degrees, or None before the first estimate."""
+        """The best guess, in degrees, or None before the first estimate."""
         return median(self.estimates) if self.estimates else None
 
     @property
     def known_deg(self) -> float | None:
-        """Field of view on which several estimates agree, in degrees, or None if they disagree."""
+        """The field of view on which several estimates agree, in degrees, or None if none do."""
         middle = self.likely_deg
         if middle is None or len(self.estimates) < _ENOUGH:
             return None
@@ -91,7 +91,7 @@ def read(width: Width, fov_deg: float, now_s: float) -> Width:
 
 @dataclass(frozen=True, slots=True)
 class Company:
-    """The person in the picture."""
+    """The person in the picture, and the recent searches for one."""
 
     sitter: Sitter | None = None
     seen_s: float = -math.inf
@@ -110,7 +110,7 @@ class Company:
 
 
 def update_company(company: Company, sitter: Sitter | None, now_s: float) -> Company:
-    """Update the person with the result for a new picture."""
+    """Update the person with the result from a new picture."""
     before = company.sitter
     around = company.near(now_s)
     # A person away from the previous position was found by a search of the whole picture.
@@ -127,7 +127,7 @@ def update_company(company: Company, sitter: Sitter | None, now_s: float) -> Com
 
 
 def _likelier(before: Sitter, sitter: Sitter, searches: tuple[Sitter, ...]) -> Sitter | None:
-    """Keep the current person, or switch to one found in more searches; return None to wait."""
+    """Return the current person, or one found in more searches, or None to wait."""
     if _near(sitter, before):
         return sitter
     here, there = (sum(_near(one, each) for each in searches) for one in (before, sitter))
@@ -140,11 +140,11 @@ def _near(first: Sitter, second: Sitter) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Leash:
-    """Damping for values of one kind, in the unit of the values.
+    """Damping for values of one kind, in the same unit as the values.
 
     Attributes:
-        length: Largest lag.
-        slow_per_s: Speed of a measurement, per second, that halves the leash.
+        length: Largest permitted lag.
+        slow_per_s: Speed of a measurement, per second, at which the leash is halved.
         creep_s: Time constant of the approach within the leash, in seconds.
         speed_s: Time constant of the speed, in seconds.
     """
@@ -157,7 +157,7 @@ class Leash:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steady:
-    """Steadied values, and the state for the next step.
+    """Steadied values, and the state required for the next step.
 
     Attributes:
         position: (...) float64. The steadied values.
@@ -173,7 +173,7 @@ class Steady:
 
     @classmethod
     def at(cls, measured: Float64, time_s: float) -> Steady:
-        """Start with a measurement.
+        """Start with a first measurement.
 
         Args:
             measured: (...) float64. The measurement, which also becomes the steadied value.
@@ -183,11 +183,11 @@ class Steady:
 
 
 def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> Steady:
-    """Add a measurement.
+    """Return the steadied values after a new measurement.
 
     Args:
-        measured: (...) float64. The measurement, in the same shape as before. Angles are unwrapped,
-            so that no step between two measurements is a full circle.
+        measured: (...) float64. The measurement, in the same shape as before. Angles must be
+            unwrapped, so that no step between two measurements is a full circle.
         time_s: Time of the measurement, in seconds. A measurement that is not later than the last
             one changes the value but not the speed.
     """
@@ -204,7 +204,7 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
 
 ASKED_DEG: Final = 8.0
-"""Minimum distance to the arc, in degrees. Nobody walks for less."""
+"""Minimum distance to the arc, in degrees. Nobody walks for less than this."""
 
 STILL_S: Final = 4.0
 """Time for which the camera must have been still, in seconds."""
@@ -226,7 +226,7 @@ _GONE_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class _Trace:
-    """Path of a person in the picture, with columns in widths of the head at the start."""
+    """The path of a person in the picture, with columns in widths of the person's initial head."""
 
     unit: float
     column: float
@@ -239,7 +239,7 @@ class _Trace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stillness:
-    """Observations since the camera came to a stop, starting with `STILL`."""
+    """The observations since the camera came to a stop, starting with `STILL`."""
 
     left_behind: bool = False
     since_s: float | None = None
@@ -269,7 +269,7 @@ def watch(
         asked_deg: Distance to the tolerance arc in either direction, in degrees. It is 0 inside the
             arc, and None if no turn is requested.
         heading_deg: Heading of the camera, in degrees, or None if unknown.
-        sitter: Person in the picture, or None if there is none.
+        sitter: The person in the picture, or None if there is none.
     """
     if asked_deg is None or abs(asked_deg) < ASKED_DEG or min(frame.shape[:2]) < 4 * _SEARCHED_PX:
         return STILL
@@ -302,7 +302,7 @@ def _has_turned(before_deg: float | None, now_deg: float | None) -> bool:
 
 
 def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
-    """Return the background's texture, independent of exposure, or 0 where flat or on a person."""
+    """Return the background's texture at any exposure, with 0 where it is flat or on a person."""
     scale = _SIDE / max(frame.shape[:2])
     size = (max(round(frame.shape[1] * scale), 16), max(round(frame.shape[0] * scale), 16))
     small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)
@@ -316,7 +316,7 @@ def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
 
 
 def _shift(before: Float32, now: Float32) -> tuple[float, float]:
-    """Return the best correlation of two pictures, and their shift there, in pixels."""
+    """Return the best correlation of two pictures, and the shift at which it occurs, in pixels."""
     edge = _SEARCHED_PX
     # A person is blank in either picture, and does not count.
     inner = now[edge:-edge, edge:-edge]
@@ -330,7 +330,7 @@ def _shift(before: Float32, now: Float32) -> tuple[float, float]:
 
 
 def _peak(values: Float32, at: int) -> float:
-    """Return the offset of the peak of the parabola through three values from the middle one."""
+    """Return the offset from the middle of three values to the peak of their parabola."""
     if not 0 < at < len(values) - 1:
         return 0.0
     left, middle, right = (float(values[at + k]) for k in (-1, 0, 1))

@@ -1,14 +1,14 @@
 """Track the heading from picture to picture.
 
-`track` takes a picture and the `Track` of the previous one. While tracking, only the surroundings
-of the last heading are searched; after three pictures without a heading, the whole panorama is. A
-heading that does not follow from the last one must be *seen twice*, unless the picture leaves no
-doubt and nothing contradicts it. The results are steadied
-(`app.core.localization.temporal_filters`), with the background behind the sitter as one value: a
-camera that only pans changes the heading and the sitter's angle in opposite directions, but not the
-turn.
+`track` takes a picture and the `Track` of the previous picture. While tracking, only the area
+around the last heading is searched. After three pictures without a heading, the whole panorama is
+searched. A heading that does not follow from the last one must be *seen twice*, unless the picture
+leaves no doubt and nothing contradicts it. The results are steadied
+(`app.core.localization.temporal_filters`), with the background behind the sitter as a single value:
+a camera that only pans changes the heading and the sitter's angle in opposite directions, but not
+the turn.
 
-A picture without a heading has no number; the display decides how long the old one stays
+A picture without a heading has no number. The display decides how long the old number stays
 (`app.core.guidance.guide` keeps it for a second).
 """
 
@@ -68,19 +68,19 @@ class Seeing:
 
 
 SEEING: Final = Seeing()
-"""The program's own functions."""
+"""The program's own functions for analysing pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackMemory:
-    """State between pictures, not for display.
+    """The state that is kept between pictures and not displayed.
 
     Attributes:
-        steady: Azimuths of the heading and of the background behind the sitter, (2,) in degrees,
+        steady: Azimuths of the heading and of the background behind the sitter, (2,), in degrees,
             unwrapped, or None if unknown.
         misses: Number of pictures since the last heading.
-        rival: Heading awaiting confirmation, in degrees, with its time in seconds, or None if
-            there is none.
+        rival: Heading that awaits confirmation, in degrees, and its time in seconds, or None if
+            there is no such heading.
     """
 
     steady: Steady | None = None
@@ -96,15 +96,16 @@ class Track:
     """The tracked heading, starting with `LOST`.
 
     Attributes:
-        status: ``tracking``: there is a heading; ``searching``: there was a heading, or a heading
-            waits for confirmation; ``lost``: no heading was found.
+        status: ``tracking`` if there is a heading, ``searching`` if there was a heading or if one
+            awaits confirmation, or ``lost`` if no heading was found.
         heading_deg: Steadied panorama azimuth of the camera's axis, in degrees within (-180, 180],
             or None unless tracking.
-        raw: Result of the last picture, or None before the first.
+        raw: Result of the last picture, or None before the first picture.
         sitter: The sitter or another person in the picture, or None if the picture shows nobody.
         confidence: Probability that the turn is right to within 3 degrees, 0 to 1. It is lower if
-            no person is detected for certain, and 0 unless tracking.
-        fov_deg: The camera's horizontal field of view, in degrees, given or estimated, or None if
+            no person is reliably detected, and 0 unless tracking.
+        fov_deg: The camera's horizontal field of view, in degrees, either given or estimated, or
+            None if unknown.
             unknown.
         left_behind: Whether the camera was left behind while the photographer walks.
         background_deg: Steadied panorama azimuth of the background behind the sitter, in degrees
@@ -124,16 +125,16 @@ class Track:
 
     @property
     def pending(self) -> bool:
-        """Whether another search would give more information, even on the same picture.
+        """Whether another search would provide more information, even on the same picture.
 
-        True while a heading waits for confirmation, and until everything has been searched.
+        True while a heading awaits confirmation, and until everything has been searched.
         """
         return self.memory.rival is not None or 0 < self.memory.misses <= _PATIENCE
 
     def turn_deg(
         self, looks: Looks = Looks.SITTER, mode: Mode = Mode.WALK, front_deg: float = 0.0
     ) -> float | None:
-        """Return the sitter's turn, in (-180, 180] degrees, or None unless tracking."""
+        """Return the sitter's turn, in degrees within (-180, 180], or None unless tracking."""
         if self.heading_deg is None:
             return None
         behind = self.heading_deg if self.background_deg is None else self.background_deg
@@ -161,17 +162,17 @@ def track(
     asked_deg: float | None = None,
     seeing: Seeing = SEEING,
 ) -> Track:
-    """Update the track with a picture.
+    """Update the track with a new picture.
 
     Args:
-        frame: (H, W, 3) uint8. sRGB, not mirrored.
+        frame: (H, W, 3) uint8. sRGB picture, not mirrored.
         fov_deg: The camera's horizontal field of view, in degrees, or None to estimate it.
-        state: Track of the previous picture.
+        state: Track after the previous picture.
         now_s: Time of the picture, in seconds from any origin.
         sees_sitter: Whether the person in the picture is the sitter (see
             `app.core.localization.heading_conversion.sees_sitter`). A person never counts as
             background.
-        asked_deg: Distance to the light, in degrees, as for
+        asked_deg: Distance to the light, in degrees, as in
             `app.core.localization.temporal_filters.watch`, or None if no turn is requested.
     """
     memory = state.memory
@@ -204,7 +205,7 @@ def track(
 
 
 def missed(state: Track, now_s: float) -> Track:
-    """Update the track for a picture without a heading."""
+    """Update the track after a picture without a heading."""
     misses = state.memory.misses + 1
     steady = state.memory.steady
     recently = steady is not None and now_s - steady.time_s <= _FORGET_S
@@ -242,7 +243,7 @@ def _width_due(memory: TrackMemory, now_s: float) -> bool:
 
 
 def _near(memory: TrackMemory, now_s: float) -> float | None:
-    """Return the heading to search around first, or None to search everywhere."""
+    """Return the heading around which to search first, or None to search everywhere."""
     if memory.rival is not None:
         return memory.rival[0]
     if memory.steady is None or memory.misses >= _PATIENCE:
@@ -251,7 +252,7 @@ def _near(memory: TrackMemory, now_s: float) -> float | None:
 
 
 def _predict(steady: Steady, now_s: float) -> float:
-    """Extrapolate the heading of a camera that keeps its speed, in unwrapped degrees."""
+    """Extrapolate the heading, in unwrapped degrees, for a camera that keeps its speed."""
     pause = min(max(now_s - steady.time_s, 0.0), 0.3)
     return float(steady.measured[0] + steady.speed[0] * pause)
 
@@ -272,7 +273,7 @@ def _judge(heading: Heading, state: Track, now_s: float, sees_sitter: bool) -> T
 
 
 def _follows(heading_deg: float, memory: TrackMemory, now_s: float) -> bool:
-    """Return whether a turning camera could have reached a heading since the last one."""
+    """Return whether a turning camera could have reached a heading since the last heading."""
     steady = memory.steady
     if steady is None or now_s - steady.time_s > _FORGET_S:
         return False
@@ -321,7 +322,7 @@ def _believe(
 
 
 def _confidence(state: Track, now_s: float, sees_sitter: bool, afresh: bool) -> float:
-    """Return the confidence over the last pictures, so that it does not flicker."""
+    """Return the confidence over the last pictures, smoothed to prevent flicker."""
     confidence = state.raw.confidence if state.raw is not None else 0.0
     if sees_sitter:
         confidence *= _NO_SITTER if state.sitter is None else state.sitter.confidence

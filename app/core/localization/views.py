@@ -1,9 +1,10 @@
-"""Views of the panorama: perspective, goal, background and strip.
+"""Views of the panorama: perspective views, the goal, the background and a strip.
 
-A view needs the panorama position of each of its pixels. Turning a level or tilted camera about the
-vertical only moves these positions sideways, so they are computed once for a lens and a pitch, and
-each further azimuth costs one addition and one look-up. Panoramas finer than the view are sampled
-several times per pixel and averaged, so that nothing flickers during a turn.
+A view requires the panorama position of each of its pixels. Turning a level or tilted camera about
+the vertical axis only moves these positions sideways. They are therefore computed once for each
+lens and pitch, and each further azimuth costs one addition and one look-up. Panoramas that are
+finer than the view are sampled several times per pixel and averaged, so that nothing flickers
+during a turn.
 """
 
 from __future__ import annotations
@@ -31,21 +32,21 @@ from app.core.localization.heading_conversion import (
 Picture = TypeVar("Picture", Bytes, Float32)
 
 BACKGROUND_SIZE: Final = (128, 136)
-"""Columns and rows of the background beside a style."""
+"""Number of columns and rows of the background beside a style."""
 
 BACKGROUND_TALL_DEG: Final = 45.0
-"""Vertical field of view of the background beside a style, in degrees, regardless of its width."""
+"""Vertical field of view of the background beside a style, in degrees, whatever its width."""
 
 _MOST_SAMPLES: Final = 4  # in each direction of a pixel
 
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """An ideal camera, with square pixels and its axis through the middle of the picture.
+    """An ideal camera with square pixels, whose axis passes through the centre of the picture.
 
     Attributes:
-        fov_deg: Horizontal field of view, in degrees, in (0, 180).
-        size: Columns and rows of its picture.
+        fov_deg: Horizontal field of view, in degrees within (0, 180).
+        size: Number of columns and rows of the picture.
     """
 
     fov_deg: float
@@ -58,14 +59,15 @@ class Lens:
 
 
 def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) -> Float64:
-    """Return the directions of pixels of a view.
+    """Return the directions of pixels in a view.
 
     Args:
         azimuth_deg, pitch_deg: Panorama azimuth and elevation of the axis, in degrees.
-        pixels: (N, 2) float64. Columns and rows, where the centre of the first pixel is (0.5, 0.5).
+        pixels: (N, 2) float64. Columns and rows. The centre of the first pixel is at (0.5, 0.5).
 
     Returns:
-        (N, 3) float64. Unit vectors in the panorama's axes (see `app.core.base.sphere`).
+        (N, 3) float64. Unit vectors in the panorama's coordinate system (see
+        `app.core.base.sphere`).
     """
     x = (pixels[:, 0] - lens.size[0] / 2.0) / lens.focal_px
     y = (lens.size[1] / 2.0 - pixels[:, 1]) / lens.focal_px
@@ -83,13 +85,13 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
 
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1, in any colour space.
-            Averages are exact for linear light, and nearly so for display values.
+            Averages are exact for linear light, and nearly exact for display values.
         azimuth_deg: Azimuth of the axis, in degrees.
-        pitch_deg: Elevation of the axis, in degrees, in [-90, 90].
+        pitch_deg: Elevation of the axis, in degrees within [-90, 90].
 
     Returns:
-        (rows, columns) or (rows, columns, C), of the panorama's type. The view, in the panorama's
-        colour space.
+        The view, (rows, columns) or (rows, columns, C), in the type and the colour space of the
+        panorama.
     """
     fine = 2.0 * math.pi * lens.focal_px / panorama.shape[1]  # view pixels per texel in the middle
     samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
@@ -108,12 +110,12 @@ def strip_view(
 
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1.
-        azimuth_deg: Azimuth of the strip's middle, in degrees.
-        size: Columns and rows of the strip.
+        azimuth_deg: Azimuth of the centre of the strip, in degrees.
+        size: Number of columns and rows of the strip.
         wide_deg: Width of the strip, in degrees, at most 360.
 
     Returns:
-        (rows, columns) or (rows, columns, C), of the panorama's type. The strip.
+        The strip, (rows, columns) or (rows, columns, C), in the panorama's type.
     """
     fine = 360.0 / wide_deg * size[0] / panorama.shape[1]
     samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
@@ -130,7 +132,7 @@ def goal_lens(
     looks: Looks = Looks.SITTER,
     mode: Mode = Mode.WALK,
 ) -> Lens:
-    """Return the lens that shows the camera's view from the position of the probe."""
+    """Return the lens that reproduces the camera's view from the position of the probe."""
     wide = widened_fov(
         lens.fov_deg, camera_m, background_m, sees_the_sitter=sees_sitter(looks, mode)
     )
@@ -150,18 +152,18 @@ def goal_view(
 ) -> Picture:
     """Render the goal view, without the sitter.
 
-    The camera looks straight at the sitter, at eye height, from `camera_m` away. The view is exact
-    for a background `background_m` behind the sitter; nearer objects look slightly too large,
-    farther ones too small. The azimuth behind the sitter is exact at any distance.
+    The camera looks straight at the sitter, at eye height, from a distance of `camera_m`. The view
+    is exact for a background `background_m` behind the sitter. Nearer objects look slightly too
+    large, and farther ones too small. The azimuth behind the sitter is exact at any distance.
 
     Args:
         panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1. The view is sharp if the
-            panorama has at least 360 / fov times the view's columns.
+            panorama has at least 360 / fov times as many columns as the view.
         goal_deg: Turn to reach, in degrees.
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
-        (rows, columns, C), of the panorama's type. The view, not mirrored.
+        The view, (rows, columns, C), in the panorama's type, not mirrored.
     """
     wide = goal_lens(lens, camera_m=camera_m, background_m=background_m, looks=looks, mode=mode)
     azimuth = heading_of_turn(goal_deg, looks=looks, mode=mode, front_deg=front_deg)
@@ -179,12 +181,13 @@ def background_view(
     Args:
         panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1.
         turn_deg: Turn, in degrees, positive clockwise.
-        size: Columns and rows of the view: 128 x 136 beside the panorama, 272 x 136 on its own tab.
-            A wider view shows more at the same scale.
+        size: Number of columns and rows of the view: 128 x 136 beside the panorama, or 272 x 136 on
+            its own tab. A wider view shows more at the same scale.
         front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
 
     Returns:
-        (rows, columns, C), of the panorama's type. The background, `BACKGROUND_TALL_DEG` high.
+        The background, (rows, columns, C), in the panorama's type, `BACKGROUND_TALL_DEG` degrees
+        high.
     """
     half = math.tan(math.radians(BACKGROUND_TALL_DEG) / 2.0) * size[0] / size[1]
     lens = Lens(2.0 * math.degrees(math.atan(half)), size)
@@ -204,7 +207,7 @@ def _resample(
 
 @lru_cache(maxsize=8)
 def _places(shape: tuple[int, int], lens: Lens, pitch_deg: float) -> tuple[Float32, Float32]:
-    """Return a view's pixel positions in a panorama, for an axis at azimuth 0."""
+    """Return the positions of a view's pixels in a panorama, for an axis at azimuth 0."""
     columns, rows = lens.size
     pitch = math.radians(pitch_deg)
     x = ((np.arange(columns) + 0.5 - columns / 2.0) / lens.focal_px).astype(np.float32)
@@ -231,7 +234,7 @@ def _strip_places(
 def _texels(
     shape: tuple[int, int], azimuth: Float32, elevation: Float32
 ) -> tuple[Float32, Float32]:
-    """Return panorama positions. Only their columns may be outside the panorama."""
+    """Return panorama positions for directions. Only columns may be outside the panorama."""
     height, width = shape
     columns = azimuth * np.float32(width / (2.0 * math.pi)) + np.float32(width / 2.0 - 0.5)
     rows = np.float32(height / 2.0 - 0.5) - elevation * np.float32(height / math.pi)
