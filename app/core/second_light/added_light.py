@@ -1,15 +1,15 @@
-"""A second light at all placements, prepared for one head and for the search.
+"""A second light at every placement, prepared for one head and for the search.
 
 A preset lamp is near the head. T describes how the skin behind each pixel responds to light from
-every direction. Light from a near lamp reaches each point of the head from a different direction,
+every direction. Light from a near lamp reaches each point of the head from a different direction
 and becomes weaker with distance. For a pixel that shows point x, a piece dA of the lamp at q with
 luminance L contributes
 
     T(x, direction to q) / sr * L * cos(at the lamp) dA / |q - x|^2.
 
 An object between x and q is also between x and everything behind q, so T's own shadows apply and
-nothing has to be baked. The model ignores light that spreads under the skin or reflects from cheek
-to nose between points that the lamp lights differently.
+nothing has to be baked. The model ignores light that spreads under the skin, or that is reflected
+from the cheek to the nose, between points that the lamp lights differently.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class NearField:
 
 
 def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
-    """Prepare a head. This takes half a second and about 80 MB."""
+    """Prepare a head for nearby lamps. This takes half a second and about 80 MB."""
     height, width = transport.environment_shape
     count = len(transport.pixels)
     per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)
@@ -90,14 +90,14 @@ def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
 def near_picture(
     near: NearField, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
 ) -> Float32:
-    """Return the picture of a head under a near lamp alone.
+    """Return the picture of a head as lit only by a near lamp.
 
     Args:
         azimuth_deg, altitude_deg: Placement of the lamp, in degrees, positive towards the sitter's
-            left and up.
+            left and upwards.
 
     Returns:
-        (P, 3) float32: linear Rec. 709 in cd/m2, like the picture under an environment in cd/m2.
+        (P, 3) float32. Linear Rec. 709 in cd/m2, like the picture in an environment in cd/m2.
     """
     picture = _picture(near, near.columns, lamp, azimuth_deg, altitude_deg)
     return picture[:, :3] * np.asarray(lamp.colour, np.float32)
@@ -109,7 +109,7 @@ def near_luminances(
     """Return the luminance of a head under a near lamp at every placement.
 
     Returns:
-        (576, P) float32: luminance of `near_picture`, in cd/m2.
+        (576, P) float32. Luminance of `near_picture`, in cd/m2.
     """
     transport = near.transport
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
@@ -133,13 +133,13 @@ def near_luminances(
 
 
 def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
-    """Return the part of the place that a lamp hides, as seen from the middle of the head.
+    """Return the part of the place that a lamp hides, as seen from the centre of the head.
 
     Args:
-        shape: Rows and columns (H, W) of the environment, W = 64.
+        shape: Number of rows and columns of the environment, (H, W), where W = 64.
 
     Returns:
-        (576, H, W) float32: fraction of each texel, 0 to 1, at turn 0.
+        (576, H, W) float32. Hidden fraction of each texel, 0 to 1, at turn 0.
     """
     shares = np.empty((COUNT, *shape), np.float32)
     width = shape[1]
@@ -152,7 +152,7 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
 
 
 def _weighed(columns: Float16, weights: Float32) -> Float32:
-    """Return sums over the channels, (P * H * W, 1), computed in parts to save 120 MB."""
+    """Return weighted sums over the channels, (P * H * W, 1), computed in parts to save 120 MB."""
     result = np.empty((len(columns), 1), np.float32)
     for start in range(0, len(columns), _ROWS):
         part = slice(start, start + _ROWS)
@@ -163,7 +163,7 @@ def _weighed(columns: Float16, weights: Float32) -> Float32:
 def _picture(
     near: NearField, columns: Columns, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
 ) -> Float32:
-    """Return the picture, (P, C), under a lamp of luminance 1.
+    """Return the picture, (P, C), as lit by a lamp with a luminance of 1.
 
     Args:
         columns: (P * H * W, C). T per steradian.
@@ -182,7 +182,7 @@ def _picture(
 def _pieces(
     lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
 ) -> list[tuple[tuple[Float64, Float64], float]]:
-    """Return each piece's centre and normal, in metres, and its fraction of the lamp's light."""
+    """Return each piece's centre (in metres), its normal, and its fraction of the lamp's light."""
     toward, side, over = _axes(azimuth_deg, altitude_deg)
     middle = toward * lamp.distance_m
     away = max(lamp.distance_m - _SKIN_M, _SKIN_M)
@@ -204,7 +204,7 @@ def _count(size_m: float, away_m: float) -> int:
 
 
 def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Float64]:
-    """Return unit vectors towards the lamp, along its width (level), and along its height."""
+    """Return unit vectors towards the lamp, along its (level) width, and along its height."""
     toward = direction(azimuth_deg, altitude_deg)
     angle = math.radians(azimuth_deg)
     side = np.array([math.cos(angle), 0.0, -math.sin(angle)])
@@ -212,7 +212,7 @@ def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Fl
 
 
 def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float32:
-    """Return T per steradian, (P, C), for a direction per pixel, interpolated linearly."""
+    """Return T per steradian, (P, C), for one direction per pixel, interpolated linearly."""
     height, width = shape
     x = np.arctan2(-toward[:, 0], toward[:, 2]) * np.float32(width / (2 * math.pi))
     x += np.float32(width / 2 - 0.5)
@@ -247,8 +247,9 @@ def _twins(transport: Transport) -> Int64:
 def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Float32:
     """Return the fraction of each texel, (H, W), hidden by a lamp in front at an altitude.
 
-    The lamp is divided into dots, and each dot's solid angle is assigned to its texel, so that the
-    sum is right however small the lamp is, and accurate to a dot at a texel's edge.
+    The lamp is divided into dots, and the solid angle of each dot is assigned to the texel that
+    contains it. The sum is therefore right however small the lamp is, and the edge of a texel is
+    accurate to one dot.
     """
     height, width = shape
     toward, side, over = _axes(0.0, altitude_deg)
@@ -269,16 +270,16 @@ def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Fl
 
 
 def _along(size_m: float, away_m: float) -> int:
-    """Return the number of dots along one side."""
+    """Return the number of dots along one side of a lamp."""
     diameter_deg = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
     return math.ceil(min(max(diameter_deg / _DOT_DEG, _DOTS[0]), _DOTS[1]))
 
 
 def _dots(wide: int, tall: int) -> tuple[Float64, Float64]:
-    """Return positions of dots along width and height, -0.5 to 0.5, one in each cell of a grid.
+    """Return the positions of dots along width and height, -0.5 to 0.5, one in each grid cell.
 
-    Each row and column is shifted by a different part of a cell, so that a texel's edge never runs
-    along a whole row of dots.
+    Each row and column is shifted by a different fraction of a cell, so that the edge of a texel
+    never runs along a whole row of dots.
     """
     i, j = np.divmod(np.arange(wide * tall), tall)
     x, y = (i + (j * _GOLDEN) % 1.0) / wide, (j + (i * _GOLDEN) % 1.0) / tall
@@ -290,7 +291,7 @@ _BATCH: Final = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddedLight:
-    """A lamp at all placements, for one head. The arrays are read-only."""
+    """A lamp at every placement, prepared for one head. The arrays are read-only."""
 
     name: str
     title: str  # title of a captured lamp, or "" for a preset, which is named by its kind
@@ -310,14 +311,14 @@ class AddedLight:
     contrast: Contrast = field(repr=False)
 
     def over(self, light: Floats, number: int, power: float = 1.0) -> Float64:
-        """Composite the lamp over a place's light (eq. 7).
+        """Composite the lamp over the light of a place (eq. 7).
 
         Args:
             light: (32, 64, 3) float. Linear Rec. 709 radiance as seen by the face, in cd/m2.
 
         Returns:
-            (32, 64, 3) float64. A lamp from numbers appears as if far away; its near light is in
-            `pictures` only.
+            (32, 64, 3) float64. A preset lamp appears as if it were far away. Its near light is
+            only in `pictures`.
         """
         share = self.alpha[number][..., None].astype(np.float64)
         own = share * self.glow if self.light is None else self.light[number]
@@ -334,10 +335,10 @@ def from_numbers(
     near: NearField | None = None,
     face: FaceBasis,
 ) -> AddedLight:
-    """Prepare a preset lamp, with the near field at its distance.
+    """Prepare a preset lamp, including the near field at its distance.
 
     Raises:
-        CoreError: If the head was baked for environments of another size.
+        CoreError: If the head was baked for environments of a different size.
     """
     near = prepare_near(transport, shape) if near is None else near
     if token is not None:
@@ -413,7 +414,7 @@ def _check(lamp: PlacedLamp) -> None:
 
 
 def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
-    """Return pictures' coordinates, (K, 576), and the squared norms of the remainders, (576,)."""
+    """Return the pictures' coordinates, (K, 576), and the remainders' squared norms, (576,)."""
     centred = less_mean(pictures, face.root)
     basis = face.pixels.astype(np.float64)
     coefficients: Float64 = (centred @ basis).T
@@ -422,7 +423,7 @@ def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
 
 
 def _luminances(transport: Transport, light: Float32, token: Token | None) -> Float32:
-    """Return the luminance of the head, (576, P), under environments."""
+    """Return the luminance of the head, (576, P), in each of the environments."""
     weights = transport.header.luminance_weights
     pictures = np.zeros((len(light), len(transport.pixels)), np.float32)
     texels = np.ascontiguousarray(transport.texel_basis.T)

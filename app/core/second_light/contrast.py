@@ -1,26 +1,26 @@
-"""The part of a place that a lamp hides, and the contrast of a face under both.
+"""The part of a place that a lamp hides, and the contrast of a face in the light of both.
 
 The contrast is the denominator of the match. The picture is linear in its three parts: the place's
 light, minus the part that the lamp hides, plus the lamp's own light. In an orthonormal basis of the
-head's possible pictures, each part has a hundred-odd coordinates, and the squared norm of the sum
+head's possible pictures, each part has a hundred or so coordinates, and the squared norm of the sum
 is that of the coordinates. All parts use the same basis, so that a hidden sun cancels exactly,
 however bright it was.
 
-For the first coordinates, which contain almost everything, this is computed for every texel. For
-the others it is computed only for the place's brightest texels: other hidden light is too faint to
-matter there.
+For the first coordinates, which contain almost everything, every texel is included. For the other
+coordinates, only the place's brightest texels are included, because other hidden light is too faint
+to matter there.
 
 With E the place's light, a the fraction of each texel that the lamp hides, and Phi any linear
 function of light (a pre-integrated target, for example), the hidden part at turn t and azimuth k is
 
     sum over texels of a(texel) Phi(texel) E(texel turned by t).
 
-A lamp hides only a few texels, and the same ones relative to itself at any azimuth. Relative to the
-lamp, light depends only on t - k: per altitude, one matrix of 64 views of the place and one product
-with the targets at each azimuth give all 64 x 64 combinations, exactly.
+A lamp hides only a few texels, and relative to the lamp they are the same at any azimuth. Relative
+to the lamp, the light depends only on t - k. For each altitude, one matrix of 64 views of the place
+and one product with the targets at each azimuth therefore give all 64 x 64 combinations exactly.
 
-Light and linear functions of it have two parts here (see `app.core.solver.search`), both on the
-full grid, (2, H, W), and flattened in that order.
+Light and linear functions of light have two parts here (see `app.core.solver.search`). Both parts
+are on the full grid, (2, H, W), and are flattened in that order.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _ORDER: Final[Int64] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).rav
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HiddenTexels:
-    """Texels that a lamp hides: M per altitude, for both parts of light."""
+    """The texels that a lamp hides, M for each altitude, for both parts of light."""
 
     # tuple of (64, M) int64, index in the place's light of the texel behind the lamp, per turn
     # minus azimuth
@@ -68,8 +68,8 @@ def find_hidden(alpha: Floats) -> HiddenTexels:
     """Find the texels that a lamp hides.
 
     Args:
-        alpha: (576, 32, 64) float. Fraction of each texel that the lamp hides, in the head's frame,
-            per placement.
+        alpha: (576, 32, 64) float. Fraction of each texel that the lamp hides at each placement, in
+            the head's frame.
 
     Raises:
         CoreError: If the lamp hides too much.
@@ -95,12 +95,12 @@ def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDA
     """Restrict linear functions of light to the hidden texels.
 
     Args:
-        linear: (F, 4096) float. F functions. The products of a function with two-part light sum to
-            its value.
+        linear: (F, 4096) float. F functions. The value of a function is the sum of its products
+            with two-part light.
 
     Returns:
-        One table per altitude for `correlate`, (F, M, 64) in the type of `linear`. The tables are
-        yielded one at a time, since together they are large.
+        One table for each altitude, for use in `correlate`, (F, M, 64) in the type of `linear`. The
+        tables are yielded one at a time, since together they are large.
     """
     for own, share in zip(hidden.own, hidden.shares, strict=True):
         table = linear[:, own]
@@ -111,14 +111,14 @@ def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDA
 def correlate(
     hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64
 ) -> NDArray[_Float]:
-    """Sum the hidden part at all turns and placements.
+    """Return the sum over the hidden part at every turn and placement.
 
     Args:
-        tables: One table per altitude, (F, M, 64) float, from `hidden_tables`.
+        tables: One table for each altitude, (F, M, 64) float, from `hidden_tables`.
         light: (2, 32, 64) float64. The place at turn 0.
 
     Returns:
-        (F, 64, 576) in the tables' type, per turn and placement.
+        (F, 64, 576) in the type of the tables, by turn and placement.
     """
     flat = light.reshape(-1).astype(tables[0].dtype)
     result = np.empty_like(tables[0], shape=(len(tables[0]), len(tables), TURNS, TURNS))
@@ -128,13 +128,13 @@ def correlate(
 
 
 def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
-    """Reorder values from turn minus azimuth to turn.
+    """Reorder values given by turn minus azimuth into values given by turn.
 
     Args:
-        values: (F, 9, 64, 64) float. Values per altitude, turn minus azimuth, and azimuth.
+        values: (F, 9, 64, 64) float. Values by altitude, turn minus azimuth, and azimuth.
 
     Returns:
-        (F, 64, 576) of the same type, per turn and placement.
+        (F, 64, 576) of the same type, by turn and placement.
     """
     count = len(values)
     sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS), values.dtype)
@@ -147,7 +147,7 @@ def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
 def correlate_at(
     hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64, turn: int
 ) -> Float64:
-    """Return the sum of the hidden part at one turn, (F, 576) float64."""
+    """Return the sum over the hidden part at one turn, (F, 576) float64."""
     flat = light.reshape(-1)
     index = (turn - _STEPS) % TURNS
     rows = [
@@ -162,10 +162,10 @@ def two_parts(light: Floats, mixing: Float64) -> Float64:
 
     Args:
         light: (..., H, W, 3) float. Linear Rec. 709 radiance.
-        mixing: (2, 3) float64. Split of light into two parts for the head.
+        mixing: (2, 3) float64. The split of light into two parts for the head.
 
     Returns:
-        (..., 2, H, W) float64. The two parts, in the unit of `light`.
+        (..., 2, H, W) float64. The two parts, in the same unit as `light`.
     """
     red, green, blue = (light[..., channel].astype(np.float64) for channel in range(3))
     # Texel by texel, so that mirrored light gives exactly the mirrored parts.
@@ -187,7 +187,7 @@ _SUMS: Final = (_STEPS[:, None] + _STEPS) % TURNS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceBasis:
-    """An orthonormal basis of a face's pictures, each minus its mean over the face."""
+    """An orthonormal basis of the pictures of a face, each minus its mean over the face."""
 
     # (P,), square root of the weight of each pixel of the head
     root: Float64 = field(repr=False)
@@ -200,7 +200,7 @@ class FaceBasis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contrast:
-    """The pictures of a lamp's light and of the light that it hides, in a face's basis."""
+    """The pictures of a lamp's light, and of the light that the lamp hides, in a face's basis."""
 
     face: FaceBasis = field(repr=False)
     # (33, K, 64) complex64, the rows of the face's basis, transformed along azimuth and conjugated
@@ -219,13 +219,13 @@ class Contrast:
 
 
 def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
-    """Find the basis of a head's face. This takes a second.
+    """Find a basis for the pictures of a head's face. This takes one second.
 
     Args:
         region: (P,). Weight of each pixel (see `app.core.solver.face`).
 
     Raises:
-        CoreError: If the transport was baked for environments of another size.
+        CoreError: If the transport was baked for environments of a different size.
     """
     if transport.environment_shape != SHAPE:
         raise CoreError(
@@ -266,7 +266,7 @@ def find_contrast(
 
     Args:
         lamp: (K, 576) float64. Coordinates of the lamp's pictures.
-        beside: (576,) float64. Squared norm of their part outside the basis.
+        beside: (576,) float64. Squared norms of the pictures' parts outside the basis.
     """
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
@@ -308,7 +308,7 @@ def _shades(hidden: HiddenTexels) -> Float32:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Norms:
-    """Squared contrast of the face, for any power of the lamp."""
+    """The squared contrast of the face, for any power of the lamp."""
 
     # place, both: (64, 576) float64, or (1, 576) at one turn, of the place's light minus the hidden
     # part; twice its product with the lamp's picture
@@ -326,12 +326,12 @@ class Norms:
 def norms(
     contrast: Contrast, hidden: HiddenTexels, light: Floats, scale: float, turn: int | None = None
 ) -> Norms:
-    """Find the contrast of the face at all turns and placements.
+    """Find the contrast of the face at every turn and placement.
 
     Args:
-        light: (32, 64, 3) float. The place at turn 0, linear Rec. 709 radiance.
-        scale: Mean luminance that normalises the result.
-        turn: Turn index, or None for all turns.
+        light: (32, 64, 3) float. The place at turn 0, as linear Rec. 709 radiance.
+        scale: Mean luminance by which the result is normalised.
+        turn: Index of the only turn to evaluate, or None for all turns.
     """
     parts = two_parts(light, contrast.face.mixing)
     place = _at_all_turns(contrast, parts)
@@ -379,8 +379,8 @@ def _remainder(
 def _further(contrast: Contrast, place: Float64, parts: Float64, turn: int | None) -> Float64:
     """Return `_remainder` in the other coordinates, minus the brightest texels, (64 or 1, 576).
 
-    With r the place's picture, d_b the contribution of texel b to it and s_b the hidden fraction of
-    b, |r - sum of s_b d_b|^2 = |r|^2 - 2 sum of s_b (d_b . r) + sum of s_a s_b (d_a . d_b).
+    If r is the place's picture, d_b texel b's contribution to it and s_b the hidden fraction of
+    b, then |r - sum of s_b d_b|^2 = |r|^2 - 2 sum of s_b (d_b . r) + sum of s_a s_b (d_a . d_b).
     """
     texels = len(contrast.shades)
     counts = np.square(contrast.further[:texels]).sum(axis=1).reshape(SHAPE).mean(axis=1)
@@ -426,21 +426,21 @@ def norm_at(
 
 
 def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
-    """Return the coordinates of the place's pictures, (K, 64)."""
+    """Return the coordinates of the place's pictures at every turn, (K, 64)."""
     spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T.astype(np.complex64)
     product = (contrast.spectra @ spectrum[:, :, None])[:, :, 0]
     return np.asarray(np.fft.irfft(product.T, n=SHAPE[1], axis=1))
 
 
 def less_mean(pictures: Floats, root: Float64) -> Float64:
-    """Subtract the mean over the face from pictures, (..., P), and weight pixels by `root`."""
+    """Subtract the mean over the face from pictures, (..., P), and weight the pixels by `root`."""
     centred = pictures.astype(np.float64)
     centred -= (centred @ root**2)[..., None] / (root @ root)
     return centred * root
 
 
 def _kinds(transport: Transport) -> list[Bools]:
-    """Return masks of T's even and odd rows, or one mask of all rows for an asymmetric head."""
+    """Return masks of T's even and odd rows, or one mask of all rows for an asymmetrical head."""
     rows = transport.texel_basis.reshape(-1, *transport.environment_shape).astype(np.float64)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
     ratio = flipped / (np.einsum("rhw,rhw->r", rows, rows) + 1e-30)

@@ -1,8 +1,8 @@
-"""A lamp combined with a lens position beside the nose.
+"""A lamp combined with a lens that is not directly in front of the nose.
 
-The best placement of a lamp and the grade depend on the face alone, since the turn and placement of
-eq. 7 are counted from the nose. Of all lens positions, the one with the best match of the combined
-picture of place and lamp is chosen.
+The grade and the best placement of a lamp depend on the face alone, since the turn and the
+placement in eq. 7 are measured from the nose. Of all lens positions, the one with the best match
+for the combined picture of place and lamp is chosen.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ def seen_aside(
     Args:
         placements: Results of `place_all` with the nose towards the lens.
         radiance: As in `place_all`.
-        lamp: The lamp if it is described by numbers, and therefore near, or None.
-        wish: Permitted positions of the lens. Its background is counted from the same azimuth as
-            turns.
+        lamp: The lamp if it is described by numbers, and therefore near, or None otherwise.
+        wish: Permitted positions of the lens. Azimuths of its background are measured from the same
+            zero as turns.
     """
     under = [_under(one, radiance, lamp_light) for one in placements]
     keys = [_key(pack, one, light) for one, light in zip(placements, under, strict=True)]
@@ -93,14 +93,14 @@ def _out_of_reach(one: LampPlacement, wish: LensWish) -> LampPlacement:
 
 
 def _under(one: LampPlacement, radiance: Floats, lamp_light: AddedLight) -> Float64:
-    """Return the place's light as the face sees it, with a captured lamp or behind a near one."""
+    """Return the place's light on the face, with a captured lamp added or hidden by a near one."""
     rotated = np.roll(radiance, -one.turn_index, axis=1)
     power = one.power if lamp_light.light is not None else 0.0
     return lamp_light.over(rotated, one.placement, power)
 
 
 def _key(pack: StylePack, one: LampPlacement, light: Float64) -> float:
-    """Return the azimuth of the main light, from the nose towards the sitter's left."""
+    """Return the azimuth of the main light relative to the nose, positive to the sitter's left."""
     style = pack.styles[pack.index(one.name)]
     if style.side != "none" and one.attainable:
         return max(style.lamps, key=lambda each: each.power).azimuth_deg
@@ -109,7 +109,7 @@ def _key(pack: StylePack, one: LampPlacement, light: Float64) -> float:
 
 
 class _AsideView:
-    """A head from the side, prepared for a lamp near it."""
+    """A head seen from the side, prepared for a lamp near it."""
 
     def __init__(
         self, pack: StylePack, views: HeadViews, yaw_deg: float, lamp: NumbersLamp | None
@@ -123,7 +123,7 @@ class _AsideView:
         self._near = None if lamp is None else prepare_near(view.transport, view.shape)
 
     def match(self, one: LampPlacement, under: Float64) -> float:
-        """Return the match of the combined picture of place and lamp, 0 to 100."""
+        """Return the match for the combined picture of place and lamp, 0 to 100."""
         picture = render(self._transport, under)
         if self._near is not None and self._lamp is not None:
             alone = near_picture(self._near, self._lamp, *placement(one.placement))

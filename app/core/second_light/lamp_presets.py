@@ -1,7 +1,7 @@
-"""Lamps described by numbers instead of a capture.
+"""Lamps that are described by numbers instead of a capture.
 
-A lamp is a flat light source that faces the head, equally bright all over and from every side
-(Lambertian), described by its size and its illuminance at one metre.
+A lamp is a flat light source that faces the head. It is equally bright all over and from every
+direction (Lambertian), and is described by its size and its illuminance at one metre.
 
 A lamp at full power may overpower the place's own light, and a style with two lamps needs both. The
 search may therefore dim a lamp in the usual steps of whole stops.
@@ -17,7 +17,7 @@ from app.core.base.errors import CoreError
 from app.core.text import tr
 
 FULL: Final = (1.0,)
-"""Powers of a lamp that cannot be dimmed, or that was captured."""
+"""The powers of a lamp that cannot be dimmed or that was captured."""
 
 # Brightest and dimmest setting in stops from the power in `numbers`: screens and panels go down to
 # less than a hundredth, a torch has a few steps; a flash is specified at 1/16 and goes from 1/1 to
@@ -35,7 +35,7 @@ _FULL_FROM: Final = 0.995
 
 
 def powers_of(kind: str) -> tuple[float, ...]:
-    """Return the possible powers of a kind of lamp, strongest first.
+    """Return the possible powers for a kind of lamp, strongest first.
 
     Examples:
         >>> powers_of("torch"), powers_of("bulb")
@@ -48,7 +48,7 @@ def powers_of(kind: str) -> tuple[float, ...]:
 
 
 def part_of(power: float, kind: str = "") -> int:
-    """Return the denominator of a lamp's power: 1 for full power, 2 for half.
+    """Return the denominator of a lamp's power, such as 1 for full power and 2 for half.
 
     Examples:
         >>> part_of(1.0), part_of(0.125), part_of(16.0, "flash")
@@ -114,7 +114,7 @@ KINDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class NumbersLamp:
-    """A lamp described by numbers, at a distance.
+    """A lamp described by numbers, at a given distance.
 
     Raises:
         CoreError: If a number is out of range.
@@ -128,7 +128,7 @@ class NumbersLamp:
     colour: tuple[float, float, float] = _WHITE  # linear Rec. 709 of luminance 1
 
     def __post_init__(self) -> None:
-        """Raise `CoreError` for impossible values."""
+        """Raise `CoreError` if a value is impossible."""
         if not NEAREST_M <= self.distance_m <= FARTHEST_M:
             raise CoreError(
                 tr(
@@ -158,19 +158,19 @@ class NumbersLamp:
 
     @property
     def luminance(self) -> float:
-        """Luminance of the lamp's face, in cd/m2."""
+        """The luminance of the lamp's face, in cd/m2."""
         area = self.size_m[0] * self.size_m[1] * (math.pi / 4.0 if self.round else 1.0)
         return self.lux_at_1m / area
 
 
 def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
-    """Return the lamp of a kind at a distance from the middle of the head."""
+    """Return a lamp of a given kind at a distance from the centre of the head."""
     distance = kind.distance_m if distance_m is None else distance_m
     return NumbersLamp(kind.name, distance, kind.lux_at_1m, kind.size_m, kind.round, kind.colour)
 
 
 def parse(text: str) -> NumbersLamp:
-    """Parse a lamp, given as its kind and its distance in metres.
+    """Parse a lamp that is given as its kind and its distance in metres.
 
     Examples:
         >>> parse("phone@0.45").distance_m

@@ -20,7 +20,7 @@ _MIDDLE: Final = len(ALTITUDES_DEG) // 2
 
 @dataclass(frozen=True, slots=True)
 class LampSpot:
-    """A turn and a placement of the lamp."""
+    """A turn, and a placement of the lamp."""
 
     turn: int
     number: int
@@ -29,13 +29,14 @@ class LampSpot:
 def best_spot(objective: Float64, eligible: Bools | None = None) -> LampSpot:
     """Return the spot with the largest value.
 
-    Values within a millionth of the largest are equal. Of equal values, the smaller turn is chosen,
-    clockwise first; then the smaller azimuth of the lamp, towards the sitter's left first; then the
-    smaller altitude, upward first.
+    Values within a millionth of the largest count as equal. Among equal values, the spot with the
+    smallest turn is chosen, with clockwise first. If turns are equal too, the smallest azimuth of
+    the lamp is chosen, towards the sitter's left first, and then the smallest altitude, upwards
+    first.
 
     Args:
-        objective: (64, 576) or (1, 576) float64, per turn and placement.
-        eligible: Mask of the same shape. False excludes a spot.
+        objective: (64, 576) or (1, 576) float64. Values by turn and placement.
+        eligible: Mask of the same shape. Spots where the mask is False are excluded.
     """
     values = (
         objective.ravel() if eligible is None else np.where(eligible, objective, -np.inf).ravel()
@@ -64,16 +65,16 @@ def _rank(place: int) -> tuple[int, ...]:
 def refine(
     objective: Float64, spot: LampSpot, eligible: Bools, gate: Float64 | None = None
 ) -> tuple[float, float, float]:
-    """Find the maximum between the places of the grid, by a parabola through the neighbours.
+    """Find the maximum between the points of the grid, by a parabola through the neighbours.
 
     Args:
-        objective: (64, 576) or (1, 576) float64, per turn and placement. A single turn is not
+        objective: (64, 576) or (1, 576) float64. Values by turn and placement. A single turn is not
             refined.
-        gate: Values of the same shape that, interpolated in the same way, must stay at 0 or above.
+        gate: Values of the same shape. When interpolated in the same way, they must remain at 0 or
+            above.
 
     Returns:
-        The distances from the spot in turn, azimuth and altitude, each at most half a step of the
-        grid.
+        The offsets from the spot in turn, azimuth and altitude, each at most half a grid step.
     """
     cube = _around(objective, spot)
     free = _free(_around(eligible, spot))
@@ -98,7 +99,7 @@ def refine(
 
 
 def _around(values: NDArray[_Kind], spot: LampSpot) -> NDArray[_Kind]:
-    """Return values around a spot, (3, 3, 3): turn, altitude (repeated at the ends), azimuth."""
+    """Return values around a spot, (3, 3, 3), by turn, altitude (repeated at the ends), azimuth."""
     altitude, azimuth = divmod(spot.number, TURNS)
     steps = np.arange(-1, 2)
     rows = np.clip(altitude + steps, 0, len(ALTITUDES_DEG) - 1)
@@ -113,7 +114,7 @@ def _free(eligible: Bools) -> Bools:
 
 
 def _parabola(cube: Float64) -> tuple[Float64, Float64]:
-    """Return the slope, (3,), and the curvature, (3, 3), in the middle of a cube."""
+    """Return the slope, (3,), and the curvature, (3, 3), at the centre of a cube of values."""
     middle = cube[1, 1, 1]
     slope, bend = np.zeros(3), np.zeros((3, 3))
     for one in range(3):
@@ -128,7 +129,7 @@ def _parabola(cube: Float64) -> tuple[Float64, Float64]:
 
 
 def _inside(gate: Float64, moves: Float64) -> Float64:
-    """Halve the moves until the gate is open."""
+    """Halve the moves until the gate is open at the resulting position."""
     slope, bend = _parabola(gate)
     for _ in range(6):
         if gate[1, 1, 1] + slope @ moves + 0.5 * moves @ bend @ moves >= 0:

@@ -1,6 +1,6 @@
-"""A lamp and a place in the form used by the search for a second light.
+"""A lamp and a place, in the form used by the search for a second light.
 
-Styles and lamp are transformed once, so that any place can then be searched in milliseconds.
+The styles and the lamp are transformed once. Any place can then be searched in milliseconds.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from app.core.text import tr
 class LampTables:
     """The effect of a lamp on a pack's targets, and on the mean and the areas of the face.
 
-    Everything that is linear in light is in L rows: the S targets over the whole head, the mean of
-    the face, its A areas, and the S targets over the face.
+    Everything that is linear in light is stored in L rows: the S targets over the whole head, the
+    mean of the face, its A areas, and the S targets over the face.
     """
 
     pack: StylePack = field(repr=False)
@@ -53,23 +53,23 @@ class LampTables:
     # may be the small remainder of a hidden sun.
     @cached_property
     def hidden_whole(self) -> tuple[Float64, ...]:
-        """Tables of the targets over the whole head, each (S, M, 64)."""
+        """The tables of the targets over the whole head, (S, M, 64) each."""
         return tuple(hidden_tables(self.lamp_light.hidden, self.linear[: self.count]))
 
     @cached_property
     def hidden_face(self) -> tuple[Float32, ...]:
-        """Tables of everything over the face, each (L - S, M, 64)."""
+        """The tables of everything over the face, (L - S, M, 64) each."""
         rows = self.linear[self.count :].astype(np.float32)
         return tuple(hidden_tables(self.lamp_light.hidden, rows))
 
     @property
     def count(self) -> int:
-        """Number of targets, S, which is also the row of the mean."""
+        """The number of targets, S, which is also the row of the mean."""
         return len(self.pack.styles)
 
     @property
     def areas(self) -> list[int]:
-        """Rows of the areas."""
+        """The rows of the areas."""
         return list(range(self.count + 1, self.count + 1 + len(AREAS)))
 
     def face(self, row: int) -> int:
@@ -94,7 +94,7 @@ def lamp_tables(pack: StylePack, transport: Transport, lamp_light: AddedLight) -
     """Prepare a lamp for the styles of a head.
 
     Raises:
-        TransportError: If the head was baked for environments of another size.
+        TransportError: If the head was baked for environments of a different size.
     """
     linear = _full(pack)
     if lamp_light.light is not None:
@@ -110,10 +110,10 @@ def lamp_tables(pack: StylePack, transport: Transport, lamp_light: AddedLight) -
 def see_place(
     tables: LampTables, light: Floats, scale: float, *, targets: bool = False
 ) -> SearchPlace:
-    """Prepare a place for the search.
+    """Prepare the light of a place for the search.
 
     Args:
-        light: (32, 64, 3) float, linear Rec. 709 radiance at turn 0.
+        light: (32, 64, 3) float. Linear Rec. 709 radiance at turn 0.
         targets: Whether only the targets over the whole head are needed.
     """
     pack = tables.pack
@@ -133,15 +133,15 @@ def left_everywhere(
 ) -> Floats:
     """Evaluate the light of the place that the lamp does not hide.
 
-    The sum of this and `lamp_alone` is eq. 7.
+    The sum of the result and that of `lamp_alone` is eq. 7.
 
     Args:
         rows: Rows of `LampTables`.
-        turn: Index of the only turn to evaluate, or None for all.
+        turn: Index of the only turn to evaluate, or None for all turns.
 
     Returns:
-        (len(rows), 64, 576) float, or (len(rows), 1, 576) at one turn, in the unit of
-        `place.light`, and float64 if a target over the whole head is among the rows.
+        (len(rows), 64, 576) float, or (len(rows), 1, 576) for a single turn, in the same unit as
+        `place.light`. The type is float64 if a target over the whole head is among the rows.
     """
     indices = np.asarray(rows, np.intp)
     is_whole = indices < tables.count
@@ -167,7 +167,7 @@ def _loss(tables: LampTables, place: SearchPlace, rows: Indices, turn: int | Non
 
 
 def values_at(tables: LampTables, place: SearchPlace, spot: LampSpot, power: float) -> Float64:
-    """Evaluate all rows at one combination, (L,) float64, in the unit of `place.light`."""
+    """Evaluate all rows for one combination, (L,) float64, in the same unit as `place.light`."""
     hidden, (altitude, azimuth) = tables.lamp_light.hidden, divmod(spot.number, TURNS)
     parts = np.roll(place.parts, -spot.turn, axis=2).reshape(-1)
     own, share = hidden.own[altitude][:, azimuth], hidden.shares[altitude][:, azimuth]
@@ -194,7 +194,7 @@ def _full(pack: StylePack) -> Float64:
 
 
 def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
-    """Return all rows on the head's pixels, (L, P), from the pack's pictures."""
+    """Return all rows on the pixels of the head, (L, P), from the pictures in the pack."""
     flat = pack.targets.reshape(len(pack.styles), -1, 3)[:, transport.pixels]
     luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
     region = pack.region_on(transport)

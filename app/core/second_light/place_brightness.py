@@ -1,12 +1,13 @@
-"""The brightness of a place, for adding a lamp's light.
+"""The brightness of a place, for adding the light of a lamp.
 
-A lamp that rescues a style at night has no effect in the sun, so the place's brightness must be
-known in cd/m2. An environment merged from exposures records it; for any other environment, the user
-has to enter the illuminance at the face.
+A lamp that rescues a style at night has no effect in the sun, so the brightness of the place must
+be known in cd/m2. An environment that was merged from exposures records it. For any other
+environment, the user has to enter the illuminance at the face.
 
-The light of a lamp and of a place can be added if both are known in cd/m2, from the exposures
-recorded in their frames. For one camera, ISO, aperture and shutter give the scale to within a few
-percent from capture to capture; for two cameras, only to about half a stop.
+The light of a lamp and the light of a place can be added if both are known in cd/m2, from the
+exposures recorded in their frames. For a single camera, ISO, aperture and shutter give the scale to
+within a few percent from capture to capture. For two cameras, they give it only to about half a
+stop.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ _MOST_LAMP_LUX: Final = 1e7
 
 
 class Unknown(Enum):
-    """The brightness that is not known in cd/m2: that of the lamp or that of the place."""
+    """The brightness that is not known in cd/m2, either that of the lamp or that of the place."""
 
     LAMP = auto()
     PLACE = auto()
@@ -44,12 +45,12 @@ class Unknown(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Result of comparing the scales of a lamp and a place.
+    """The result of comparing the scales of a lamp and a place.
 
     Attributes:
         unknown: The unknown brightness, or None if both are known.
         title: Title of the lamp.
-        cameras: Cameras of the lamp and of the place, or None if they are the same.
+        cameras: Cameras used for the lamp and for the place, or None if they are the same.
     """
 
     unknown: Unknown | None = None
@@ -65,11 +66,11 @@ class Comparison:
 def compare(
     place_white_cd_m2: float | None, lamp: CapturedLamp, *, place_camera: str = ""
 ) -> Comparison:
-    """Compare the scales of a place's and a lamp's capture.
+    """Compare the scale of a place's capture with that of a lamp's capture.
 
     Args:
-        place_white_cd_m2: Luminance of radiance 1 of the place, in cd/m2, or None if its exposure
-            is unknown.
+        place_white_cd_m2: Luminance that corresponds to a radiance of 1 at the place, in cd/m2, or
+            None if its exposure is unknown.
 
     Examples:
         >>> import numpy as np
@@ -93,7 +94,7 @@ def compare(
 
 
 def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
-    """Set the brightness of a lamp from a light meter reading at the probe's position.
+    """Set the brightness of a lamp from a light meter reading taken at the probe's position.
 
     Raises:
         CoreError: If the reading is out of range.
@@ -115,7 +116,7 @@ def _has_scale(white: float | None) -> bool:
 
 
 ASSUMED_LUX: Final = 200.0
-"""Assumed vertical illuminance at the face in lux, that of a lit room."""
+"""Vertical illuminance assumed at the face, in lux, which is that of a lit room."""
 
 _ATTRIBUTE: Final = "whiteLuminance"
 _MOST: Final = 1e12
@@ -127,7 +128,7 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
     """Return the vertical illuminance at a face, in lux if the light is in cd/m2.
 
     Args:
-        light: (H, W, 3) or (H, W) float. Environment, linear Rec. 709 radiance or luminance.
+        light: (H, W, 3) or (H, W) float. Environment, as linear Rec. 709 radiance or luminance.
         azimuth_deg: Panorama azimuth towards which the face looks, in degrees.
     """
     luminance = luminance_of(light)
@@ -139,10 +140,10 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
 
 
 def check_lux(lux: float) -> float:
-    """Return an illuminance at the face, in lux, if it is plausible.
+    """Check that an illuminance at the face, in lux, is plausible, and return it.
 
     Raises:
-        CoreError: If it is not.
+        CoreError: If the illuminance is implausible.
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(
@@ -153,10 +154,10 @@ def check_lux(lux: float) -> float:
 
 
 def read_lux(text: str) -> float:
-    """Parse a typed illuminance, in lux.
+    """Parse an illuminance entered by the user, in lux.
 
     Raises:
-        CoreError: If the text is not a number, or the number is implausible.
+        CoreError: If the text is not a number, or if the number is implausible.
 
     Examples:
         >>> read_lux("450 lx"), read_lux("8,000"), read_lux("2,5"), read_lux("60 000 lux")
@@ -176,10 +177,10 @@ def read_lux(text: str) -> float:
 
 
 def stated_white(path: Path | str) -> float | None:
-    """Read the luminance of radiance 1 from an OpenEXR file.
+    """Read the luminance that corresponds to a radiance of 1 from an OpenEXR file.
 
     Returns:
-        The luminance in cd/m2, or None if the file records none or cannot be read.
+        The luminance, in cd/m2, or None if the file records none or cannot be read.
     """
     source = open_image(Path(path))
     if source is None:

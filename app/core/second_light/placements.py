@@ -1,6 +1,6 @@
-"""Placements of a second light: 64 azimuths by 9 altitudes around the head.
+"""Placements of a second light, at 64 azimuths and 9 altitudes around the head.
 
-The floor and the length of an arm limit the placements.
+The floor and the length of an arm limit the possible placements.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float64, Int64
 
 EAR_HEIGHT_M: Final = 1.2
-"""Height of the middle of the head above the floor, in metres, for a sitter on a chair."""
+"""Height of the centre of the head above the floor, in metres, for a sitter on a chair."""
 
 _CLEAR_M: Final = 0.05  # above the floor
 _SHOULDER_M: Final = (0.19, -0.27, -0.03)  # the left shoulder, from the middle of the head
@@ -24,16 +24,16 @@ _TRUNK_M: Final = (0.21, 0.13, -0.22)
 
 
 def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
-    """Return the placements above the floor, (576,) bool."""
+    """Return a mask, (576,) bool, of the placements above the floor."""
     height: Float64 = directions()[:, 1] * distance_m
     return np.asarray(height >= _CLEAR_M - ear_height_m)
 
 
 def within_arm(distance_m: float) -> Bools:
-    """Return the placements within the sitter's own reach, (576,) bool.
+    """Return a mask, (576,) bool, of the placements within the sitter's own reach.
 
     These placements are within reach of either arm, not far behind the head, and not inside the
-    trunk.
+    torso.
     """
     places = directions() * distance_m
     shoulders = np.array([_SHOULDER_M, (-_SHOULDER_M[0], *_SHOULDER_M[1:])])
@@ -44,18 +44,18 @@ def within_arm(distance_m: float) -> Bools:
 
 
 AZIMUTHS_DEG: Final[Float64] = np.arange(TURNS, dtype=np.float64) * (360.0 / TURNS)
-"""Azimuths, (64,) in degrees, from the front towards the sitter's left."""
+"""Azimuths, (64,), in degrees, from the front towards the sitter's left."""
 
 ALTITUDES_DEG: Final[Float64] = np.arange(-4, 5, dtype=np.float64) * 16.875
-"""Altitudes, (9,) in degrees, from below to above, as in the paper."""
+"""Altitudes, (9,), in degrees, from below to above, as in the paper."""
 
 COUNT: Final = len(ALTITUDES_DEG) * len(AZIMUTHS_DEG)
-"""Number of placements; number j = altitude index * 64 + azimuth index."""
+"""Number of placements. The number of a placement is altitude index * 64 + azimuth index."""
 
 MIRRORED: Final[Int64] = (
     np.arange(len(ALTITUDES_DEG))[:, None] * TURNS + (-np.arange(TURNS)) % TURNS
 ).ravel()
-"""Placement on the other side of the face, (576,)."""
+"""Number of the placement on the opposite side of the face, for each placement, (576,)."""
 
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Float64:
@@ -71,7 +71,7 @@ def directions() -> Float64:
 
 
 def placement(number: int) -> tuple[float, float]:
-    """Return the azimuth in (-180, 180] and the altitude of a placement, in degrees.
+    """Return the azimuth, within (-180, 180], and the altitude of a placement, in degrees.
 
     Examples:
         >>> placement(4 * 64 + 63)

@@ -1,8 +1,8 @@
-"""Search for the best turn and lamp placement: eq. 7 of the paper, exact for both objectives.
+"""Search for the best turn and lamp placement by eq. 7 of the paper, exactly for both objectives.
 
 All 64 turns times 576 placements are evaluated for every style. As without a lamp, the decision
-does not depend on the exposure: the place's light is divided by its mean luminance, and the lamp by
-the same number, so that only the lamp's strength relative to the place matters.
+does not depend on the exposure. The place's light is divided by its mean luminance, and the lamp's
+light is divided by the same number, so only the lamp's strength relative to the place matters.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.styles.style_pack import StylePack
 
 ALL: Final = TURNS * COUNT
-"""Number of combinations of a turn and a placement."""
+"""Number of combinations of turn and placement."""
 
 _STEP_DEG: Final = 360.0 / TURNS
 _TILT_DEG: Final = float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
@@ -48,7 +48,7 @@ _WEAK: Final = 0.1  # fraction of the face's mean below which a lamp cannot shap
 
 @dataclass(frozen=True, slots=True)
 class LampPlacement:
-    """The result of a place and a lamp for a style."""
+    """The result for a style at a place with a lamp."""
 
     name: str
     title: str
@@ -88,7 +88,7 @@ class LampPlacement:
 
     @property
     def rescued(self) -> bool:
-        """Whether the lamp brings within reach a style that is out of reach without the lamp."""
+        """Whether the lamp brings a style within reach that would otherwise be out of reach."""
         return self.attainable and not self.before.attainable
 
 
@@ -110,13 +110,14 @@ def place_all(
     """Find the best turn and lamp placement for every style (eq. 7).
 
     Args:
-        radiance: (32, 64, 3) float. Environment at turn 0, linear Rec. 709, in the unit of the
-            lamp: cd/m2.
-        is_open: (576,) bool. Placements within reach. The default is all.
-        powers: Possible powers of the lamp, as fractions of its full power (see `dimming`). The
-            picture objective uses the power with the best match, or the first of several equal
-            ones. The paper's objective always gains from more light, so it uses the first power.
-        front_deg: Azimuth of the photographer at turn 0, in degrees, from which turns are counted.
+        radiance: (32, 64, 3) float. Environment at turn 0, as linear Rec. 709 in cd/m2, which is
+            also the unit of the lamp.
+        is_open: (576,) bool. Placements within reach. By default, all placements are.
+        powers: Possible powers of the lamp, as fractions of its full power (see
+            `app.core.second_light.lamp_presets`). The picture objective uses the power with the
+            best match, or the first of several equally good ones. The paper's objective always
+            gains from more light, so it uses the first power.
+        front_deg: Azimuth of the photographer at turn 0, in degrees, from which turns are measured.
 
     Raises:
         EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
@@ -214,7 +215,10 @@ def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
 def _measure(
     tables: LampTables, place: SearchPlace, best: BestSpot
 ) -> tuple[float, PictureMeasure]:
-    """Return the quality of one combination, and its picture in all contrast coordinates."""
+    """Return the quality of one combination and the measures of its picture.
+
+    All coordinates are used for the contrast.
+    """
     pack, lamp_light, count = tables.pack, tables.lamp_light, tables.count
     spot, power = best.spot, best.power
     values = values_at(tables, place, spot, power)
@@ -243,13 +247,13 @@ def _light_shortfall(
     limits: Limits,
     most: float,
 ) -> LightShortfall | None:
-    """Find the reason why the style is out of reach even with the lamp.
+    """Find the reason why a style is out of reach even with the lamp.
 
     Args:
         most: Largest power of the lamp.
 
     Returns:
-        The shortfall, or None if a missing relation of the style's signature is the better reason.
+        The shortfall, or None if a missing relation in the style's signature is the better reason.
     """
     spot, mean = best.spot, tables.count
     strongest = most * float(tables.lamp_products[mean].max()) / place.scale

@@ -31,7 +31,7 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True)
 class BestSpot:
-    """The best combination for one style."""
+    """The best combination of turn and placement for one style."""
 
     row: int
     spot: LampSpot
@@ -53,12 +53,12 @@ def seek(
     *,
     turn: int | None = None,
 ) -> tuple[BestSpot, ...]:
-    """Evaluate all combinations for the styles at `rows`, and choose the best of each.
+    """Evaluate every combination for the styles at `rows` and choose the best one for each style.
 
     Args:
-        is_open: (576,) bool, placements within reach.
+        is_open: (576,) bool. Placements within reach.
         powers: Powers of the lamp to try, as fractions of full power.
-        turn: Index of the only turn to evaluate, or None for all.
+        turn: Index of the only turn to evaluate, or None for all turns.
 
     Raises:
         CoreError: If no placement is within reach.
@@ -89,7 +89,7 @@ def seek(
 
 
 def _count_answers(answers: list[BestSpot], turn: int | None) -> tuple[BestSpot, ...]:
-    """Restore the index of the turn if only one was evaluated, since it is then the first row."""
+    """Restore the turn index if only one turn was evaluated, since it is then in the first row."""
     if turn is None:
         return tuple(answers)
     return tuple(replace(one, spot=LampSpot(turn, one.spot.number)) for one in answers)
@@ -97,7 +97,7 @@ def _count_answers(answers: list[BestSpot], turn: int | None) -> tuple[BestSpot,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Parts:
-    """Everything that match and strength need, for any power of the lamp."""
+    """Everything needed for the match and the strength, for any power of the lamp."""
 
     tables: LampTables
     where: dict[int, int]
@@ -109,7 +109,7 @@ class _Parts:
     def of(
         cls, tables: LampTables, place: SearchPlace, rows: Sequence[int], turn: int | None
     ) -> _Parts:
-        """Evaluate styles over the face, its mean and its areas."""
+        """Evaluate the given styles over the face, and the mean and areas of the face."""
         lamp_light = tables.lamp_light
         # Without a signature a style may be chosen by its quality (see `choose`).
         plain = [row for row in rows if not tables.pack.styles[row].signature.relations]
@@ -124,7 +124,7 @@ class _Parts:
         )
 
     def at(self, power: float) -> _Sight:
-        """Evaluate the face with the lamp at a power."""
+        """Evaluate the face with the lamp at a given power."""
         contrast = self.contrast.at(power)
         # A face without any contrast matches nothing.
         contrast[contrast <= 1e-12 * contrast.max()] = np.inf
@@ -135,7 +135,7 @@ class _Parts:
 
 @dataclass(frozen=True, eq=False)
 class _Sight:
-    """The face at all combinations, at one power: its contrast and its mean."""
+    """The contrast and mean of the face for every combination, with the lamp at one power."""
 
     parts: _Parts
     power: float
@@ -143,18 +143,18 @@ class _Sight:
     mean: Float64
 
     def value(self, row: int) -> Float64:
-        """Return the values of a row of `LampTables`, (64 or 1, 576)."""
+        """Return the values in a row of `LampTables`, (64 or 1, 576)."""
         position = self.parts.where[row]
         return np.asarray(self.parts.remainder[position] + self.power * self.parts.alone[position])
 
     @property
     def areas(self) -> Float64:
-        """Means of all areas, (A, n)."""
+        """The means of all areas, (A, n)."""
         return np.stack([self.value(row).ravel() for row in self.parts.tables.areas])
 
     @cached_property
     def stops(self) -> Float64:
-        """Means of all areas in stops, (A, n)."""
+        """The means of all areas in stops, (A, n)."""
         return stops_of(self.areas)
 
 
@@ -197,10 +197,10 @@ def _choose(
 def _offer(
     curve: Float64, best: LampSpot, price: float, gate: Float64 | None
 ) -> tuple[LampSpot, float]:
-    """Return the turn offered at the best placement, by the rule without a lamp.
+    """Return the turn to offer at the best placement, by the same rule as without a lamp.
 
     Returns:
-        The spot on the grid, and the distance of the refined turn from it, in steps.
+        The spot on the grid, and the offset of the refined turn from this spot, in steps.
     """
     guard = None if gate is None else Gate(gate[:, best.number], 0.0)
     peak = find_peak(curve[:, best.number], best.turn, guard, price=price)

@@ -1,1 +1,1 @@
-"""Lamps that were captured in a dark room: detected, corrected, saved and placed."""
+"""Lamps captured in a dark room: how they are detected, corrected, saved and placed."""

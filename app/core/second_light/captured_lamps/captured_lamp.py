@@ -1,14 +1,14 @@
 """A captured lamp, and its light on the head at any placement.
 
-A captured lamp is an environment with a mask (alpha): 1 on the lamp, 0 elsewhere. Its light is
-**premultiplied**: a texel that is half covered by the lamp has half the light. Equation 7 of the
-paper composites it over the light L of a place:
+A captured lamp is an environment with a mask (alpha), which is 1 on the lamp and 0 elsewhere. Its
+light is **premultiplied**: a texel that is half covered by the lamp has half the light. Equation 7
+of the paper composites it over the light L of a place:
 
     L_add + (1 - alpha) L
 
-L_add is rotated so that the centre of its energy is straight in front of the face, then raised by
-the altitude and turned by the azimuth towards the sitter's left: R = R_y R_x. The lamp is rotated
-at full size and then reduced to the size of the search.
+L_add is rotated so that the centre of its energy is directly in front of the face. It is then
+raised by the altitude and turned by the azimuth towards the sitter's left: R = R_y R_x. The lamp is
+rotated at full size and then reduced to the size used in the search.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.text import tr
 
 LARGEST: Final = (512, 1024)
-"""Maximum rows and columns of a captured lamp: texels of 0.35 degrees."""
+"""Maximum number of rows and columns of a captured lamp, for texels of 0.35 degrees."""
 
 _FINE_ROWS: Final = 256  # minimum rows for a rotation
 
@@ -54,22 +54,22 @@ class CapturedLamp:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the panorama."""
+        """Number of rows and columns of the panorama."""
         return self.radiance.shape[0], self.radiance.shape[1]
 
     @property
     def light(self) -> FloatImage:
-        """Light of the lamp alone, (H, 2 H, 3) float32, premultiplied, in units of `radiance`."""
+        """The light of the lamp alone, (H, 2 H, 3) float32, premultiplied, in `radiance` units."""
         return self.radiance * (self.alpha > 0.0)[..., None]
 
     @property
     def solid_angle_sr(self) -> float:
-        """Solid angle of the lamp, in steradians, as seen from the probe."""
+        """The solid angle of the lamp as seen from the probe, in steradians."""
         return float(energy(self.alpha))
 
     @property
     def lux(self) -> float | None:
-        """Illuminance of a surface facing the lamp at its distance, in lux, or None if unknown."""
+        """Illuminance on a surface facing the lamp at its distance, in lux, or None if unknown."""
         if self.white_cd_m2 is None:
             return None
         light = self.light @ np.array(LUMINANCE_WEIGHTS, np.float32)
@@ -82,7 +82,7 @@ class CapturedLamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedLamp:
-    """A captured lamp at all placements, in the frame of the head (azimuth 0 = front)."""
+    """A captured lamp at every placement, in the head's frame (azimuth 0 = front)."""
 
     name: str
     title: str
@@ -106,11 +106,11 @@ def make_lamp(
     distance_m: float | None = None,
     camera: str = "",
 ) -> CapturedLamp:
-    """Create a lamp from a capture and a mask, repaired and reduced to at most `LARGEST`.
+    """Create a lamp from a capture and a mask, repaired and reduced to `LARGEST` or less.
 
     Args:
-        radiance: (H, 2 H, 3) float32, linear Rec. 709. It is not changed.
-        alpha: (H, 2 H) float32, mask. Values outside 0 to 1 are clipped, and NaN becomes 0.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709. The array is not changed.
+        alpha: (H, 2 H) float32. The mask. Values outside 0 to 1 are clipped, and NaN becomes 0.
 
     Raises:
         CoreError: If the sizes do not match, or there is no light in the mask.
@@ -152,11 +152,11 @@ def make_lamp(
 def centroid(light: FloatImage) -> tuple[float, float]:
     """Return the azimuth and elevation of the centre of an environment's energy, in degrees.
 
-    The centre is the sum of all directions, weighted by luminance and solid angle, in the panorama
-    frame.
+    The centre is the sum of all directions, weighted by luminance and solid angle, in panorama
+    coordinates.
 
     Args:
-        light: (H, W, 3) float32, linear Rec. 709, not all black.
+        light: (H, W, 3) float32. Linear Rec. 709, not entirely black.
     """
     shape = light.shape[0], light.shape[1]
     bright = light @ np.array(LUMINANCE_WEIGHTS, np.float32)
@@ -169,12 +169,13 @@ def centroid(light: FloatImage) -> tuple[float, float]:
 
 
 def centring(light: FloatImage) -> Float64:
-    """Return the rotation that moves the centre of the energy to azimuth 0, elevation 0.
+    """Return the rotation that moves the centre of the energy to azimuth 0 and elevation 0.
 
-    The rotation is about the vertical first and then down, which keeps an upright lamp upright.
+    The rotation is first about the vertical axis and then downwards, which keeps an upright lamp
+    upright.
 
     Args:
-        light: (H, W, 3) float32, the lamp alone.
+        light: (H, W, 3) float32. The light of the lamp alone.
 
     Returns:
         (3, 3) float64. The rotation, which moves the content (see `app.core.base.sphere`).
@@ -184,7 +185,7 @@ def centring(light: FloatImage) -> Float64:
 
 
 def grey_lamp(lamp: CapturedLamp) -> CapturedLamp:
-    """Convert a lamp's light to grey, as in the paper's search."""
+    """Return the lamp with grey light, as in the paper's search."""
     grey = luminance(lamp.radiance)
     return replace(lamp, radiance=np.repeat(grey[..., None], 3, axis=2))
 
@@ -196,10 +197,10 @@ def place_lamp(
     token: Token | None = None,
     report: Report = silent,
 ) -> PlacedLamp:
-    """Rotate a lamp to all placements, preserving its energy within 0.1%.
+    """Rotate a lamp to every placement, preserving its energy to within 0.1%.
 
     Raises:
-        ValueError: If `shape` does not have one column per azimuth.
+        ValueError: If `shape` does not have one column for each azimuth.
     """
     columns = COUNT // len(ALTITUDES_DEG)
     if shape[1] != columns:
@@ -233,10 +234,10 @@ def placed_at(
 
 
 def _fine(lamp: CapturedLamp) -> tuple[Float32, Float32, Float64]:
-    """Enlarge a lamp for rotations, in cd/m2 if known.
+    """Enlarge a lamp for rotations, with its light in cd/m2 if the unit is known.
 
     Returns:
-        The lamp's light, its mask, and the rotation that moves the lamp straight ahead.
+        The lamp's light, its mask, and the rotation that moves the lamp directly to the front.
     """
     light = lamp.light
     if lamp.white_cd_m2 is not None:

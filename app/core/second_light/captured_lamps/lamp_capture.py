@@ -33,11 +33,11 @@ _FINEST: Final = 4 * LARGEST[1]  # columns
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampCapture:
-    """A lamp read from files.
+    """A lamp that was read from files.
 
     Attributes:
-        warnings: Warnings from merging the frames or reading the panorama.
-        mask: The mask as detected, or None if the file contains a mask.
+        warnings: Warnings from merging the frames or from reading the panorama.
+        mask: The detected mask, or None if the file contains a mask.
     """
 
     lamp: CapturedLamp
@@ -49,12 +49,12 @@ def read_lamp_file(path: Path | str) -> LampCapture:
     """Read a lamp from a panorama of a dark room.
 
     Args:
-        path: OpenEXR or Radiance. Channel A is the mask, with premultiplied light; without channel
-            A, the lamp is detected. The unit of the light is known if the file records
-            ``whiteLuminance``.
+        path: OpenEXR or Radiance file. If there is a channel A, it is the mask, and the light is
+            premultiplied. Otherwise, the lamp is detected. The unit of the light is known if the
+            file records ``whiteLuminance``.
 
     Raises:
-        CoreError: If the file cannot be read, or there is no lamp in it.
+        CoreError: If the file cannot be read, or if it contains no lamp.
     """
     # Ignore coverage: transparent texels are not the lamp, but they were captured.
     environment = from_radiance(read_panorama(path, coverage=False).radiance, Path(path).stem)
@@ -70,7 +70,7 @@ def read_lamp_file(path: Path | str) -> LampCapture:
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
-    """Return channel A of the first part, (H, 2 H), bounded, or None if the file has none."""
+    """Return channel A of the first part, (H, 2 H), limited to 0 to 1, or None if there is none."""
     source = open_image(path)
     if source is None:
         return None
@@ -107,17 +107,17 @@ def capture_lamp(
     token: Token | None = None,
     report: Report = silent,
 ) -> LampCapture:
-    """Merge a bracket of a lamp in a dark room, and find the lamp in it.
+    """Merge a bracket of a lamp in a dark room and find the lamp in it.
 
     Args:
-        paths: Exposures, a folder of them, or one linear panorama (.exr, .hdr). Its channel A, if
-            it exists, is the mask.
-        options: Options for merging. By default, the response is sRGB, since the frames of a dark
+        paths: Exposures, a folder of exposures, or one linear panorama (.exr, .hdr). If the
+            panorama has a channel A, it is used as the mask.
+        options: Options for merging. By default, the response is sRGB, because frames of a dark
             room are mostly noise, from which no response can be recovered.
         distance_m: Distance from the probe to the lamp, in metres, or None if unknown.
 
     Raises:
-        CoreError: If the files are not panoramas, or no lamp stands out.
+        CoreError: If the files are not panoramas, or if no lamp stands out.
     """
     if len(paths) == 1 and paths[0].suffix.lower() in _LINEAR:
         capture = read_lamp_file(paths[0])

@@ -1,11 +1,11 @@
-"""The files of a captured lamp: text, capture and picture.
+"""The files of a captured lamp: a text file, a capture and a picture.
 
     FOLDER/<name>.json           title, distance, unit and camera; replaced only as a whole
     FOLDER/<name>-<digits>.exr   the capture, with the mask as channel A; named by its checksum
     FOLDER/<name>.png            a thumbnail
 
-A lamp exists once its text does: the capture is complete before the text names it. If the text is
-damaged, the capture still has the light, its unit and the mask.
+A lamp exists once its text file does, because the capture is complete before the text file names
+it. If the text file is damaged, the capture still contains the light, its unit and the mask.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from app.core.storage.json_file import Facts, number, optional, read_json, take,
 from app.core.text import tr
 
 MAX_TITLE: Final = 80
-"""Length of the longest title, in characters."""
+"""Maximum length of a title, in characters."""
 
 _FORMAT: Final = 1
 _MOST_BYTES: Final = 1 << 16
@@ -45,11 +45,11 @@ _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
 _SHA: Final = r"[0-9a-f]{64}"
 _PICTURE: Final = 256
 AGAIN: Final = tr("Free some space or make the folder writable, then try again.")
-"""Hint for a lamp that could not be written."""
+"""Hint shown if a lamp could not be written."""
 
 
 def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Write a lamp's files, with the text last.
+    """Write the files of a lamp, ending with the text file.
 
     Raises:
         CoreError: If a file cannot be written.
@@ -89,7 +89,7 @@ def write_text(folder: Path, lamp: CapturedLamp) -> None:
 
 
 class LampPart(Enum):
-    """The entries of a lamp's text file."""
+    """The entries in a lamp's text file."""
 
     NAME = auto()
     DISTANCE = auto()
@@ -101,21 +101,21 @@ class LampPart(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LampDamage:
-    """The unreadable entries of a lamp's text file, or the error if all of it is unreadable."""
+    """The unreadable entries in a lamp's text file, or the error if none of it is readable."""
 
     parts: tuple[LampPart, ...] = ()
     error: CoreError | None = None
 
 
 def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
-    """Read a lamp's text file, and determine its damage.
+    """Read a lamp's text file and determine how it is damaged.
 
     Returns:
         The entries title, distance_m, white_cd_m2, lux, camera and sha256, with defaults for
-        damaged ones, and the damage, or None if there is none.
+        damaged entries, and the damage, or None if there is none.
 
     Raises:
-        CoreError: If the file cannot be read, or is from a newer version.
+        CoreError: If the file cannot be read, or if it is from a newer version.
     """
     file = read_json(folder / f"{name}.json", _MOST_BYTES)
     if file.state == "unreadable":
@@ -152,7 +152,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
 
 
 def capture_path(folder: Path, name: str, facts: Facts) -> Path:
-    """Return the capture named by the text file, or the newest capture if the name is lost."""
+    """Return the capture named in the text file, or the newest capture if that name is lost."""
     sha = facts["sha256"]
     if sha:
         path = capture_named(folder, name, sha)
@@ -167,7 +167,7 @@ def capture_path(folder: Path, name: str, facts: Facts) -> Path:
 
 
 def capture_named(folder: Path, name: str, sha256: str) -> Path:
-    """Return the path of a capture."""
+    """Return the path of the capture with a given checksum."""
     return folder / f"{name}-{sha256[:12]}.exr"
 
 
@@ -196,7 +196,7 @@ def picture_of(lamp: CapturedLamp) -> Bytes:
     """Draw a lamp as seen from the probe, exposed for the lamp.
 
     Returns:
-        (256, 256, 3) uint8, sRGB, with the lamp in the middle.
+        (256, 256, 3) uint8. sRGB, with the lamp in the centre.
     """
     ahead = centring(lamp.light)
     view = np.asarray(remap_frame(lamp.radiance, ahead), np.float32)

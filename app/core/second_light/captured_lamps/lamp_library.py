@@ -1,8 +1,8 @@
-"""The user's captured lamps: save, rename, correct, delete and restore.
+"""Save, rename, correct, delete and restore the user's captured lamps.
 
-Deleted lamps and earlier captures are in ``FOLDER/trash``. Every function raises CoreError if no
-lamp has the given name, or if a file cannot be read, moved or written. The lamp then remains
-unchanged.
+Deleted lamps and earlier captures are kept in ``FOLDER/trash``. Every function raises `CoreError`
+if no lamp has the given name, or if a file cannot be read, moved or written. In that case, the lamp
+remains unchanged.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
     """Read a lamp by name or title.
 
     Raises:
-        CoreError: If there is no such lamp, or the lamp is damaged.
+        CoreError: If there is no such lamp, or if the lamp is damaged.
     """
     stem = _find(folder, name)
     facts, _ = facts_of(folder, stem)
@@ -125,10 +125,10 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
 
 
 def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
-    """Save a lamp under a free name and title.
+    """Save a lamp under a name and title that are not yet in use.
 
     Raises:
-        CoreError: If the lamp cannot be written, or the title is empty or too long.
+        CoreError: If the lamp cannot be written, or if the title is empty or too long.
     """
     with os_errors_as(
         CoreError, tr("The lamp was not saved in {folder}: {reason}."), AGAIN, folder=folder
@@ -142,7 +142,7 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
 
 
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Replace a lamp with a corrected version, and move the old version to the trash."""
+    """Replace a lamp with a corrected version and move the old version to the trash."""
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
     write_lamp(_LIBRARY.trash_folder(folder, name), old)
@@ -153,10 +153,10 @@ def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
 
 
 def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
-    """Change the title of a lamp, but not its file names.
+    """Change the title of a lamp without changing its file names.
 
     Raises:
-        CoreError: If another lamp has the title, or the lamp cannot be read or written.
+        CoreError: If another lamp has the title, or if the lamp cannot be read or written.
     """
     lamp = read_lamp(folder, name)
     new_lamp = replace(lamp, title=_LIBRARY.new_title(folder, lamp.name, title))
@@ -167,15 +167,15 @@ def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
 def restate_lamp(
     folder: Path, name: str, *, distance_m: float | None = None, lux: float | None = None
 ) -> CapturedLamp:
-    """Correct the distance or illuminance of a lamp.
+    """Correct the distance or the illuminance of a lamp.
 
     Args:
         distance_m: Distance from the probe to the lamp in the capture, in metres, or None to keep
             the old distance.
-        lux: Illuminance at that distance, or None to keep the old illuminance.
+        lux: Illuminance at that distance, in lux, or None to keep the old illuminance.
 
     Raises:
-        CoreError: If a number is out of range, or the lamp cannot be read or written.
+        CoreError: If a number is out of range, or if the lamp cannot be read or written.
     """
     lamp = read_lamp(folder, name)
     if distance_m is not None:
@@ -187,10 +187,10 @@ def restate_lamp(
 
 
 def check_distance(distance_m: float) -> float:
-    """Return a distance, in metres, if a lamp can be captured and used at that distance.
+    """Check that a lamp can be captured and used at a distance, in metres, and return the distance.
 
     Raises:
-        CoreError: If it cannot.
+        CoreError: If the distance is out of range.
     """
     low, high = _HELD_M
     if not low <= distance_m <= high:
@@ -215,7 +215,7 @@ def delete_lamp(folder: Path, name: str) -> TrashedItem:
 
 
 def restore_lamp(folder: Path, trashed: TrashedItem) -> CapturedLamp:
-    """Restore a lamp from the trash, under its old name and title if they are still free."""
+    """Restore a lamp from the trash under its old name and title, if these are still free."""
     lamp = read_lamp(trashed.folder, trashed.name)
     name, title = _LIBRARY.names_for(folder, lamp.title, lamp.name)
     back = replace(lamp, name=name, title=title)

@@ -1,12 +1,12 @@
-"""Find the lamp in the capture of a dark room, without the room, its glow or reflections.
+"""Find the lamp in a capture of a dark room, without the room, its glow or its reflections.
 
-The panorama is rotated so that the brightest light is in the middle, where texels are square and
-no seam or pole is near. Then outlines at many levels of brightness are compared. Between the level
-of the room and that of the lamp, the outline of a lamp with edges hardly moves. The highest such
-level that still includes nearly all the light is chosen: a lower one would include reflections on
-the table or the lit wall; a higher one would lose a dim rim. Finally, each part of the edge is
-moved to the middle of the step in brightness, which is read from the original capture, since a
-rotation blurs and a small lamp is nearly all edge.
+The panorama is rotated so that the brightest light is in the centre, where texels are square and
+no seam or pole is near. Outlines are then compared at many levels of brightness. Between the level
+of the room and that of the lamp, the outline of a lamp with edges hardly moves. Within this range,
+the highest level that still includes nearly all the light is chosen. A lower level would include
+reflections on the table or the lit wall, and a higher one would lose a dim rim. Finally, each part
+of the edge is moved to the middle of the step in brightness. This step is measured in the original
+capture, because a rotation blurs and a small lamp is nearly all edge.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     """Find the lamp that provides most of the light in a capture of a dark room.
 
     Args:
-        radiance: (H, 2 H, 3) float32, linear Rec. 709, at any scale, finite and not negative.
-        clipped: (H, 2 H) float32, fraction of each texel that is clipped in every frame.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709, at any scale, finite and not negative.
+        clipped: (H, 2 H) float32. Fraction of each texel that is clipped in every frame.
 
     Raises:
         CoreError: If no lamp stands out.
@@ -92,14 +92,14 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
 def edit_mask(
     lamp: CapturedLamp, box: tuple[float, float, float, float], *, is_lamp: bool
 ) -> CapturedLamp:
-    """Set or clear a box in a lamp's mask.
+    """Add a box to a lamp's mask, or remove it from the mask.
 
     Args:
         box: (azimuth from, azimuth to, elevation from, elevation to), in degrees.
-        is_lamp: Whether to set the box rather than clear it.
+        is_lamp: Whether to add the box rather than remove it.
 
     Raises:
-        CoreError: If the mask would have no light left.
+        CoreError: If no light would be left in the mask.
     """
     region = box_mask(*box, lamp.shape) > 0.5
     alpha = np.where(region, np.float32(is_lamp), lamp.alpha).astype(np.float32)
@@ -110,9 +110,9 @@ def edit_mask(
 
 
 def _core(light: Float32) -> tuple[Point, Bools]:
-    """Find the light source with most of the light: its centre, and a mask (h, w) of its core.
+    """Find the source that provides most of the light: its centre, and a mask (h, w) of its core.
 
-    Each connected area above any level of brightness is rated by its light and by its contrast to
+    Each connected area above any level of brightness is rated by its light and by its contrast with
     its surroundings, so that neither sparks nor lit walls pass for a lamp.
     """
     height, width = light.shape
@@ -139,7 +139,7 @@ def _core(light: Float32) -> tuple[Point, Bools]:
 
 
 def _most(bright: Bools, excess: Float64, weight: Float64) -> tuple[float, Bools]:
-    """Return the light of the brightest connected part of a mask, and that part."""
+    """Return the light of the brightest connected part of a mask, and that part itself."""
     columns = bright.shape[1]
     # Place two copies side by side, so that the seam does not divide a lamp.
     twice = np.concatenate([bright, bright], axis=1).astype(np.uint8)
@@ -153,7 +153,7 @@ def _most(bright: Bools, excess: Float64, weight: Float64) -> tuple[float, Bools
 
 
 def _standing_out(grid: Float32, body: Bools, weight: Float64) -> float:
-    """Return how many times brighter an area is than its surroundings, at most `_DARK`."""
+    """Return how many times brighter an area is than its surroundings, limited to `_DARK`."""
     near = body.astype(np.uint8)
     wide = cv2.dilate(near, np.ones((9, 9), np.uint8)) - cv2.dilate(near, np.ones((3, 3), np.uint8))
     around = _median(grid, np.where(wide > 0, weight, 0.0)) if wide.any() else 0.0
@@ -162,9 +162,9 @@ def _standing_out(grid: Float32, body: Bools, weight: Float64) -> float:
 
 
 def _outline(view: Float32, core: Bools) -> tuple[Bools, float, int]:
-    """Return the lamp's texels around its core, its contrast to the room, and the rejected lights.
+    """Return the lamp's texels around its core, its contrast with the room, and rejected lights.
 
-    Both `view` and `core` have the lamp in the middle of the panorama.
+    In both `view` and `core`, the lamp is in the centre of the panorama.
     """
     weight = _areas(view)
     room = _median(view, weight)
@@ -183,7 +183,7 @@ def _outline(view: Float32, core: Bools) -> tuple[Bools, float, int]:
 
 
 def _own_level(values: Float32, weight: Float64) -> float:
-    """Return the level below which 60% of the lamp's squared light lies."""
+    """Return the level below which 60% of the lamp's squared light is found."""
     order = np.argsort(values)
     energy = np.cumsum((values.astype(np.float64) ** 2 * weight)[order])
     if not (energy.size and energy[-1] > 0.0):
@@ -192,7 +192,7 @@ def _own_level(values: Float32, weight: Float64) -> float:
 
 
 def _body(bright: Bools, core: Bools) -> Bools:
-    """Mark the area connected with most of the core, across small gaps."""
+    """Return a mask of the area that is connected with most of the core, across small gaps."""
     radius = max(round(_BRIDGE_DEG * bright.shape[0] / 180.0), 1)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
     joint = cv2.dilate(bright.astype(np.uint8), kernel)
@@ -206,8 +206,8 @@ def _best_level(areas: list[float], powers: list[float]) -> int:
     """Choose the level at which the outline is stable (see the module docstring).
 
     Args:
-        areas, powers: Solid angle, in sr, and squared light of the lamp at each level of
-            brightness.
+        areas, powers: Solid angle of the lamp, in steradians, and its squared light, at each level
+            of brightness.
     """
     if not areas:
         raise _nothing()
@@ -233,8 +233,9 @@ def _at_half(view: Float32, mask: Bools) -> Float32:
     """Move the edge to the middle of the step in brightness.
 
     Returns:
-        (H, W, 4) float32. The alpha, soft over one texel; whether both sides of the edge are known,
-        0 or 1; the lamp's light inside the edge; and the room's light outside the edge.
+        (H, W, 4) float32. The alpha, which is soft over one texel; 1 where both sides of the edge
+        are known and 0 elsewhere; the lamp's light inside the edge; and the room's light outside
+        the edge.
     """
     radius = max(round(_RING_DEG * view.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)
@@ -254,7 +255,7 @@ def _at_half(view: Float32, mask: Bools) -> Float32:
 
 
 def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> Float32:
-    """Return where light lies between the outside and inside levels, 0 to 1, or 0 elsewhere."""
+    """Return how far light is from the outside to the inside level, 0 to 1, or 0 elsewhere."""
     zero = np.zeros_like(light)
     share = np.divide(light - outside, inside - outside, out=zero, where=where)
     return np.asarray(np.clip(share, 0.0, 1.0), np.float32)
@@ -263,8 +264,8 @@ def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> F
 def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
     """Return the alpha, (H, W), in the frame of the capture, given an edge from `_at_half`.
 
-    The levels on both sides of an edge vary slowly, so rotating them does no harm; between them,
-    the brightness of each texel in the original capture gives the fraction of the lamp.
+    The levels on both sides of an edge vary slowly, so rotating them does no harm. Between these
+    levels, the brightness of each texel in the original capture determines the lamp's fraction.
     """
     alpha, sharp, inside, outside = np.moveaxis(remap_frame(edge, back), 2, 0)
     reliable = (sharp > 0.99) & (inside > outside)
@@ -282,7 +283,7 @@ def _around(view: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[
 
 
 def _spots(mask: Bools) -> int:
-    """Count the spots of a mask that are larger than noise."""
+    """Return the number of spots in a mask that are larger than noise."""
     count, _, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     least = max((0.5 * len(mask) / 180.0) ** 2, 4.0)
     return int(np.count_nonzero(stats[1:count, cv2.CC_STAT_AREA] >= least))

@@ -1,4 +1,4 @@
-"""A brush for correcting a lamp's mask, round on the sphere rather than in the panorama."""
+"""A brush for correcting a lamp's mask, which is round on the sphere, not in the panorama."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ _APART: Final = 0.5  # maximum distance between dabs of a stroke, in radii
 
 
 def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, is_lamp: bool) -> Float32:
-    """Set or clear the area that a round brush covers from point to point.
+    """Add or remove the area that a round brush covers from point to point.
 
     Args:
-        alpha: (H, 2 H) float32, fraction of each texel that the lamp covers, 0 to 1. It is not
-            changed.
-        points: The path of the brush, which takes the shorter way around the sphere.
+        alpha: (H, 2 H) float32. Fraction of each texel that the lamp covers, 0 to 1. The array is
+            not changed.
+        points: The path of the brush. Between points, it takes the shorter way around the sphere.
         radius_deg: Radius of the brush, in degrees, at least half a texel.
+        is_lamp: Whether to add the area rather than remove it.
 
     Returns:
-        (H, 2 H) float32. Texels at the edge of the brush are blended.
+        (H, 2 H) float32. The new mask. Texels at the edge of the brush are blended.
     """
     rows, columns = alpha.shape
     step = 180.0 / rows
