@@ -6,8 +6,8 @@ The picture's feature points are matched with those of the panorama
 probe. This module checks the rotation against the rest of the picture, and
 `app.core.localization.camera_pose` estimates the probability that it is right.
 
-A heading that cannot be trusted is `unsure` and has no number, because no number is better than a
-wrong one.
+A heading that cannot be trusted is `unsure` and has no number, because showing no number is better
+than showing a wrong one.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ picture for two reasons. Either the lens is wider than assumed, which enlarges e
 same factor, or the camera is further away than the probe was, which enlarges near objects more than
 far ones and never shrinks any. If all points are enlarged equally, the cause is therefore the lens.
 Otherwise, the farthest points decide, since their distances from the probe and from the camera are
-nearly the same. How close they are is unknown, so the most likely lens is chosen, since phones and
-cameras have only a few lenses.
+nearly the same. How close they are is unknown. The most likely lens is therefore chosen, because
+phones and cameras have only a few lenses.
 """
 
 from __future__ import annotations

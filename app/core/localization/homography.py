@@ -196,7 +196,7 @@ def _refined(
 
 
 def by_elements(matrix: Float64, points: Float64) -> Float64:
-    """Return the derivatives of mapped points, (2 N, 8), by the matrix's first eight elements."""
+    """Return the mapped points' derivatives, (2 N, 8), with respect to the first eight elements."""
     full = np.column_stack([points, np.ones(len(points))])
     depth = (full @ matrix[2])[:, None]
     place = apply_homography(matrix, points)

@@ -71,8 +71,8 @@ class Line:
         error_rad: Standard error of the heading, in radians.
         agree: Weighted number of points that agree.
         gain: Number of additional points that a camera elsewhere explains.
-        aside: Cost of assuming the sitter's direction minus the cost of such a camera, in points,
-            at least 0.
+        aside: Cost of assuming the sitter's direction minus the cost of a camera elsewhere, in
+            points, at least 0.
         loose_rad: Standard deviation of the probe's direction as determined by the points alone, in
             radians, or 0 if there is no parallax, in which case the direction does not matter.
         flat: Fraction of the agreeing points that are in one plane, 0 to 1. A camera elsewhere with

@@ -4,7 +4,7 @@
 
 Between the 64 turns, a curve is continued by trigonometric (band-limited) interpolation. The
 expansion is always centred on the turn in question, so that a mirrored curve gives the mirrored
-result. Offsets are in grid steps, positive clockwise; the module returns angles in degrees.
+result. Offsets are in grid steps, positive clockwise. Angles are returned in degrees.
 """
 
 from __future__ import annotations

@@ -233,9 +233,9 @@ def _at_half(view: Float32, mask: Bools) -> Float32:
     """Move the edge to the middle of the step in brightness.
 
     Returns:
-        (H, W, 4) float32. The alpha, which is soft over one texel; 1 where both sides of the edge
-        are known and 0 elsewhere; the lamp's light inside the edge; and the room's light outside
-        the edge.
+        (H, W, 4) float32. The channels are the alpha, which is soft over one texel, a mask (0 or 1)
+        of the texels where both sides of the edge are known, the lamp's light inside the edge, and
+        the room's light outside the edge.
     """
     radius = max(round(_RING_DEG * view.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)

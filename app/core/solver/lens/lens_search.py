@@ -127,7 +127,7 @@ class LensSearch:
         return keys
 
     def choice(self, yaw_deg: float, wish: LensWish) -> tuple[Choice, Bools]:
-        """Choose turns at a yaw, and return a mask, (S,), of styles with a turn that is allowed."""
+        """Choose turns at a yaw, and return them with a mask, (S,), of styles that fit the wish."""
         nose = np.arange(TURNS) * 360.0 / TURNS
         fits = [wish.met_by(turn) for turn in (nose + yaw_deg).tolist()]
         is_open: Bools = np.outer(self.visible(yaw_deg), fits)
