@@ -196,7 +196,7 @@ def _solid_angles(rows: int, columns: int) -> Float64:
 
 
 def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
-    """Find the lamps in a panorama and their positions, brightest first.
+    """Find the lamps in a panorama, with a mask of each lamp, brightest first.
 
     The search proceeds from the brightest lamp downwards, so that the sun is found within its own
     glow.

@@ -163,7 +163,7 @@ def cheeks(transport: Transport) -> tuple[Indices, Indices]:
 
 
 def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
-    """Return half the distance between the eyes and the row of the eyes, in pixels.
+    """Return half the distance between the two eyes, and the row of the eyes, in pixels.
 
     The eyes are found by their colour in even light: the white and the iris are bluer than any
     skin.

@@ -181,7 +181,7 @@ def _leaving(cosine: Float32, skin: str) -> Float32:
 def mirrored(
     nodes: SkinNodes, index: Indices, normals: Float32, view: Float32, roughness: float
 ) -> tuple[Float32, Float32]:
-    """Return the fraction of even light reflected to the camera by rough surfaces, and from where.
+    """Return the part of even light that rough surfaces reflect to the camera, and its direction.
 
     The reflection is integrated over Beckmann's facets by their slopes (Gauss-Hermite), as far as
     the nodes see the sky.

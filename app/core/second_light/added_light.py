@@ -248,8 +248,8 @@ def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Fl
     """Return the fraction of each texel, (H, W), hidden by a lamp in front at an altitude.
 
     The lamp is divided into dots, and the solid angle of each dot is assigned to the texel that
-    contains it. The sum is therefore right however small the lamp is, and the edge of a texel is
-    accurate to one dot.
+    contains it. The sum is therefore right however small the lamp is, and at the edge of a texel it
+    is accurate to one dot.
     """
     height, width = shape
     toward, side, over = _axes(0.0, altitude_deg)

@@ -111,7 +111,7 @@ def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDA
 def correlate(
     hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64
 ) -> NDArray[_Float]:
-    """Return the sum over the hidden part at every turn and placement.
+    """Return the hidden part, summed over texels, at every turn and placement.
 
     Args:
         tables: One table for each altitude, (F, M, 64) float, from `hidden_tables`.
@@ -147,7 +147,7 @@ def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
 def correlate_at(
     hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64, turn: int
 ) -> Float64:
-    """Return the sum over the hidden part at one turn, (F, 576) float64."""
+    """Return the hidden part, summed over texels, at one turn, (F, 576) float64."""
     flat = light.reshape(-1)
     index = (turn - _STEPS) % TURNS
     rows = [

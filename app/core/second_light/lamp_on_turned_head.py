@@ -93,7 +93,7 @@ def _out_of_reach(one: LampPlacement, wish: LensWish) -> LampPlacement:
 
 
 def _under(one: LampPlacement, radiance: Floats, lamp_light: AddedLight) -> Float64:
-    """Return the place's light on the face, with a captured lamp added or hidden by a near one."""
+    """Return the place's light on the face, plus a captured lamp or minus what a near one hides."""
     rotated = np.roll(radiance, -one.turn_index, axis=1)
     power = one.power if lamp_light.light is not None else 0.0
     return lamp_light.over(rotated, one.placement, power)

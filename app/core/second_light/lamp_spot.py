@@ -30,9 +30,9 @@ def best_spot(objective: Float64, eligible: Bools | None = None) -> LampSpot:
     """Return the spot with the largest value.
 
     Values within a millionth of the largest count as equal. Among equal values, the spot with the
-    smallest turn is chosen, with clockwise first. If turns are equal too, the smallest azimuth of
-    the lamp is chosen, towards the sitter's left first, and then the smallest altitude, upwards
-    first.
+    smallest turn is chosen (clockwise before counter-clockwise). If the turns are equal too, the
+    smallest azimuth of the lamp is chosen (the sitter's left before the right), and then the
+    smallest altitude (up before down).
 
     Args:
         objective: (64, 576) or (1, 576) float64. Values by turn and placement.

@@ -70,7 +70,7 @@ def read_lamp_file(path: Path | str) -> LampCapture:
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
-    """Return channel A of the first part, (H, 2 H), limited to 0 to 1, or None if there is none."""
+    """Return channel A of the first part, (H, 2 H), reduced if large, or None if there is none."""
     source = open_image(path)
     if source is None:
         return None
