@@ -1,1 +1,1 @@
-"""Measure the light at a place. Each way of measuring has its own package."""
+"""Measure the light at a place. Each measuring method has its own package."""

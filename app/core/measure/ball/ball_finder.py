@@ -1,11 +1,11 @@
 """Find and measure a mirror ball in a picture.
 
-A sphere in perspective is a cone of rays. The sphere's outline is the outermost of many edges,
+Seen in perspective, a sphere fills a cone of rays. Its outline is the outermost of many edges,
 beyond which the background is smooth, since a mirror compresses the scene behind it into rings
 along its rim. A coarse-to-fine search finds the cone with the most such edges (as Daugman finds an
-iris, "High confidence visual recognition of persons", PAMI 1993). The picture in the outline proves
-that the sphere is a mirror: the picture contains all directions, so it has high contrast, and is
-compressed along the radius by 1 - r^2 at radius r.
+iris, "High confidence visual recognition of persons", PAMI 1993). What lies inside the outline
+proves that the sphere is a mirror: the reflection contains all directions, so its contrast is high,
+and it is compressed along the radius by 1 - r^2 at radius r.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ class Ball:
     """A ball in a picture, described as a cone of rays.
 
     Attributes:
-        axis: (3,) float64. Unit vector to the ball's centre in the camera's axes, which are right,
-            up and forward.
-        angle: Half the angle of the cone, in radians.
-        focal: Focal length, in pixels of a picture with this `shape`.
+        axis: (3,) float64. Unit vector to the ball's centre in the camera's coordinate system,
+            whose axes point right, up and forward.
+        angle: Half the opening angle of the cone, in radians.
+        focal: Focal length, in pixels of a picture of this `shape`.
         shape: Rows and columns of the picture, whose centre is on the camera's axis.
         edges: Visible fraction of the outline, 0 to 1.
     """
@@ -72,42 +72,42 @@ class Ball:
 
     @classmethod
     def at(cls, x: float, y: float, radius: float, focal: float, shape: tuple[int, int]) -> Self:
-        """Return the ball with a round outline, given by column, row and radius in pixels."""
+        """Return the ball with a round outline whose column, row and radius are given in pixels."""
         axis = np.array([x - shape[1] / 2.0, shape[0] / 2.0 - y, focal]) / focal
         far = float(np.linalg.norm(axis))
         return cls(axis / far, math.atan(radius / focal / far), focal, shape)
 
     @property
     def radius_px(self) -> float:
-        """Approximate radius, in pixels."""
+        """The approximate radius of the ball, in pixels."""
         return self.focal * math.tan(self.angle) / float(self.axis[2])
 
     @property
     def across(self) -> Float64:
-        """Unit vectors perpendicular to the axis, (2, 3): right and up, as the camera sees them."""
+        """Two unit vectors perpendicular to the axis, (2, 3): the camera's right and up."""
         right = np.cross((0.0, 1.0, 0.0), self.axis)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(self.axis, right)])
 
     def seen_by(self, mm: float) -> Self:
-        """Return the same outline for another focal length, given in mm on 24 x 36."""
+        """Return the same outline for another focal length, given as a 35 mm equivalent in mm."""
         (x,), (y,) = (each.tolist() for each in self.project(self.axis[None]))
         focal = focal_px(mm, self.shape)
         return self.at(x + 0.5, y + 0.5, self.radius_px, focal, self.shape)
 
     def resized(self, shape: tuple[int, int]) -> Ball:
-        """Return the same ball in the picture at another size."""
+        """Return the same ball in a picture that has been resized to `shape`."""
         return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
 
     def moved(self, right: float, up: float, larger: float) -> Ball:
-        """Return the ball moved and enlarged by the given fractions of its radius."""
+        """Return the ball, moved and enlarged by the given fractions of its radius."""
         spread = math.tan(self.angle)
         axis = self.axis + spread * (np.array([right, up]) @ self.across)
         angle = math.atan(spread * (1.0 + larger))
         return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
 
     def project(self, rays: Float64) -> tuple[Float32, Float32]:
-        """Project rays, (..., 3) in camera axes, to columns and rows.
+        """Project rays, (..., 3) in camera coordinates, to columns and rows.
 
         Whole numbers are pixel centres.
         """
@@ -117,7 +117,7 @@ class Ball:
         return x.astype(np.float32), y.astype(np.float32)
 
     def around(self, picture: Float32, shares: Floats) -> Float32:
-        """Sample a picture around the ball at fractions of its radius, as (angles, shares)."""
+        """Sample a picture around the ball, (angles, shares), at fractions of the ball's radius."""
         out = math.tan(self.angle) * (_WAYS @ self.across)
         x, y = self.project(self.axis + shares[:, None] * out[:, None])
         border = cv2.BORDER_REPLICATE
@@ -125,12 +125,12 @@ class Ball:
 
 
 def focal_px(mm: float, shape: tuple[int, int]) -> float:
-    """Convert a focal length in mm on 24 x 36 to pixels of a picture, matching the diagonals."""
+    """Convert a 35 mm equivalent focal length to pixels of a picture, matching the diagonals."""
     return mm * math.hypot(*shape) / _DIAGONAL_MM
 
 
 def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
-    """Return the approximate luminance, (h, w), of small encoded frames, for detection."""
+    """Return the approximate luminance of a set of small encoded frames, (h, w), for detection."""
     total = weights = np.float32(0.0)
     for picture, stop in zip(pictures, stops, strict=True):
         # Only the darkest frame has information where all others clip.
@@ -144,7 +144,7 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     """Find the only mirror ball in a picture's luminance, (h, w).
 
     Args:
-        focal_mm: Focal length in mm on 24 x 36, or None if unknown.
+        focal_mm: Focal length as a 35 mm equivalent in mm, or None if unknown.
 
     Raises:
         ProbeError: If there is no ball, or more than one.
@@ -187,7 +187,7 @@ def refined(ball: Ball, radiance: Float32) -> Ball:
 
 
 def _circles(light: Float32) -> list[tuple[float, float, float]]:
-    """Return approximate round outlines, each as column, row and radius in pixels."""
+    """Return approximate circular outlines, each as a column, a row and a radius in pixels."""
     share = min(1.0, _LOOKED_AT / max(light.shape))
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
@@ -217,7 +217,7 @@ def _circles(light: Float32) -> list[tuple[float, float, float]]:
 
 
 def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
-    """Move a ball, coarse to fine, until most of its outline is an outermost edge."""
+    """Move a ball, coarse to fine, until most of its outline consists of outermost edges."""
     grid = np.arange(-_STEPS, _STEPS + 1)
     moves = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
     shift = np.rint(2.0 * (moves @ _WAYS.T)).astype(int)
@@ -239,14 +239,14 @@ def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) 
 def _outermost(
     ball: Ball, root: Float32, step: float, middle: int, outside: float
 ) -> tuple[Float32, Float32]:
-    """Return how clearly each position is an outermost edge, 0 to 1.
+    """Return how clearly each position is on an outermost edge, from 0 to 1.
 
-    An edge is outermost if nothing as strong lies outside it. The positions are half a step apart,
-    in fractions of the radius, with the outline in the middle.
+    An edge is outermost if no equally strong edge lies outside it. The positions are half a step
+    apart, in fractions of the radius, with the outline in the middle.
 
     Returns:
-        Two arrays, (angles, 2 middle + 1) float32 each. The second is large only on ridges, since
-        in front of a flat background the foot of an edge has nothing outside it either.
+        Two arrays, (angles, 2 middle + 1) float32 each. The second is large only on ridges: in
+        front of a flat background, the foot of an edge has no stronger edge outside it either.
     """
     blur = max(0.6 * step * ball.radius_px, 0.5)
     gap = max(round(4.0 * blur / ball.radius_px / step), 1)
@@ -268,7 +268,7 @@ def _outermost(
 
 
 def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
-    """Return whether a ball's outline is visible and its picture is compressed towards the rim."""
+    """Return whether a ball has a visible outline and a picture compressed towards the rim."""
     radius = ball.radius_px
     if ball.edges < _LEAST_EDGES or radius < _LEAST_RADIUS_PX:
         return False
@@ -281,7 +281,7 @@ def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
     around = np.abs(np.roll(band, -1, axis=0) - np.roll(band, 1, axis=0)) / step
 
     def squeezed(part: Bools) -> Float64:
-        """Return, by sector, how many stops faster light changes radially than tangentially."""
+        """Return the stops by which light changes faster radially than tangentially, per sector."""
         one, two = (each[:, part].reshape(12, -1).mean(axis=1) for each in (along, around))
         return np.asarray(np.log2((one + noise) / (two + noise)), np.float64)
 

@@ -37,7 +37,7 @@ from app.core.measure.read.pixels import FrameStack, reduced
 
 @dataclass(frozen=True, slots=True)
 class BallFacts:
-    """The ball in the pictures from the first side."""
+    """The ball as it appears in the pictures from the first side."""
 
     ball: Ball
 
@@ -54,7 +54,7 @@ def measure(
 ) -> Measurement:
     """Measure the light from exposures of a mirror ball, or from one folder of them.
 
-    `BallOptions` names the exposures from another side. The errors are those of
+    The exposures from another side are named in `BallOptions`. The errors are those of
     `measurement.Entry`, plus a `ProbeError` if there is not exactly one ball.
     """
     options, token = options or MeasureOptions(), token or Token()
@@ -98,7 +98,7 @@ def measure(
 def _merged(
     bracket: Bracket, options: MeasureOptions, token: Token, report: Report
 ) -> tuple[Measurement, Ball]:
-    """Merge the pictures from one side, and find the ball in them."""
+    """Merge the pictures from one side and find the ball in them."""
     check_size(bracket, replace(options, full=True))
     balls: list[Ball] = []
 

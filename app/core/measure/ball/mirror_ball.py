@@ -1,15 +1,15 @@
 """Unwrap a mirror ball to a panorama.
 
 Each direction is looked up at the point where the ball reflects it. The normal at that point
-bisects the angle between the direction and the camera. The point is found by iteration, because the
-camera is at a finite distance; the light is assumed to come from far away. All pixels cover the
-same solid angle, but towards the rim they become very narrow, so the last ones count as gaps, as
-does the photographer. Past the ball's edge, the picture shows the scene behind the ball. Where the
-rim reflects the same scene, comparing the two gives the colour of a tinted mirror.
+bisects the angle between the direction and the camera. Because the camera is at a finite distance,
+the point is found by iteration. The light is assumed to come from far away. All pixels cover the
+same solid angle, but they become very narrow towards the rim, so the outermost ones count as gaps.
+So does the photographer. Beyond the ball's edge, the picture shows the scene behind the ball. Where
+the rim reflects the same scene, comparing the two reveals the colour of a tinted mirror.
 
-Dirt is matt: everywhere on the ball, it shows its own colour times the light of half the sphere.
-Details of the place do not, so the most common colour of specks is that of dirt. The specks also
-show how much brighter than the clipping level a sun is.
+Dirt is matt: everywhere on the ball, it shows its own colour times the light from half the sphere.
+Details of the place do not, so the most common colour among the specks is that of the dirt. The
+specks also reveal how far the sun exceeds the clipping level.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ from app.core.measure.read.resampling import light_in_bands, likeness, log_light
 from app.core.text import tr
 
 REFLECTANCE: Final = 0.66
-"""Fraction of light that chromium reflects at normal incidence (Palik)."""
+"""Fraction of the light that chromium reflects at normal incidence (Palik)."""
 
 BALL_M: Final = 0.12
-"""Assumed diameter of a ball in metres, from which the photographer's distance and width follow."""
+"""Assumed diameter of a ball in metres, which determines the photographer's distance and width."""
 
 _RIM_PX: Final = 1.5  # width of the excluded rim
 _FINEST: Final = 1024  # maximum rows of a panorama
@@ -82,10 +82,10 @@ class BallOptions(WayOptions):
     """Options for a mirror ball.
 
     Attributes:
-        second: Exposures from another side, or an empty tuple if there are none.
-        from_deg: Approximate azimuth of the camera for these exposures, or None to estimate it.
+        second: Exposures taken from another side, or an empty tuple if there are none.
+        from_deg: Approximate azimuth of the camera in those exposures, or None to estimate it.
         reflectance: Reflectance of the mirror at normal incidence.
-        pitch_deg: Elevation of the camera's axis.
+        pitch_deg: Elevation of the camera's axis, in degrees.
     """
 
     second: tuple[Path, ...] = ()
@@ -95,17 +95,17 @@ class BallOptions(WayOptions):
 
     @property
     def more_files(self) -> tuple[Path, ...]:
-        """The exposures from another side."""
+        """The exposures taken from another side."""
         return self.second
 
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """The panorama of a ball from one side, with the photographer at azimuth 0.
+    """The panorama in a ball, as seen from one side, with the photographer at azimuth 0.
 
     Attributes:
         texels: (H, W, 5) float32. Radiance, and the clipped and dark fractions.
-        weight: (H, W) float32. Relative resolution, 0 to 1, which is 0 in gaps.
+        weight: (H, W) float32. Relative resolution from 0 to 1, and 0 in gaps.
         notes: Remarks about the ball and the lens.
     """
 
@@ -115,22 +115,22 @@ class Side:
 
     @property
     def blind(self) -> Float32:
-        """Mask of the gaps, (H, W) float32, which is 1 in a gap."""
+        """A mask of the gaps, (H, W) float32, which is 1 in a gap."""
         return (self.weight <= 0.0).astype(np.float32)
 
 
 def panorama_rows(radius_px: float) -> int:
-    """Return the row count, a multiple of 8, of a panorama slightly finer than a ball's middle."""
+    """Return a panorama's row count, a multiple of 8 slightly finer than the ball's middle."""
     return min(max(8 * round(radius_px * 0.625 * math.pi / 8.0), 64), _FINEST)
 
 
 def unwrap(
     merged: MergedLight, ball: Ball, rows: int, options: BallOptions, token: Token | None = None
 ) -> Side:
-    """Resample merged light, (H, W, 3), to the panorama that a ball reflects, (rows, 2 rows).
+    """Resample merged light, (H, W, 3), to the panorama reflected in a ball, (rows, 2 rows).
 
     Fractions of an area are preserved, and clipped light stays clipped. The scene behind the ball
-    comes from the picture around the ball.
+    is taken from the picture around the ball.
     """
     axes = _upright_axes(ball, options.pitch_deg)
     side = _reflection(merged, ball, rows, options, token or Token())
@@ -143,8 +143,9 @@ def unwrap(
 def find_lens(merged: MergedLight, ball: Ball, options: BallOptions, token: Token) -> Ball:
     """Estimate a missing focal length from the background.
 
-    Among the focal lengths for which the picture past the ball is nearly as similar as possible to
-    the reflection at the rim, choose the shortest, since a longer one leaves too little to compare.
+    Several focal lengths may make the picture beyond the ball nearly as similar as possible to the
+    reflection at the rim. The shortest of these is chosen, since a longer one leaves too little to
+    compare.
     """
     trials = []
     for mm in _LENSES:
@@ -182,7 +183,7 @@ def _reflection(
 
 
 def _without_dirt(side: Side, camera: Float32) -> Side:
-    """Fill specks of dirt from their surroundings, and reduce their weight to almost zero.
+    """Fill specks of dirt from their surroundings and reduce their weight to almost zero.
 
     Nothing is filled if there are too few specks to distinguish from small objects in the place.
 
@@ -221,7 +222,7 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
 
 
 def _matt(light: Float32, camera: Float32) -> Float32:
-    """Return the light, (H, W, 3), of a white matt ball at the points that reflect the texels."""
+    """Return the light, (H, W, 3), of a matt white ball at the points that reflect each texel."""
     ways = directions(_MATT).reshape(-1, 3)
     normals = ways + camera / np.linalg.norm(camera)
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
@@ -234,9 +235,9 @@ def _matt(light: Float32, camera: Float32) -> Float32:
 
 
 def _commonest(colours: Float32) -> tuple[Float64, Bools]:
-    """Return the most common of the given colours, (N, 3), and a mask of those that match it.
+    """Return the most common of the given colours, (N, 3), and a mask of the colours that match it.
 
-    The mask is empty if too few match.
+    The mask is empty if too few colours match.
     """
     warmth = -np.diff(colours)
     fit = (warmth > -_COOL).all(axis=-1) & (warmth.sum(axis=-1) < _WARM)
@@ -255,12 +256,12 @@ def _commonest(colours: Float32) -> tuple[Float64, Bools]:
 def _behind(
     side: Side, merged: MergedLight, ball: Ball, axes: Float64, least: int = 0
 ) -> tuple[Float32, Ball, float, float]:
-    """Find the distance of the background behind a ball from its similarity to the rim.
+    """Estimate the distance of the background behind a ball from its similarity to the rim.
 
     Returns:
-        The picture, (h, w, 5), as fine as the panorama; the ball in that picture; the distance, in
-        radii of the ball; and the similarity, which is a correlation, or -1 if fewer than `least`
-        texels are in both.
+        The picture, (h, w, 5), at the panorama's resolution; the ball in that picture; the distance
+        in ball radii; and the similarity, which is a correlation, or -1 if the two share fewer than
+        `least` texels.
     """
     share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
     resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
@@ -280,7 +281,7 @@ def _behind(
 
 
 def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
-    """Remove the tint of a ball that is not chrome, by comparing its rim with the background.
+    """Remove the tint of a ball that is not chrome by comparing its rim with the background.
 
     Coloured glass has almost the same tint from the middle to the rim. Chrome does not, and is left
     unchanged.
@@ -305,7 +306,7 @@ def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
 def _past(
     picture: Float32, ball: Ball, axes: Float64, shape: tuple[int, int], far: float
 ) -> tuple[Float32, Float32]:
-    """Return the scene `far` radii from the ball as a panorama, and a mask of the visible part."""
+    """Return the scene at `far` radii from the ball as a panorama, and a mask of what it shows."""
     rays = np.float32(far) * directions(shape) - _camera(ball, axes)
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)) @ axes.T.astype(np.float32)
     x, y = ball.project(rays)
@@ -317,16 +318,16 @@ def _past(
 
 
 def _camera(ball: Ball, axes: Float64) -> Float32:
-    """Return the position of the lens in the panorama's axes, in radii from the ball's centre."""
+    """Return the lens position in panorama coordinates, in ball radii from the ball's centre."""
     return np.asarray(-(ball.axis @ axes) / math.sin(ball.angle), np.float32)
 
 
 def metal(cosine: Float32, reflectance: float) -> Float32:
-    """Return the reflectance of a metal for a cosine of incidence.
+    """Return the reflectance of a metal for the given cosine of the angle of incidence.
 
     The result follows from Fresnel's equations for a conductor (Pharr, Jakob and Humphreys,
-    Physically Based Rendering, 9.3) and unpolarised light, with n = k, which nearly holds for
-    chrome, so that one number is enough.
+    Physically Based Rendering, 9.3) in unpolarised light, with n = k. This nearly holds for chrome,
+    so one number is enough.
     """
     rest = 1.0 - reflectance
     n = (2.0 - rest + math.sqrt((2.0 - rest) ** 2 - 2.0 * rest**2)) / (2.0 * rest)
@@ -340,7 +341,7 @@ def metal(cosine: Float32, reflectance: float) -> Float32:
 def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
     """Return the camera's right, up and forward vectors as rows, with the ball at -Z.
 
-    The vectors are in panorama axes.
+    The vectors are given in panorama coordinates.
     """
     right, ahead = np.array([1.0, 0.0, 0.0]), direction(180.0, pitch_deg)
     level = np.stack([right, np.cross(right, ahead), ahead])
@@ -351,13 +352,14 @@ def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
 def _reflected(
     ball: Ball, axes: Float64, vectors: Float32
 ) -> tuple[Float32, Float32, Float32, Float32]:
-    """Find the points on a ball that reflect the given directions, (..., 3).
+    """Find the points on a ball that reflect light from the given directions, (..., 3).
 
-    The unit is the radius of the ball, and the origin its centre. Three rounds leave an error of
-    less than 0.001 degrees, except for hidden directions.
+    The unit of length is the ball's radius, and the origin is the ball's centre. Three rounds leave
+    an error of less than 0.001 degrees, except for hidden directions.
 
     Returns:
-        The columns, rows, cosines of incidence and fractions of the radius, (...) float32 each.
+        The columns, the rows, the cosines of the angle of incidence and the fractions of the
+        radius, (...) float32 each.
     """
     camera = _camera(ball, axes)
     view = np.broadcast_to(camera / np.linalg.norm(camera), vectors.shape)
@@ -375,7 +377,7 @@ def _reflected(
 
 
 def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
-    """Return a mask, (H, W), of the head and body of a person who holds the camera."""
+    """Return a mask, (H, W), of the head and body of the person holding the camera."""
     away = 0.5 * BALL_M / math.sin(ball.angle)
     lens = math.degrees(math.asin(-float(ball.axis @ axes[:, 1])))
     mask = np.zeros(shape, np.float32)
@@ -392,10 +394,10 @@ _LEAST_ALIKE: Final = (0.4, 0.8)  # with the user's azimuth, and without
 
 
 def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side:
-    """Merge two sides of a ball into the panorama of the first side, weighted by resolution.
+    """Merge two sides of a ball into the first side's panorama, weighted by resolution.
 
     Args:
-        from_deg: Approximate azimuth of the second photographer, or None to find it from the
+        from_deg: Approximate azimuth of the second photographer, or None to estimate it from the
             panoramas.
 
     Raises:
@@ -429,7 +431,7 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
 
 
 def _small(side: Side, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-    """Return the logarithmic light and the weight of a side at another size."""
+    """Return the logarithmic light and the weight of a side, resized to `shape`."""
     planes = np.dstack([luminance(side.texels[..., :3]), side.weight])
     small = cv2.resize(planes, shape[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
     return log_light(small[..., 0]), small[..., 1]
@@ -445,7 +447,7 @@ _COARSE_DEG: Final = 1.2
 
 
 def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[Remark, ...]:
-    """Report the resolution of a ball's panorama and the fraction that was filled."""
+    """Report the resolution of a ball's panorama and the fraction of it that was filled."""
     fine = max(math.degrees(2.0 / ball.radius_px) for ball in balls)
     width = min(round(2.0 * ball.radius_px) for ball in balls)
     small = [BallSmall()] if fine > _COARSE_DEG else []

@@ -9,14 +9,14 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class BallDirty(Remark):
-    """Part of the visible ball, `share` from 0 to 1, looks like dirt and was filled."""
+    """Part of the visible ball, a fraction `share` from 0 to 1, looks like dirt and was filled."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True)
 class BallColoured(Remark):
-    """The ball is tinted, and its reflectance in each colour was corrected."""
+    """The ball is tinted, and its reflectance was corrected for each colour."""
 
     red: float
     green: float
@@ -38,7 +38,7 @@ class BallSmall(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallBlind(Remark):
-    """Part of the sphere, `share` from 0 to 1, is not visible in the ball from one or two sides."""
+    """Part of the sphere, a fraction `share` from 0 to 1, cannot be seen in the ball."""
 
     share: float
     sides: int
@@ -46,4 +46,4 @@ class BallBlind(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LensFromBackground(Remark):
-    """No file states the focal length, so it was estimated from the background."""
+    """No file records the focal length, so it was estimated from the background."""

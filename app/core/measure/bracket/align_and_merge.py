@@ -4,8 +4,8 @@
 
 Frames that show two fisheye circles are not aligned; they are stitched after merging.
 
-Every step is a module beside this one or in `measure.fisheye`; this module only defines their
-order.
+Each step is a module in this package or in `measure.fisheye`. This module only defines the order of
+the steps.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _SUSPICIOUS: Final = 0.01
 
 
 def check_options(bracket: Bracket, options: MeasureOptions) -> None:
-    """Check that the options suit the pictures, and that there is enough memory."""
+    """Check that the options suit the pictures and that there is enough memory."""
     check_size(bracket, options)
     if not bracket.panorama and (options.gains or options.lux or options.masks):
         raise ProbeError(
@@ -75,7 +75,7 @@ def check_size(bracket: Bracket, options: MeasureOptions) -> None:
 def merge_bracket(
     bracket: Bracket, options: MeasureOptions, opener: Opener, token: Token, report: Report
 ) -> Measurement:
-    """Merge the frames of a 360 camera, decoding bright ones at half size if that is enough."""
+    """Merge a 360 camera's frames, decoding bright ones at half size if that is sufficient."""
     halves = () if options.full else _halves(bracket)
     measurement = merge_frames(bracket, options, opener, token, report, halves)
     if any(halves) and measurement.motion.share > _SUSPICIOUS:
@@ -94,14 +94,14 @@ def merge_frames(
     halves: Sequence[bool] = (),
     look: Callable[[FrameStack], None] | None = None,
 ) -> Measurement:
-    """Merge frames, and always close their files.
+    """Merge frames, closing their files whatever happens.
 
     Args:
         halves: Whether each frame is decoded at half size.
         look: For ordinary pictures, a function called with the aligned frames before the merge.
 
     Returns:
-        A measurement with unfinished light.
+        A measurement whose light is not finished yet.
     """
     ordinary = look is not None
     opened, circles = _open(bracket, opener, token, span(report, 0.0, 0.4), halves, not ordinary)
@@ -197,7 +197,7 @@ def _without(
     token: Token,
     report: Report,
 ) -> Measurement:
-    """Merge again from the files, without the foreign frames."""
+    """Merge the files again, without the foreign frames."""
     left_out = tuple(LeftOut(stack.frames[each.frame].path, each.reason) for each in foreign)
     names = {each.path for each in left_out}
     indices = [k for k, frame in enumerate(stack.frames) if frame.path not in names]
@@ -213,7 +213,7 @@ def _without(
 
 
 def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
-    """Measure how frames differ, unless they are panoramas or the curve is the cause."""
+    """Measure how much frames differ, unless they are panoramas or the curve is the cause."""
     doubtful = bool(choice.remarks) or stack.shape[1] == 2 * stack.shape[0]
     if choice.response.name == "sRGB" and doubtful:
         return ()
@@ -230,7 +230,7 @@ def _open(
 ) -> tuple[FrameStack, Circles | None]:
     """Open the frames, decoding them in full if they show two circles.
 
-    Such circles fill only half of each frame.
+    Two such circles cover only about half of each frame.
     """
     frame_stack = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
     if not whole:
@@ -264,7 +264,7 @@ def _circles(stack: FrameStack) -> Circles | None:
 
 
 def _halves(bracket: Bracket) -> tuple[bool, ...]:
-    """Choose the frames to decode at half size, which is still larger than the result."""
+    """Choose the frames to decode at half size, at which they are still larger than the result."""
     fits = bracket.panorama and bracket.shape[0] >= 2 * SIZE[0]
     if not fits or not all(halvable(frame) for frame in bracket.frames):
         return ()
@@ -273,7 +273,7 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _AlignedFrames:
-    """The opened frames of a bracket, with their rotations or homographies and the remarks."""
+    """The opened frames of a bracket, with their rotations or homographies and any remarks."""
 
     stack: FrameStack
     alignments: tuple[align.FrameAlignment, ...]
@@ -281,11 +281,11 @@ class _AlignedFrames:
     lays: tuple[handheld.Lay, ...] = ()
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
-        """Return the rotation of the first shot, whose pose is used for levelling."""
+        """Return the rotation of the first shot, whose pose determines the levelling."""
         return self.alignments[first_shot(bracket)].rotation if self.alignments else None
 
     def picture(self, bracket: Bracket) -> Bytes | None:
-        """Return a small copy of the frame with the clearest edges, or None if it is not needed."""
+        """Return a small copy of the frame with the clearest edges, or None if none is needed."""
         poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
         if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):
             return None
@@ -295,7 +295,7 @@ class _AlignedFrames:
 def _align(
     stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report
 ) -> _AlignedFrames:
-    """Align the frames if they need it and may be moved."""
+    """Align the frames if they need aligning and may be moved."""
     report(0.0, Progress(Task.ALIGNING_FRAMES))
     if not moves:
         return _AlignedFrames(stack, (), ())
@@ -317,7 +317,7 @@ def _aligned_by_hand(
     token: Token,
     report: Report,
 ) -> _AlignedFrames:
-    """Undo hand motion between the frames of ordinary pictures."""
+    """Undo the hand motion between the frames of ordinary pictures."""
     small = reduced(stack, handheld.LONGEST, token)
     scale = max(stack.shape) / max(small[0].shape)
     home = handheld.reference_of(small)

@@ -32,15 +32,15 @@ CLIPPED: Final = 243
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Permitted difference between frames of the same scene, in stops and codes.
+    """The permitted difference between frames of the same scene, in stops and in codes.
 
     Proxies are means of encoded values, and the curve from one exposure to a brighter one is
-    concave. So the brighter frame's mean is below the prediction wherever the averaged area is not
-    even (Jensen's inequality), and hardly ever above the prediction. In 20 scenes, 99.9% of the
-    pixels are below it by at most 0.66 of the range of codes among the neighbours.
+    concave. The brighter frame's mean is therefore below the prediction wherever the averaged area
+    is not uniform (Jensen's inequality), and hardly ever above it. In 20 scenes, 99.9% of the
+    pixels are below the prediction by at most 0.66 of the range of codes among their neighbours.
 
     Attributes:
-        toe: Codes added near black, where noise is cut off.
+        toe: Number of codes added near black, where noise is cut off.
         under, over: Permitted fractions of that range below and above the prediction. The latter is
             for edges that are not quite aligned.
     """
@@ -54,18 +54,18 @@ class Tolerance:
 
 
 LOOSE: Final = Tolerance(stops=0.17, codes=2.5, toe=2.0, under=1.0, over=0.5, either=True)
-"""Limits that frames of a still scene do not exceed."""
+"""Limits that frames of a static scene do not exceed."""
 
 CLOSE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.6, over=0.3, either=False)
-"""Limits that frames of a still scene rarely exceed, for use where motion has been detected."""
+"""Limits that frames of a static scene rarely exceed, for use where motion has been detected."""
 
 EDGE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.05, over=0.05, either=False)
-"""Limits for the pixels next to motion, which may contain remains of a moving object's edge."""
+"""Limits for the pixels next to motion, which may contain remnants of a moving object's edge."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Prediction:
-    """Codes, (1, 256, 3), of a brighter frame for each code of a darker one."""
+    """The codes of a brighter frame, (1, 256, 3), for each code of a darker one."""
 
     low: Bytes
     middle: Bytes
@@ -74,11 +74,11 @@ class _Prediction:
 
 
 class Predictions:
-    """Predictions between frames of a bracket, computed on demand.
+    """Predictions between the frames of a bracket, computed on demand.
 
     Args:
-        table: (3, 256) or (K, 3, 256) float64. Monotone linear light of each code, for all frames
-            or for each.
+        table: (3, 256) or (K, 3, 256) float64. Linear light of each code, which is monotonic,
+            either for all frames or for each frame.
         stops: Exposures of the frames, in stops.
     """
 
@@ -95,7 +95,7 @@ class Predictions:
         self._cache: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
 
     def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
-        """Predict frame `bright` from frame `dark`, where frame 0 is the brightest."""
+        """Predict frame `bright` from frame `dark`. Frame 0 is the brightest."""
         step = round(self.stops[bright] - self.stops[dark], 6)
         key = (step, 0, 0, tolerance) if self._alike else (step, bright, dark, tolerance)
         if key not in self._cache:
@@ -149,7 +149,7 @@ def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
 def worst(pixels: Any) -> Bytes:
     """Return the largest channel of each pixel, (h, w).
 
-    Along so short an axis, OpenCV does this several times faster than NumPy.
+    Along such a short axis, OpenCV is several times faster than NumPy.
     """
     red, green, blue = cv2.split(pixels)
     return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
@@ -158,10 +158,11 @@ def worst(pixels: Any) -> Bytes:
 def _predict(
     brights: Float64, darks: Float64, step: float, tolerance: Tolerance, clipped: tuple[int, int]
 ) -> _Prediction:
-    """Return the lowest, likeliest and highest code after `step` more stops, for each code.
+    """Return the lowest, likeliest and highest code at `step` more stops, for each code.
 
     Args:
-        clipped: Mean codes at and above which the brighter and the darker frame are clipped.
+        clipped: Mean codes at or above which the brighter and the darker frame, respectively, are
+            clipped.
     """
     codes = np.arange(256.0)
     slack = tolerance.codes + tolerance.toe * np.exp(-codes / 16.0)
@@ -179,7 +180,7 @@ def _predict(
 
 
 def _brighter(dark: Float64, bright: Float64, codes: Float64, stops: float) -> Float64:
-    """Return the codes of a frame `stops` brighter than the frame with `codes`."""
+    """Return the codes of a frame that is `stops` brighter than the frame with `codes`."""
     light = np.interp(codes, np.arange(256.0), dark) * 2.0**stops
     return np.asarray(np.interp(light, bright, np.arange(256.0)), np.float64)
 
@@ -189,7 +190,7 @@ def _table(codes: Float64) -> Bytes:
 
 
 def _contrast(frame: Any) -> Bytes:
-    """Return the range of the codes in a pixel and its neighbours, for each channel."""
+    """Return the range of the codes within a pixel and its neighbours, for each channel."""
     box = np.ones((3, 3), np.uint8)
     return np.asarray(cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, box), np.uint8)
 
@@ -209,12 +210,12 @@ _SAME_PLACE: Final = 0.6
 def fill_hidden(
     frames: list[Bytes], hidden: Sequence[Float32 | None], predictions: Predictions
 ) -> None:
-    """Fill each frame beyond its edges from its neighbours, so that no contradiction arises there.
+    """Fill each frame beyond its edges from its neighbours to avoid contradictions there.
 
     Args:
         frames: Encoded frames, (h, w, 3) uint8 each, which are replaced in the list.
         hidden: Mask of each frame, (h, w) float32, which is 0 where the frame has no pixels, or
-            None if the frame has all of them.
+            None if the frame has no missing pixels.
     """
     result = list(frames)
     for index, mask in enumerate(hidden):
@@ -233,7 +234,7 @@ def fill_hidden(
 
 
 def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
-    """Return by how much neighbouring frames exceed the tolerance in most pixels.
+    """Return the amount by which neighbouring frames exceed the tolerance in most pixels.
 
     Args:
         frames: Encoded frames, (h, w, 3) uint8 each.
@@ -250,12 +251,12 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
 
 
 def hopeless(frames: Sequence[Bytes], share: float) -> FramesContradict:
-    """Report that motion cannot be found, and whether the frames show the same place."""
+    """Report that motion cannot be detected, and whether the frames show the same place."""
     return FramesContradict(share, same_place=alike(frames) > _SAME_PLACE)
 
 
 def alike(frames: Sequence[Bytes]) -> float:
-    """Return the lowest rank correlation of neighbouring frames where both are well exposed.
+    """Return the lowest rank correlation between neighbouring frames where both are well exposed.
 
     Args:
         frames: Encoded frames, (h, w, 3) uint8 each, of which only green is compared.

@@ -1,11 +1,11 @@
-"""Detect motion between the frames of a bracket, and choose which frames to trust where it occurs.
+"""Detect motion between the frames of a bracket and choose which frames to trust there.
 
 People walk and clouds drift while a bracket is shot. Averaging such frames leaves ghosts with
 coloured edges, so every frame gets a mask of its usable area. Frames contradict one another
 (`measure.bracket.contradiction`) in connected regions. In each region, the frames that most others
-contradict are left out. Without a majority, one frame is the reference for the whole region, so
-that no person is cut in half. All other frames stay in use wherever they agree, which preserves the
-dynamic range of the bracket.
+contradict are left out. Without a majority, one frame is the reference for the whole region, which
+avoids cutting a person in half. All other frames stay in use wherever they agree, which preserves
+the dynamic range of the bracket.
 """
 
 from __future__ import annotations
@@ -63,9 +63,10 @@ class GhostRegion:
 
     Attributes:
         column, row, width, height: Centre and size of the region, as fractions of the picture's
-            width and height, 0 to 1.
-        share: Fraction of the sphere by solid angle for panoramas, otherwise of the area.
-        frames: Indices in the bracket of the frames that are left out in at least part of the
+            width and height, from 0 to 1.
+        share: Fraction that the region covers: of the sphere's solid angle for panoramas, otherwise
+            of the picture's area.
+        frames: Indices, within the bracket, of the frames that are left out in at least part of the
             region.
     """
 
@@ -89,14 +90,14 @@ class GhostRegion:
 
 @dataclass(frozen=True, slots=True)
 class FrameTrust:
-    """The trusted areas of each frame.
+    """The areas in which each frame is trusted.
 
     Attributes:
         masks: Mask of each frame, (h, w) float32 at the size of the proxies, which is 1 where the
-            frame is to be used and 0 elsewhere, or None for a frame that can be used everywhere. No
-            pixel is 0 in all masks.
-        share: Fraction of the sphere or of the area in which frames are left out, or differ too
-            widely to be left out.
+            frame can be used and 0 elsewhere, or None for a frame that can be used everywhere. No
+            pixel is 0 in every mask.
+        share: Fraction of the sphere or of the picture's area in which frames are left out or
+            differ too widely to be left out.
         where: The regions, largest first.
     """
 
@@ -115,7 +116,7 @@ def trust(
     exposures_known: bool = True,
     sphere: bool = True,
 ) -> FrameTrust:
-    """Detect motion, and return the usable area of each frame.
+    """Detect motion and return the usable area of each frame.
 
     If frames differ almost everywhere, the curves or the exposures are wrong, and no frame is left
     out anywhere.
@@ -128,12 +129,13 @@ def trust(
         response: The response curve, with a table of (3, 256) or (K, 3, 256).
         visibility: Mask of each frame, (h, w) float32, which is 0 where the frame has no pixels, or
             None for a frame that fills the picture.
-        exposures_known: Whether the exposures are certain. They are not with a recovered curve,
-            which may itself cause wide differences, so these are then no reason to shoot again.
+        exposures_known: Whether the exposures are certain. They are not with a recovered curve.
+            Such a curve may itself cause large differences, which are then no reason to shoot
+            again.
         sphere: Whether 2:1 pictures are panoramas.
 
     Raises:
-        ValueError: If the sizes differ.
+        ValueError: If the sizes of the proxies differ.
     """
     if len(proxies) != len(stops) or len({proxy.shape for proxy in proxies}) > 1:
         raise ValueError("every frame needs a proxy of the same shape and an exposure")
@@ -183,7 +185,7 @@ def trust(
 
 
 def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tolerance) -> Bytes:
-    """Return the largest contradiction between neighbours in exposure, where all motion shows."""
+    """Return the largest contradiction between neighbours in exposure, which reveals all motion."""
     parts = [
         contradiction(frames[k], frames[k + 1], predictions.between(k, k + 1, tolerance))
         for k in range(len(frames) - 1)
@@ -192,7 +194,7 @@ def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tole
 
 
 def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None:
-    """Return the contradictions under the loose test, or None if none is worth a closer look."""
+    """Return the contradictions under the loose test, or None if none deserves a closer look."""
     if len(frames) < 2:
         return None
     evidence = _adjacent(frames, predictions, LOOSE)
@@ -200,7 +202,7 @@ def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None
 
 
 def _quiet_column(evidence: Bytes) -> int:
-    """Return the column at which to cut a panorama through the fewest contradictions."""
+    """Return the column at which a cut through a panorama meets the fewest contradictions."""
     near = _box(evidence > 0, cv2.MORPH_DILATE, 4 * _closing(evidence.shape[1]) + 1)
     return int(np.argmin(np.count_nonzero(near, axis=0)))
 
@@ -212,13 +214,13 @@ def _box(mask: NDArray[Any], operation: int, size: int) -> Bytes:
 
 
 def _closing(width: int) -> int:
-    """Return the side of the square that closes gaps in a proxy, an odd number of pixels."""
+    """Return the side, in an odd number of pixels, of the square that closes gaps in a proxy."""
     return 2 * max(round(0.5 * _CLOSING * width), 1) + 1
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """A connected region of contradiction, as a rectangle and a mask of its pixels."""
+    """A connected region of contradictions, as a rectangle and a mask of its pixels."""
 
     rows: slice
     columns: slice
@@ -228,7 +230,7 @@ class _Place:
 def _places(
     evidence: Bytes, frames: Sequence[Bytes], predictions: Predictions, area: Float64
 ) -> list[_Place]:
-    """Find connected regions with more than a stray contradiction, by solid angle."""
+    """Find connected regions that contain more than a stray contradiction, by solid angle."""
     closing = _box(evidence > 0, cv2.MORPH_CLOSE, 3)
     count, labels = cv2.connectedComponents(closing, connectivity=8)
     row, column = np.nonzero(evidence >= _SEED)
@@ -264,7 +266,7 @@ def _handle(
     masks: Sequence[Bytes],
     area: Float64,
 ) -> GhostRegion:
-    """Decide on one region, update the masks, and describe the region in the masks' coordinates."""
+    """Decide on one region, update the masks and describe the region in the masks' coordinates."""
     crops = [frame[place.rows, place.columns] for frame in frames]
     height, width = masks[0].shape
     usable = _settle(crops, place.inside, predictions, _closing(width))
@@ -287,8 +289,8 @@ def _settle(
 
     If most frames agree, the others are left out. The remaining contradictions, or all of them if
     there is no majority (as with two frames), are resolved by an order of trust. The first frame is
-    used everywhere, and each following frame where it contradicts none of the previous ones. Either
-    way, the frames in use agree with one another at every pixel.
+    used everywhere, and each subsequent frame is used where it contradicts none of the previous
+    ones. Either way, the frames in use agree with one another at every pixel.
     """
     # The outermost pixels are for the masks' soft edge, not for evidence.
     core = _box(inside, cv2.MORPH_ERODE, 3).astype(bool)
@@ -332,7 +334,7 @@ def _widened(usable: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
 
 
 def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> Bools:
-    """Return masks, (K, K, h, w), of contradictions between two frames under the stricter test."""
+    """Return masks, (K, K, h, w), of contradictions between frames under the strict test."""
     number = len(crops)
     against = np.zeros((number, number, *core.shape), bool)
     for bright in range(number):
@@ -348,11 +350,12 @@ def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> B
 
 
 def _outvoted(against: Bools) -> tuple[Bools, float]:
-    """Leave out, pixel by pixel, the frame that contradicts most others, until no frame does.
+    """Leave out, pixel by pixel, whichever frame contradicts the most others, and repeat.
 
     Returns:
-        The frames left out, (K, h, w) bool, and the fraction of the contradicting pixels that
-        remains unsettled. Where two frames contradict equally many others, none is left out.
+        A mask of the frames left out, (K, h, w) bool, and the fraction of the contradicting pixels
+        that a vote settles, which is 1 if there are none. Where two frames contradict the same
+        number of others, neither is left out.
     """
     number = against.shape[0]
     counts = against.sum(axis=1, dtype=np.uint8)
@@ -378,8 +381,8 @@ def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
     """Return a frame that a vote must not leave out because all others are brighter and clipped.
 
     Usually there is none, and the result is None. An example is a person in front of a window in
-    the only frame that does not clip the window. The majority only knows that the window is bright,
-    and would lose the rest of it around that person.
+    the only frame that does not clip the window. The majority records only that the window is
+    bright, and its vote would lose the window's detail around that person.
     """
     clipped = codes > CLIPPED
     gap = (clipped | outliers).all(axis=0) & outliers.any(axis=0)
@@ -394,7 +397,7 @@ def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
 
 
 def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
-    """Return each frame's score, from its exposure and the other frames' agreement with it."""
+    """Return each frame's score, based on its exposure and the other frames' agreement with it."""
     number, size = len(codes), max(int(np.count_nonzero(core)), 1)
     level = codes[:, core]
     clash = against[:, :, core]
@@ -418,14 +421,14 @@ def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
 
 
 def _area(shape: tuple[int, int], panorama: bool) -> Float64:
-    """Return the fraction of the whole, (h,), that a pixel of each row covers."""
+    """Return the fraction of the whole, (h,), that a pixel in each row covers."""
     if panorama:
         return solid_angles(shape) / (4.0 * math.pi)
     return np.full(shape[0], 1.0 / (shape[0] * shape[1]))
 
 
 def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> GhostRegion:
-    """Undo the picture's shift by a fraction of its width, and the reordering of the frames."""
+    """Undo the picture's shift by a fraction of its width and the reordering of the frames."""
     frames = tuple(sorted(order[frame] for frame in region.frames))
     return replace(region, column=(region.column + turn) % 1.0, frames=frames)
 
@@ -433,7 +436,7 @@ def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> Ghost
 def _remarks(
     where: tuple[GhostRegion, ...], share: float, panorama: bool, exposures_known: bool
 ) -> tuple[Remark, ...]:
-    """Report the motion, and warn if there is too much of it."""
+    """Report the motion and warn if there is too much of it."""
     if not where:
         return ()
     places = tuple(

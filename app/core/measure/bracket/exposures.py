@@ -1,4 +1,4 @@
-"""Determine the exposures of a bracket from its files, and find contradictions."""
+"""Determine the exposures of a bracket from its files and find contradictions."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from app.core.measure.read.metadata import Header
 from app.core.text import tr, tr_plural
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
-"""Difference in stops beyond which two stated exposures conflict, which is half of a third."""
+"""Difference beyond which two recorded exposures conflict, in stops: half of a third."""
 
 LENS_STOPS: Final = 0.05
-"""Difference in stops from which a camera's two lenses count as differently exposed."""
+"""Difference in stops from which a camera's two lenses count as exposed differently."""
 
 _SAME: Final = 1e-3
 _GIVE_TIMES: Final = tr("Set the exposure times with --times, in seconds, one for each file.")
@@ -39,16 +39,16 @@ def settle_exposures(
     """Determine the exposure of every frame.
 
     Exposure times come from `times` if given, otherwise from EXIF. ISO and f-number come from EXIF.
-    If no frame states an ISO or an f-number, it is assumed to be equal in all frames, and the
-    absolute scale is unknown. If only some frames lack such a value, they get the one that all
+    If no frame records an ISO or an f-number, that value is assumed to be the same in all frames,
+    and the absolute scale is unknown. If only some frames lack a value, they get the value that all
     others share. If the others differ, only the times in `times` count.
 
     Args:
         times: Exposure times in seconds, or None for those in EXIF.
 
     Raises:
-        ProbeError: If a frame has no exposure time, or lacks a value in which the others differ and
-            there are no `times`.
+        ProbeError: If a frame has no exposure time, or if it lacks a value that differs between the
+            others and `times` is None.
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     by_hand = times is not None
@@ -76,10 +76,10 @@ def settle_exposures(
 
 
 def metered_exposure(header: Header) -> Exposure | None:
-    """Return the exposure of a picture metered by the camera, or None if the file states no time.
+    """Return the exposure metered by the camera, or None if the file records no exposure time.
 
-    A Theta in its automatic program may set its lenses to different ISO values. EXIF then states
-    either one of these or a mean, so the geometric mean of the two lenses is used.
+    A Theta in its automatic program may set its lenses to different ISO values. EXIF then records
+    either one of these values or a mean, so the geometric mean of the two lenses is used.
     """
     exposure, lenses = header.frame.exposure, header.frame.lenses
     if exposure is None or len(lenses) < 2:
@@ -107,7 +107,7 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
 def _fill(
     headers: Sequence[Header], values: list[float | None], tag: Tag, by_hand: bool
 ) -> tuple[list[float | None], list[Remark]]:
-    """Return a tag's values for all frames, or all None, with remarks about doubtful values."""
+    """Return a tag's values for all frames, or None for all, with remarks on doubtful values."""
     stated = [value for value in values if value is not None]
     if len(stated) == len(values) or not stated:
         return values, []

@@ -1,13 +1,13 @@
 """Detect frames in a folder that do not belong to the bracket.
 
 A camera's own HDR picture, a preview, a black picture or one of another scene may be in the same
-folder, and state the exposure of one of the frames. If merged with the frames, it distorts the
-curve and the light. Such a foreign frame is recognised because the other frames agree with one
-another, by one curve and their stated exposures, and it contradicts them over a large part of the
-picture, at any exposure.
+folder and record the same exposure as one of the frames. If it is merged with the frames, it
+distorts the curve and the light. Such a foreign frame can be recognised because the other frames
+agree with one another, given one curve and their nominal exposures, whereas it contradicts them
+over a large part of the picture at any exposure.
 
-A frame that only states a wrong exposure is measured (`curve.response`). Motion and slight changes
-in the light cause contradictions only in places (`app.core.measure.bracket.deghosting`).
+A frame that merely records a wrong exposure is measured (`curve.response`). Motion and slight
+changes in the light cause contradictions only in places (`app.core.measure.bracket.deghosting`).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from app.core.measure.bracket.curve.response import (
 from app.core.measure.bracket.remarks import ForeignFrame, Reason
 
 _WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
-"""A tolerance of half a stop, so that flickering light or a cloud does not exclude a frame."""
+"""A tolerance of half a stop, so flickering light or a cloud does not exclude a frame."""
 
 _LOUD: Final = 0.25  # fraction of the picture over which a foreign frame contradicts the others
 _QUIET: Final = 0.08  # maximum fraction over which frames of one series do so
@@ -76,7 +76,7 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """A foreign frame, by its index in the bracket (brightest first), and the reason."""
+    """A foreign frame, given by its index in the bracket (brightest first), and the reason."""
 
     frame: int
     reason: Reason
@@ -87,13 +87,14 @@ def foreign_frames(
 ) -> tuple[Foreign, ...]:
     """Return the frames that do not belong to the series.
 
-    There are none among fewer than three frames, or if the others do not agree with one another.
+    No frames are returned if there are fewer than three, or if the others do not agree with one
+    another.
 
     Args:
         proxies: Thumbnails of all frames, (h, w, 3) uint8 each, aligned, brightest first.
         samples: (K, N, 3) uint8. Samples of the same frames.
         choice: Response chosen for these frames.
-        stops: Exposures as stated, in stops.
+        stops: Nominal exposures, in stops.
     """
     rest, foreign = list(range(len(proxies))), list[Foreign]()
     pictures = [np.ascontiguousarray(proxy) for proxy in proxies]
@@ -113,12 +114,12 @@ def foreign_frames(
 def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, ResponseChoice]]:
     """Leave out each frame in turn, and return those that contradict the others if these agree.
 
-    A curve is recovered only if sRGB fits no set of others, and in long brackets only for the
-    likeliest frames.
+    A curve is recovered only if sRGB fits none of the sets of remaining frames. In long brackets,
+    this is done only for the likeliest frames.
 
     Returns:
-        For each of these frames, the size of the contradiction, the index, and the curve of the
-        others.
+        For each of these frames, the size of the contradiction, the frame's index and the response
+        chosen for the others.
     """
     plain = replace(series, choice=replace(series.choice, response=srgb_response()))
     likely = sorted(series.frames, key=lambda number: -plain.oddness(number))
@@ -138,10 +139,10 @@ def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, Response
 
 @dataclass(frozen=True, slots=True)
 class _FrameSeries:
-    """Some frames of a bracket with one curve, for judging how well these and others fit.
+    """Some frames of a bracket with one curve, used to judge how well they and others fit.
 
     Attributes:
-        pictures, samples, stops: Thumbnails, samples and stated exposures of all frames.
+        pictures, samples, stops: Thumbnails, samples and nominal exposures of all frames.
         frames: Indices of the frames in the series.
         choice: Response chosen for `frames` only.
     """
@@ -154,13 +155,13 @@ class _FrameSeries:
 
     @property
     def table(self) -> Float64:
-        """One curve for all frames, (3, 256), or that of the middle frame if each has its own."""
+        """One curve for all frames, (3, 256), or the middle frame's curve if each has its own."""
         table = self.choice.response.table
         return table if table.ndim == 2 else table[len(table) // 2]
 
     @property
     def whole(self) -> bool:
-        """Whether one curve fits the frames as their files state them."""
+        """Whether one curve fits the frames with the exposures recorded in their files."""
         if self.choice.tag_errors or self.choice.response.table.ndim > 2:
             return False
         if self.choice.response.name == "sRGB":
@@ -169,7 +170,7 @@ class _FrameSeries:
 
     @property
     def sound(self) -> bool:
-        """Whether the frames agree, which two frames always do with an unknown curve."""
+        """Whether the frames agree, which is always true of two frames with an unknown curve."""
         choice = self.choice
         if not choice.check.possible or choice.tag_errors or choice.response.table.ndim > 2:
             return False
@@ -181,13 +182,13 @@ class _FrameSeries:
 
     @property
     def greatest_oddness(self) -> float:
-        """The largest oddness among the frames, judging each pair once."""
+        """The largest oddness among the frames, with each pair judged once."""
         pairs = {frame: self._pairs(frame) for frame in self.frames}
         oddness = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
         return max(_median([oddness[pair] for pair in some]) for some in pairs.values())
 
     def oddness(self, frame: int) -> float:
-        """Return how much a frame contradicts its neighbours, where more than 1 is unusual."""
+        """Return how strongly a frame contradicts its neighbours. A value above 1 is unusual."""
         return _median([max(self._pair(*pair)) for pair in self._pairs(frame)])
 
     def _pairs(self, frame: int) -> list[tuple[int, int]]:
@@ -216,7 +217,7 @@ class _FrameSeries:
         return self._bend(bright, dark) / _STRAIGHT, share / _QUIET
 
     def _stop(self, frame: int) -> float:
-        """Return the exposure of a frame, corrected if it belongs to the series."""
+        """Return the exposure of a frame in stops, corrected if it belongs to the series."""
         if frame in self.frames:
             return self.choice.stops[self.frames.index(frame)]
         return self.stops[frame]
@@ -231,7 +232,7 @@ class _FrameSeries:
         return near[:_NEIGHBOURS]
 
     def _steps(self, bright: int, dark: int) -> tuple[Float64, Float64]:
-        """Return the codes of the brighter frame's samples, and the stops between the frames."""
+        """Return the codes of the brighter frame's samples and the stops between the two frames."""
         logs = np.log2(np.maximum(self.table, 1e-9))
         codes, steps = [], []
         for channel in range(3):
@@ -243,7 +244,7 @@ class _FrameSeries:
         return np.concatenate(codes), np.concatenate(steps)
 
     def _bend(self, bright: int, dark: int) -> float:
-        """Return the stops by which the step between two frames varies with the level."""
+        """Return by how many stops the step between two frames varies with the level."""
         codes, steps = self._steps(bright, dark)
         levels = (codes - _OPEN[0]) * _LEVELS // (_OPEN[1] - _OPEN[0])
         parts = [steps[levels == level] for level in range(_LEVELS)]
@@ -254,7 +255,7 @@ class _FrameSeries:
         return float(high - low)
 
     def _exposure(self, frame: int, near: Sequence[int]) -> float:
-        """Return the exposure of a frame measured against its neighbours, in stops."""
+        """Return the exposure of a frame in stops, as measured against its neighbours."""
         levels = []
         for other in near:
             _, steps = self._steps(frame, other)

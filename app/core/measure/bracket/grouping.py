@@ -1,7 +1,7 @@
 """Read a bracket's headers to determine its frames, their order and their exposures.
 
-Pixels are not read here. If a merge is impossible, a `ProbeError` that names the file explains why.
-Doubts are reported as remarks of the bracket.
+Pixels are not read here. If a merge is impossible, a `ProbeError` names the file and explains why.
+Doubts are reported as remarks on the bracket.
 """
 
 from __future__ import annotations
@@ -69,13 +69,14 @@ def read_bracket(
 
     Args:
         paths: The files in any order, or one folder. In a folder, the largest set of pictures that
-            can be one bracket is used (with suffixes in `metadata.ENDINGS`, without hidden files,
-            sorted by name), and the others are reported.
-        times: Exposure times in seconds, one for each file in that order, in place of those in
-            EXIF. ISO and f-number still come from EXIF.
-        alone: Whether a single photo of all directions is enough, in which case it need not state
+            can form one bracket is used, and the others are reported. Only files with a suffix in
+            `metadata.ENDINGS` are considered, sorted by name, without hidden files.
+        times: Exposure times in seconds that replace those in EXIF, one for each file, in the order
+            of `paths`. ISO and f-number still come from EXIF.
+        alone: Whether a single photo of all directions is sufficient. Such a photo need not record
             its exposure.
-        sort_out: Whether to leave out files that do not belong, as in a folder.
+        sort_out: Whether to leave out files that do not belong to the bracket, as is done in a
+            folder.
 
     Raises:
         ProbeError: If there are fewer than two different frames or more than `MAX_FRAMES`; a file
@@ -117,7 +118,7 @@ def read_bracket(
 
 
 def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[Remark]]:
-    """Leave out pictures that the camera rendered itself, if the others are a bracket."""
+    """Leave out pictures that the camera has rendered, if the others form a bracket."""
     plain = [header for header in headers if not header.frame.tone_mapped]
     evs = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
     if len(plain) == len(headers) or not evs or max(evs) - min(evs) < EQUAL_STOPS:
@@ -128,7 +129,7 @@ def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[Remark]]:
 def _read_all(
     paths: list[Path], times: Sequence[float] | None, *, sort_out: bool
 ) -> tuple[list[Header], list[Remark]]:
-    """Read the headers of the named files, or of the bracket in the named folder."""
+    """Read the headers of the given files, or of the bracket in the given folder."""
     folders = [path for path in paths if _is_folder(path)]
     if not paths:
         raise ProbeError(
@@ -151,10 +152,10 @@ def _read_all(
 def _bracket_of(
     files: Sequence[Path], folder: str, count: int | None
 ) -> tuple[list[Header], list[Remark]]:
-    """Choose the files of one size, kind and camera that include the most exposures.
+    """Choose the files of one size, kind and camera that cover the most exposures.
 
-    If two sets are equally good, the files of both are returned, and the caller reports the odd one
-    as an error.
+    If two sets are equally good, the files in both are returned, and the caller reports the odd one
+    out as an error.
     """
     sets: dict[Hashable, list[Header]] = {}
     errors: list[ProbeError] = []
@@ -230,7 +231,7 @@ def _check_number(count: int) -> None:
 
 
 def _check_pixels(headers: list[Header]) -> None:
-    """Refuse to spend hours on frames of a size that no camera has."""
+    """Reject frames of a size that no camera has, which would take hours to merge."""
     pixels = sum(header.frame.shape[0] * header.frame.shape[1] for header in headers)
     if pixels > _MOST_PIXELS:
         raise ProbeError(
@@ -244,7 +245,7 @@ def _check_pixels(headers: list[Header]) -> None:
 
 
 def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
-    """Leave out files named twice, and files with the same bytes."""
+    """Leave out files that are named twice and files with the same bytes."""
     unique: dict[tuple[str, ...], _Listed] = {}
     copy_names: dict[str, list[str]] = {}
     contents = _contents([header.frame.path for header, _ in files])
@@ -258,10 +259,10 @@ def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
 
 
 def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
-    """Return equal values for equal files, reading no more of the files than necessary.
+    """Return equal values for equal files, reading no more of the files than is necessary.
 
-    A file is read only if another has the same length, and completely only if another starts with
-    the same bytes.
+    A file is read only if another has the same length, and read completely only if another starts
+    with the same bytes.
     """
     contents: list[tuple[str, ...]] = [()] * len(paths)
     for limit in (0, _START, None):
@@ -274,7 +275,7 @@ def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
 
 
 def _content(path: Path, limit: int | None) -> str:
-    """Return the digest of a file or of its first `limit` bytes, or its length for a limit of 0."""
+    """Return the digest of a file or of its first `limit` bytes, or its length if `limit` is 0."""
     with os_errors_as(ProbeError, tr("{path} cannot be read: {reason}."), path=path):
         if limit == 0:
             return str(path.stat().st_size)
@@ -311,7 +312,7 @@ def not_all_around(frame: Frame) -> ProbeError:
 
 
 def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | None) -> Bracket:
-    """Create a bracket of one photo, or raise an error that states why it is unsuitable."""
+    """Create a bracket of one photo, or raise an error that explains why this is impossible."""
     frame, name = header.frame, header.frame.path.name
     if frame.kind not in ("uint8", "uint16"):
         _check_count([header], [frame.path])
@@ -373,7 +374,7 @@ def _one_value(
     words: Callable[[_Value], str],
     hint: str,
 ) -> None:
-    """Raise an error if frames differ, naming those in the minority."""
+    """Raise an error if the frames differ, naming those in the minority."""
     names: dict[_Value, list[str]] = {}
     for header in headers:
         names.setdefault(value(header), []).append(header.frame.path.name)
@@ -395,7 +396,7 @@ def _clause(names: list[str], what: str) -> str:
 
 
 def rendered_frames(headers: Sequence[Header]) -> tuple[str, ...]:
-    """Return the names of the pictures in which the camera has changed every pixel."""
+    """Return the names of the pictures in which the camera has altered every pixel."""
     return tuple(header.frame.path.name for header in headers if header.frame.tone_mapped)
 
 
@@ -409,7 +410,7 @@ def _rendered(names: Sequence[str]) -> str:
 
 
 def _in_order(bracket: Bracket) -> Bracket:
-    """Sort the frames, brightest first, and report duplicate exposures."""
+    """Sort the frames from the brightest to the darkest and report duplicate exposures."""
     order = sorted(
         range(len(bracket.frames)),
         key=lambda index: (-bracket.stops[index], bracket.frames[index].path.name),

@@ -1,16 +1,16 @@
 """Merge frames at half size, decoding bright frames at half size and dark ones in full.
 
-A panorama is reduced after the merge anyway, and a JPEG decoder computes means of four codes with
-half the work. Such a mean loses two things: the light of four pixels is more than the light of
-their mean code (because the response is convex), and a clipped pixel is hidden among dark ones. A
+A panorama is scaled down after the merge anyway, and a JPEG decoder can compute means of four codes
+with half the work. Such a mean loses two things: the light of four pixels is more than the light of
+their mean code (because the response is convex), and a clipped pixel disappears among dark ones. A
 darker frame that is decoded in full, the **anchor**, reveals both. Where g is the response and z
 are the anchor's four codes, the merged light is multiplied by
 
     mean(g(z)) / g(mean(z))
 
-which for a power law does not depend on the exposure. No frame counts as darker than the brightest
-of the anchor's four pixels would be in that frame. If only the anchor counts, the product is
-exactly the mean light of the anchor's four pixels.
+which for a power law does not depend on the exposure. No frame is taken to be darker than the
+brightest of the anchor's four pixels would be in that frame. If only the anchor counts, the product
+is exactly the mean light of its four pixels.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _BLACK_LIGHT: Final = 1e-7
 
 
 def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
-    """Return which frames to decode in full: the darkest, and those too far from another anchor.
+    """Return which frames to decode in full: the darkest, and any too far from another anchor.
 
     >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
     ((False, False, True), (False, True, False, False, True))
@@ -94,7 +94,7 @@ def halvable(frame: Frame) -> bool:
 
 
 def is_whole(frame: Frame, token: Token) -> bool:
-    """Return whether a frame's file can be decoded to its end without an error."""
+    """Return whether a frame's file can be decoded to the end without an error."""
     with contextlib.closing(FileRows(frame)) as source:
         try:
             for start, stop in row_bands(frame.shape[0], READ_ROWS):
@@ -107,7 +107,7 @@ def is_whole(frame: Frame, token: Token) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class AnchorTables:
-    """Tables for an anchor's full-size pixels, indexed by pairs of neighbouring codes as 16 bits.
+    """Tables for an anchor's full-size pixels, indexed by two neighbouring codes as 16 bits.
 
     Attributes:
         exact: (3, 65536) float32. A quarter of the radiance of both codes together, plus half of
@@ -130,8 +130,8 @@ class HalfLight:
 
     Attributes:
         anchor: Index of the frame's anchor.
-        reach: (256,) uint8. Minimum code in this frame for each code of the anchor's brightest
-            pixel of four.
+        reach: (256,) uint8. Minimum code in this frame for each code of the brightest of the
+            anchor's four pixels.
     """
 
     light: FrameLight
@@ -141,7 +141,7 @@ class HalfLight:
 
 
 def half_lights(lights: Sequence[FrameLight], whole: Sequence[bool]) -> tuple[HalfLight, ...]:
-    """Prepare the tables for frames in order, brightest first.
+    """Prepare the tables for the frames, in order from the brightest to the darkest.
 
     Args:
         whole: Whether each frame is decoded in full, as an anchor.
@@ -180,13 +180,13 @@ def _pairs(table: NDArray[Any]) -> NDArray[Any]:
 
 
 def _code(light: Floats | float) -> Float64:
-    """Return the sRGB code (IEC 61966-2-1), continued one to one beyond the curve's ends."""
+    """Return the sRGB code (IEC 61966-2-1), continued beyond the curve's ends."""
     linear = np.asarray(light, np.float64)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
 
 
 def _reach(values: Float32, anchor: Float32, own: bool) -> Bytes:
-    """Return `HalfLight.reach` for the radiance of the codes of both frames, (3, 256) each."""
+    """Return `HalfLight.reach`, given the radiance of the codes in both frames, (3, 256) each."""
     if own:
         return np.arange(256, dtype=np.uint8)
     indices = [np.searchsorted(values[c], anchor[c]) for c in range(3)]
@@ -199,8 +199,8 @@ class _BandReading:
     """One frame's data for a band, at half size.
 
     Attributes:
-        smooth: Light of the mean codes.
-        exact: Mean light of an anchor's four pixels, plus that of `_DARK_CODE`.
+        smooth: Light corresponding to the mean codes.
+        exact: Mean light of an anchor's four pixels, plus the light of `_DARK_CODE`.
     """
 
     planes: Sequence[Any]
@@ -217,12 +217,13 @@ def merge_halved(
 ) -> Band:
     """Merge the same rows of all frames at half size.
 
-    `Band.clipped` is at half size and contains fractions of the area in 255ths.
+    `Band.clipped` is at half size and gives fractions of the area in units of 1/255.
 
     Args:
-        bands: Rows of each frame, brightest first, (rows, W, 3) uint8, or (2 rows, 2 W, 3) for an
-            anchor.
-        trusts: Trust map of each frame, (rows, W) float32 or None, as for `merge_band.merge_band`.
+        bands: The rows of each frame, brightest first, (rows, W, 3) uint8, or (2 rows, 2 W, 3) for
+            an anchor.
+        trusts: The trust map of each frame, (rows, W) float32, or None, as for
+            `merge_band.merge_band`.
     """
     peaks: dict[int, Bytes] = {}
     views: dict[int, _BandReading] = {}
@@ -260,7 +261,7 @@ def merge_halved(
 
 
 class _Detail:
-    """The ratio of the true light to that of the mean codes, as the anchors reveal it."""
+    """The ratio of the true light to the light of the mean codes, as revealed by the anchors."""
 
     def __init__(self, alone: bool) -> None:
         self.exact, self.smooth = Sums(), Sums()
@@ -269,7 +270,7 @@ class _Detail:
     def add(
         self, channel: int, smooth: Float32, exact: Float32, weight: Float32, trust: Float32 | None
     ) -> None:
-        """Add the data of an anchor, except where the anchor is not trusted."""
+        """Add the data of an anchor, except where it is not trusted."""
         if trust is not None:
             exact = np.where(trust < TRUSTED, smooth, exact)
         if self._alone:  # The weight would cancel out.
@@ -280,7 +281,7 @@ class _Detail:
         self.smooth.add(channel, smooth, weight, keep=True)
 
     def factors(self) -> list[Float32]:
-        """Return the factors of the three channels."""
+        """Return the factor for each of the three channels."""
         return [
             np.asarray(cv2.divide(exact, smooth, exact), np.float32)
             for exact, smooth in zip(self.exact.values, self.smooth.values, strict=True)
@@ -306,7 +307,7 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
 def _anchor(
     pixels: Pixels, light: FrameLight, tables: AnchorTables, darkest: bool
 ) -> tuple[Bytes, _BandReading]:
-    """Return the largest code of every four pixels of a frame decoded in full, and the reading."""
+    """Return the largest code in every four pixels of a frame decoded in full, and the reading."""
     full: Sequence[Any] = cv2.split(pixels)
     brightest = np.asarray(cv2.max(cv2.max(full[0], full[1]), full[2]), np.uint8)
     exact = [_of_four(plane, table) for plane, table in zip(full, tables.exact, strict=True)]
@@ -329,7 +330,7 @@ def _anchor(
 
 
 def _of_four(plane: Bytes, pairs: NDArray[Any]) -> NDArray[Any]:
-    """Sum a table over each group of four pixels, with one look-up for two of them."""
+    """Sum a table over each group of four pixels, with one look-up for every two pixels."""
     two = look_up(plane.view(np.uint16), pairs)
     return np.asarray(cv2.add(two[::2], two[1::2]))
 
@@ -337,7 +338,7 @@ def _of_four(plane: Bytes, pairs: NDArray[Any]) -> NDArray[Any]:
 def _keep_hue_of_four(
     exact: Sequence[Float32], full: Sequence[Bytes], brightest: Bytes, light: FrameLight
 ) -> None:
-    """Apply the effect of `keep_hue` on each of four pixels to their mean."""
+    """Apply the effect of `keep_hue` on each of four pixels to the mean of the four."""
     near, rises = hue_rises(full, brightest, light)
     row, column = np.divmod(near, brightest.shape[1])
     place = row // 2 * (brightest.shape[1] // 2) + column // 2
@@ -359,9 +360,9 @@ def _peak(largest: Bytes) -> Bytes:
 
 
 def _with_hidden(planes: Sequence[Any], reach: Bytes) -> tuple[Bytes, Bytes | None]:
-    """Return the largest codes, and a mask of groups of four that hide a brighter pixel.
+    """Return the largest codes, and a mask of the groups of four that hide a brighter pixel.
 
-    The largest codes are raised in these groups. The mask is None if there are none.
+    The largest codes are raised in these groups. The mask is None if there are no such groups.
     """
     largest = np.asarray(cv2.max(cv2.max(planes[0], planes[1]), planes[2]), np.uint8)
     stands_out = cv2.compare(cv2.subtract(reach, largest), _STANDS_OUT, cv2.CMP_GT)  # type: ignore[call-overload]

@@ -1,8 +1,8 @@
 """Read frames while others are still downloading.
 
-`ArrivingFrames` reads each frame while the next one is downloading. When the last file has arrived,
-only the decoding of that file and the merge remain to be done. The result is bit for bit that of
-`measure.bracket.measure.measure` for the same files.
+`ArrivingFrames` reads each frame while the next one is downloading. Once the last file has arrived,
+only decoding it and merging the frames remain to be done. The result is identical, bit for bit, to
+that of `measure.bracket.measure.measure` for the same files.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _REHEARSED: Final = threading.Event()
 
 @dataclass(frozen=True, slots=True)
 class _ReadFrame:
-    """A frame that was read, and the state of its file at the time."""
+    """A frame that has been read, and the state of its file at that time."""
 
     opened: OpenedFrame
     frame: Frame
@@ -56,13 +56,13 @@ class _ReadFrame:
 
 
 class ArrivingFrames:
-    """Reads frames in worker threads as they arrive.
+    """Reads frames on worker threads as they arrive.
 
     Use an instance as a context manager, or call `close`.
 
     Args:
-        count: Number of frames to come, or 0 if unknown. Frames are kept in memory if that many
-            fit.
+        count: Number of frames to expect, or 0 if unknown. Frames are kept in memory if that many
+            of them fit.
 
     >>> with ArrivingFrames(3) as frames:
     ...     pass  # frames.add(path) for each file, then frames.measure(paths)
@@ -78,32 +78,32 @@ class ArrivingFrames:
         self._lock = threading.Lock()
 
     def expect(self, count: int) -> None:
-        """Set the number of frames to come, before the first one is added."""
+        """Set the number of frames to expect, before the first one is added."""
         self._count = count
 
     def prepare(self, pack: StylePack) -> None:
-        """Rehearse the merge in a worker thread, once per process, while there is time."""
+        """Rehearse the merge on a worker thread, once per process, while there is time."""
         with self._lock:
             if not self._token.cancelled and not _REHEARSED.is_set():
                 _REHEARSED.set()
                 self._pool.submit(rehearse, pack)
 
     def add(self, path: Path) -> None:
-        """Start reading a complete file, or read it again if it was added before."""
+        """Start reading a complete file, or reread it if it was added before."""
         self.discard(path)
         with self._lock:
             if not self._token.cancelled:
                 self._reading[path] = self._pool.submit(self._read, path)
 
     def discard(self, path: Path) -> None:
-        """Drop a file, and close its frame."""
+        """Drop a file and close its frame."""
         with self._lock:
             future = self._reading.pop(path, None)
         if future is not None and not future.cancel():
             future.add_done_callback(self._let_go)
 
     def problem(self, path: Path, token: Token | None = None) -> str:
-        """Wait until a file is read, and return its problem as a sentence, or "" if it has none."""
+        """Wait until a file has been read, and return its problem in a sentence, or "" if none."""
         try:
             self._of(path, token)
         except ProbeError as error:
@@ -111,7 +111,7 @@ class ArrivingFrames:
         return ""
 
     def _of(self, path: Path, token: Token | None) -> _ReadFrame | None:
-        """Wait for a file that was added, or return None for any other."""
+        """Wait for a file that was added, or return None for any other file."""
         with self._lock:
             future = self._reading.get(path)
         return None if future is None else _wait(future, token or Token())
@@ -125,8 +125,8 @@ class ArrivingFrames:
     ) -> Measurement:
         """Measure the light from the frames, as `app.core.measure.bracket.measure` does.
 
-        Files that were not added, or have changed since, are read now. Each frame can be used only
-        once, so measuring a second time reads the files again.
+        Files that were not added, or that have changed since, are read now. Each frame can be used
+        only once, so a second measurement reads the files again.
         """
         return measure(paths, options, token, report, opener=self.take)
 
@@ -159,7 +159,7 @@ class ArrivingFrames:
         return open_frame(frame, hold=hold, token=token, half=half)
 
     def close(self) -> None:
-        """Stop reading, and close all unused frames. The method may be called more than once."""
+        """Stop reading and close all unused frames. This method may be called more than once."""
         self._token.cancel()
         with self._lock:
             pending = list(self._reading.values())
@@ -176,7 +176,7 @@ class ArrivingFrames:
         self.close()
 
     def _read(self, path: Path) -> _ReadFrame:
-        """Read one file, in a worker thread."""
+        """Read one file on a worker thread."""
         stamp = _stamp(path)
         frame = read_header(path).frame
         size = frame.decoded_bytes
@@ -193,7 +193,7 @@ class ArrivingFrames:
         return _ReadFrame(opened, frame, hold, stamp)
 
     def _let_go(self, future: Future[_ReadFrame]) -> None:
-        """Close a frame that a worker has opened and that is no longer needed."""
+        """Close a frame that a worker has opened but that is no longer needed."""
         if future.cancelled() or future.exception() is not None:
             return
         read = future.result()
@@ -203,7 +203,7 @@ class ArrivingFrames:
 
 
 def _bytes(read: _ReadFrame) -> int:
-    """Return the number of bytes that a frame takes up in memory."""
+    """Return the number of bytes of memory that a frame occupies."""
     return read.frame.decoded_bytes if read.hold else 0
 
 
@@ -226,10 +226,10 @@ def _stamp(path: Path) -> tuple[int, ...]:
 
 
 def rehearse(pack: StylePack) -> None:
-    """Run the whole merge once with a small synthetic bracket.
+    """Run the whole merge once on a small synthetic bracket.
 
-    This loads libraries, computes tables and allocates memory. Done while a camera is exposing, it
-    saves a third of the time that a process's first `measure` takes.
+    This loads libraries, computes tables and allocates memory. Running it while a camera is
+    exposing saves a third of the time that a process's first `measure` takes.
     """
     frames = tuple(
         Frame(Path(f"rehearsal {stop}"), _REHEARSAL, exposure=Exposure(4.0**-stop))
@@ -242,7 +242,7 @@ def rehearse(pack: StylePack) -> None:
 
 
 def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Open a frame that has no file, with squares of light at the frame's exposure."""
+    """Open a frame that has no file by drawing squares of light at its exposure."""
     del hold, token, half
     assert frame.exposure is not None
     squares = np.random.default_rng(0).random((frame.shape[0] // 8, frame.shape[1] // 8, 3))

@@ -55,11 +55,11 @@ def measure(
 ) -> Measurement:
     """Measure the light from exposures of a place, given in any order or as one folder.
 
-    Pictures of two fisheye circles are stitched. A single photo gives rough light if the options
-    allow it. The errors are those of `measurement.Entry`.
+    Pictures with two fisheye circles are stitched. A single photo yields a rough estimate of the
+    light if the options allow it. The errors are those of `measurement.Entry`.
 
     Args:
-        opener: Function that opens the frames, some of which may already be open.
+        opener: Function that opens the frames. Some of them may already be open.
     """
     options, token = options or MeasureOptions(), token or Token()
     bracket = read_bracket(files, options.times, alone=options.alone, sort_out=options.sort_out)
@@ -81,8 +81,8 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
     """Fill the gaps in the frames, which are transparent areas and black canvas.
 
     Returns:
-        The measurement, and a mask, (H, W) float32, that is 1 where the light was filled, or None
-        if there are no gaps.
+        The measurement, and a mask, (H, W) float32, which is 1 where the light was filled in. The
+        mask is None if there are no gaps.
     """
     bracket, rotation = probe.bracket, probe.levelling.rotation
     if bracket.unstitched or not bracket.panorama:
@@ -135,7 +135,7 @@ def finished(
 
 
 def room_below(bracket: Bracket) -> float | None:
-    """Return how many stops darker than the darkest frame the camera can go, or None if unknown."""
+    """Return by how many stops the camera can go below the darkest frame, or None if unknown."""
     facts = camera_facts(bracket.frames[0].camera)
     if facts is None:
         return None

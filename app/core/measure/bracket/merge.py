@@ -1,10 +1,10 @@
-"""Merge the frames of a bracket into linear light, and reduce the result in the same pass.
+"""Merge the frames of a bracket into linear light and reduce the result in the same pass.
 
 The last step removes coloured specks that errors in the codes can explain. Rounding, noise and
 JPEG, which stores colour at half size, leave an error of several codes. In a channel that is weak
-compared with the others, or near black, that is a stop or more, which appears as coloured
-speckle. A pixel's difference in colour from the median of its neighbours is reduced as far as such
-an error explains the difference, so that a small lamp keeps its colour.
+compared with the others, or near black, this amounts to a stop or more, which appears as coloured
+speckle. A pixel's difference in colour from the median of its neighbours is reduced only as far as
+such an error explains it. A small lamp therefore keeps its colour.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from app.core.measure.read.pixels import FrameStack, workers
 from app.core.measure.read.resampling import Reduction
 
 SIZE: Final = (1024, 2048)
-"""Rows and columns of a merged panorama."""
+"""The number of rows and columns of a merged panorama."""
 
 # Pixels per band, enough to keep the interpreter's share of the work small, but few enough to keep
 # the planes of a band in the cache.
@@ -48,7 +48,7 @@ _BLACK: Final = 0.0045
 
 @dataclass(slots=True)
 class _Result:
-    """The pictures that the bands fill."""
+    """The pictures that are filled band by band."""
 
     radiance: Float32
     clipped: Float32
@@ -58,7 +58,7 @@ class _Result:
 
 @dataclass(frozen=True, slots=True)
 class _Band:
-    """The contribution of a band of rows to the result, from row `first` on."""
+    """The contribution of a band of rows to the result, starting at row `first`."""
 
     first: int
     radiance: Float32 = field(repr=False)
@@ -70,7 +70,7 @@ class _Band:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """Data that all bands share."""
+    """The data shared by all bands."""
 
     lights: tuple[FrameLight, ...]
     trusts: tuple[Float32 | None, ...]
@@ -108,21 +108,21 @@ def merge(
     by area and solid angle.
 
     Args:
-        response: Response curve, not used for float frames. Its table, (3, 256), or (K, 3, 256)
-            with one curve per frame, has the linear value in 0..1 of each code.
-        stops: The true exposures.
-        doubts: Difference of each frame from its neighbours if the frames do not fit one another,
-            only for 8-bit frames at full size.
-        trust: Trust map of each frame, (h, w) float32 in 0..1 at the size of the proxies, to be
-            interpolated bilinearly, or None for a frame that is trusted everywhere.
+        response: Response curve, which is not used for float frames. Its table, (3, 256), or (K, 3,
+            256) with one curve per frame, contains the linear value of each code, 0 to 1.
+        stops: The true exposures, in stops.
+        doubts: How much each frame differs from its neighbours if the frames do not fit one
+            another. This applies only to 8-bit frames at full size.
+        trust: Trust map of each frame, (h, w) float32, 0 to 1 at the size of the proxies, or None
+            for a frame that is trusted everywhere. The maps are interpolated bilinearly.
         size: Rows and columns of the resulting panorama, or None to keep the size of the frames, as
-            for pictures that are not panoramas.
+            is done for pictures that are not panoramas.
 
     Returns:
         The light, with `clipped_fractions` in the order of the stack.
 
     Raises:
-        ProbeError: If a file has been damaged since it was first read.
+        ProbeError: If a file has become damaged since it was first read.
         ValueError: If the numbers of frames, stops and trusts differ.
         Cancelled: If the token is cancelled.
     """
@@ -212,14 +212,14 @@ def _doubts(
 ) -> tuple[float, ...]:
     """Return the doubts in order, or none unless all frames are 8-bit and weighted by noise.
 
-    There are none for frames at half size either.
+    Nor are there any for frames at half size.
     """
     coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
     return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
 
 
 def _black(stack: FrameStack, exposures_known: bool, sphere: bool) -> float:
-    """Return the light below which the brightest frame shows only black, or 0 if there is none."""
+    """Return the light below which the brightest frame is only black, or 0 for no limit."""
     precise = all(frame.kind != "uint8" for frame in stack.frames)
     return 0.0 if precise or (exposures_known and _panorama(stack.shape, sphere)) else _BLACK
 
@@ -263,7 +263,7 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
 
 
 def _slab_rows(stack: FrameStack, band: int) -> int:
-    """Return how many rows, in whole bands, to read at a time from frames not in memory."""
+    """Return how many rows to read at a time, in whole bands, from frames not held in memory."""
     row_bytes = sum(frame.decoded_bytes // frame.shape[0] for frame in stack.frames)
     return max(1, _READ_BYTES // row_bytes // band) * band
 
@@ -288,7 +288,7 @@ def _flow(
 
 
 def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[int, int]) -> _Band:
-    """Merge some rows of the frames, whose first row is row `offset` of the picture."""
+    """Merge some rows of the frames, the first of which is row `offset` of the picture."""
     plan.token.check()
     start, stop = rows
     shape = plan.reduction.source
@@ -369,8 +369,8 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
     """Reduce the colour noise of merged light, (h, w, 3), in place.
 
     Args:
-        values: Light of each code, (3, 256) float32 for each frame, brightest first, in the same
-            unit.
+        values: Light of each code, (3, 256) float32 for each frame, brightest first, in the unit of
+            `radiance`.
     """
     height, width = radiance.shape[:2]
     bands = list(row_bands(height, max(_AROUND, _QUIET_PIXELS // width)))
@@ -384,7 +384,7 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
 def _changes(
     radiance: Float32, values: Sequence[Float32], token: Token, rows: tuple[int, int]
 ) -> list[_Change]:
-    """Return the flat indices and new values of the pixels to change in some rows, by channel."""
+    """Return, by channel, the flat indices and new values of the pixels to change in some rows."""
     token.check()
     start, stop = rows
     top = max(start - _AROUND // 2, 0)

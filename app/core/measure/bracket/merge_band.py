@@ -1,7 +1,7 @@
-"""Merge one band of rows of all frames, in the inner loop.
+"""Merge one band of rows from all frames. This is the inner loop of the merge.
 
-The work is done on whole planes that fit in the cache. OpenCV's look-up tables and products release
-the interpreter's lock, so several bands run in parallel.
+All operations work on whole planes that fit in the cache. OpenCV's look-up tables and products
+release the interpreter's lock, so several bands can be merged in parallel.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Band:
     Attributes:
         radiance: Red, green and blue, (rows, W) float32 each.
         clipped, dark: (rows, W) uint8. Masks that are 255 where a pixel is clipped or black,
-            respectively, in every frame, or None if no pixel is.
+            respectively, in every frame, or None if there is no such pixel.
         clipped_counts: Number of clipped pixels in each frame.
     """
 
@@ -57,7 +57,7 @@ class Band:
 
 @dataclass(slots=True)
 class Sums:
-    """Weighted sums over frames, and masks of pixels that are clipped or black in all frames."""
+    """Weighted sums over frames, and masks of pixels that are clipped or black in every frame."""
 
     values: list[Float32] = field(default_factory=list)
     weights: list[Float32] = field(default_factory=list)
@@ -75,7 +75,7 @@ class Sums:
         self.weights.append(weight.copy() if keep else weight)
 
     def mark(self, clipped: Bytes | None, dark: Bytes | None, first: bool) -> None:
-        """Intersect the masks with those of a frame, or start with those of the first frame."""
+        """Intersect the masks with those of a frame, or start with the masks of the first frame."""
         self.clipped = clipped if first else _both(self.clipped, clipped)
         self.dark = dark if first else _both(self.dark, dark)
 
@@ -94,10 +94,10 @@ class Sums:
 def merge_band(
     bands: Sequence[Pixels], lights: Sequence[FrameLight], trusts: Sequence[Float32 | None]
 ) -> Band:
-    """Merge the same rows of all frames, (rows, W, 3) each as stored, brightest first.
+    """Merge the same rows of all frames, brightest first.
 
     Args:
-        trusts: Trust map of each frame, (rows, W) float32 in 0..1, or None for a frame that is
+        trusts: Trust map of each frame, (rows, W) float32, 0 to 1, or None for a frame that is
             trusted everywhere.
     """
     sums = Sums()
@@ -124,7 +124,7 @@ def merge_band(
 
 
 def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
-    """Weight a frame's pixels by trust, counting untrusted ones as clipped.
+    """Weight a frame's pixels by trust, counting untrusted pixels as clipped.
 
     Args:
         faint: (rows, W) float32. Weights of the pixels, which are multiplied in place.
@@ -143,8 +143,9 @@ def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
 class Weights:
     """The weights of a frame's pixels.
 
-    `whole` is for all three channels, except near clipping, where each channel has its own weight.
-    These pixels are at the flat positions `near`, or everywhere if `near` is None.
+    `whole` applies to all three channels, except near clipping, where each channel has its own
+    weight. The pixels near clipping are at the flat positions `near`, or everywhere if `near` is
+    None.
     """
 
     light: FrameLight
@@ -159,7 +160,7 @@ class Weights:
         return self.near is not None and not self.near.size
 
     def of(self, index: Plane) -> Float32:
-        """Return the weight of a channel, from its own codes."""
+        """Return the weight of a channel according to its own codes."""
         if self.shared:
             return self.whole
         if self.near is not None:
@@ -174,11 +175,11 @@ class Weights:
 
 
 def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
-    """Return the pixels' weights from their largest and smallest codes.
+    """Return the pixels' weights, based on their largest and smallest codes.
 
     Args:
         index: (rows, W). Largest code of the three channels.
-        faint: (rows, W) float32. Weight according to the smallest code.
+        faint: (rows, W) float32. Weights according to the smallest code of the three channels.
     """
     tables, none = light.tables, np.empty(0, np.intp)
     top = int(index.max())
@@ -204,7 +205,7 @@ def _planes(pixels: Pixels) -> Sequence[Plane]:
 
 
 def _index(plane: Plane, light: FrameLight) -> Plane:
-    """Return each pixel's index in the tables."""
+    """Return the index of each pixel in the tables."""
     if plane.dtype == np.float32:
         root = np.sqrt(np.minimum(plane * np.float32(1.0 / light.unit), np.float32(1.0)))
         return np.asarray(root * np.float32(65535.0) + np.float32(0.5)).astype(np.uint16)
@@ -218,13 +219,13 @@ def _value(plane: Plane, light: FrameLight, channel: int) -> Float32:
 
 
 def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
-    """Count the pixels that a frame clips."""
+    """Return the number of pixels that a frame clips."""
     mask = _at_end(index, largest, light, light.tables.clipped)
     return 0 if mask is None else cv2.countNonZero(mask)
 
 
 def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
-    """Return a mask, (rows, W) uint8, of 255 where a frame may be clipped, or None if empty."""
+    """Return a mask, (rows, W) uint8, of pixels that may be clipped (255), or None if empty."""
     return _at_end(index, largest, light, light.tables.spent)
 
 
@@ -237,7 +238,7 @@ def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes
 
 
 def black_pixels(index: Plane) -> Bytes | None:
-    """Return a mask, (rows, W) uint8, of 255 where a frame is black, or None if empty."""
+    """Return a mask, (rows, W) uint8, of black pixels (255), or None if empty."""
     limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
     return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
 
@@ -267,9 +268,10 @@ def keep_hue(
 ) -> None:
     """Preserve the hue of lamps where the darkest frame clips.
 
-    A channel about to clip has little more information than a clipped one. Without this step, a
-    white lamp with codes 255, 244, 255 would be magenta. Channels are only ever raised, and not at
-    all at code 215 and below, so that a red lamp stays red and every value stays a lower bound.
+    A channel that is about to clip carries little more information than a clipped one. Without this
+    step, a white lamp with codes 255, 244, 255 would be magenta. Channels are only ever raised, and
+    not at all at code 215 or below. A red lamp therefore stays red, and every value remains a lower
+    bound.
     """
     near, rises = hue_rises(planes, largest, light, radiance)
     for plane, rise in zip(radiance, rises, strict=True):
@@ -284,10 +286,10 @@ def hue_rises(
     light: FrameLight,
     radiance: Sequence[Float32] | None = None,
 ) -> tuple[Indices, list[Float32]]:
-    """Return the flat indices of the pixels that `keep_hue` changes, and each channel's rise.
+    """Return the flat indices of the pixels that `keep_hue` changes, and the rise in each channel.
 
     Args:
-        radiance: Light to raise, or None for the frame's own.
+        radiance: Light to raise, or None to raise the frame's own light.
     """
     limit = _raw(_CLIPPING_CODES[0], largest, light)
     if largest.max() < limit:
@@ -311,9 +313,9 @@ def hue_rises(
 def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
     """Fade light to the floor of the brightest frame.
 
-    Glare in the lens and the foot of the tone curve hide light below this floor, where the ratios
-    between channels are noise, visible as coloured speckle. Light well above the floor is left
-    unchanged.
+    Glare in the lens and the foot of the tone curve hide light below this floor. There, the ratios
+    between the channels are only noise, which is visible as coloured speckle. Light well above the
+    floor is left unchanged.
     """
     for plane in radiance:
         near = np.flatnonzero(plane < np.float32(_FADED * level))
@@ -323,7 +325,7 @@ def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
 
 
 def _codes(values: Plane, light: FrameLight) -> Float32:
-    """Convert stored values to codes of 0 to 255."""
+    """Convert stored values to codes from 0 to 255."""
     if values.dtype == np.float32:
         codes = srgb_encode(values * np.float32(1.0 / light.unit))
         return np.asarray(codes * np.float32(255.0), np.float32)
@@ -331,14 +333,14 @@ def _codes(values: Plane, light: FrameLight) -> Float32:
 
 
 def _raw(code: float, plane: Plane, light: FrameLight) -> float:
-    """Return the stored value for a code of 0 to 255."""
+    """Return the stored value for a code from 0 to 255."""
     if plane.dtype == np.float32:
         return light.unit * float(srgb_decode(code / 255.0)) if light.clips else float("inf")
     return round(code if plane.dtype == np.uint8 else 257.0 * code)
 
 
 def _share(values: Plane, light: FrameLight, limits: tuple[float, float]) -> Float32:
-    """Evaluate a ramp from 0 to 1 between two codes at the stored values."""
+    """Evaluate, at the stored values, a ramp from 0 to 1 between two codes."""
     if values.dtype != np.uint8:
         return _smooth(_codes(values, light), limits)
     return _smooth(np.arange(256, dtype=np.float32), limits).take(values)

@@ -1,4 +1,4 @@
-"""Remarks about a bracket's files, exposures, tone curve and motion."""
+"""Remarks on a bracket's files, exposures, tone curve and motion."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ class PicturesTaken(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FileLeftOut(Remark):
-    """A file in a folder cannot be read. `message` is the error's message."""
+    """A file in a folder cannot be read. `message` is the text of the error."""
 
     message: str
 
 
 @dataclass(frozen=True, slots=True)
 class NotOfBracket(Remark):
-    """Some pictures in a folder have another size, kind or camera."""
+    """Some pictures in a folder differ in size, kind or camera from the bracket."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class RenderedByCamera(Remark):
-    """HDR rendering or range compensation changed every pixel of some pictures."""
+    """HDR rendering or range compensation has altered every pixel of some pictures."""
 
     names: tuple[str, ...]
     left_out: bool = False
@@ -54,7 +54,7 @@ class RenderedByCamera(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Copies(Remark):
-    """Some files have the same bytes as one in use, or are that file, named twice."""
+    """Some files have the same bytes as one that is in use, or are the same file named twice."""
 
     name: str
     copies: tuple[str, ...]
@@ -62,21 +62,21 @@ class Copies(Remark):
 
 @dataclass(frozen=True, slots=True)
 class SameExposure(Remark):
-    """Some frames have equal exposures, and all of them are used."""
+    """Some frames have equal exposures. All of these frames are used."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class TimeUnstated(Remark):
-    """A photo states no exposure time."""
+    """A photo does not record its exposure time."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class TagAssumed(Remark):
-    """Some frames lack a tag, for which the value in the other frames is assumed."""
+    """Some frames lack a tag, whose value is assumed to be the same as in the other frames."""
 
     tag: Tag
     names: tuple[str, ...]
@@ -85,7 +85,7 @@ class TagAssumed(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TagIgnored(Remark):
-    """Some frames lack a tag that differs in the others, so only the given exposure times count."""
+    """Some frames lack a tag that varies in the others, so only the given exposure times count."""
 
     tag: Tag
     names: tuple[str, ...]
@@ -93,7 +93,7 @@ class TagIgnored(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TagsUnstated(Remark):
-    """No frame states some tags, which are assumed to be equal in all frames."""
+    """No frame records certain tags, which are assumed to be the same in all frames."""
 
     iso: bool
     aperture: bool
@@ -101,7 +101,7 @@ class TagsUnstated(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TimesAgainstExif(Remark):
-    """The given exposure times of some frames contradict EXIF and are used instead."""
+    """The exposure times given for some frames contradict EXIF and are used instead."""
 
     names: tuple[str, ...]
     given_s: tuple[float, ...]
@@ -138,10 +138,10 @@ class ForeignFrame(Remark):
 
 @dataclass(frozen=True, slots=True)
 class WrongTag(Remark):
-    """A frame was measured to be brighter than its tags state by `stops`, negative if darker.
+    """A frame was measured to be brighter than its tags state by `stops`, or darker if negative.
 
     Attributes:
-        suspects: Frames whose tags may be wrong instead.
+        suspects: Frames whose tags may be the wrong ones instead.
     """
 
     name: str
@@ -158,7 +158,7 @@ class CurveUnchecked(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CurveDoubtful(Remark):
-    """The steps between frames differ from the stated ones, so the curve is probably not sRGB."""
+    """The steps between frames differ from the nominal ones, so the curve is probably not sRGB."""
 
     measured_stops: float
     stated_stops: float
@@ -166,7 +166,7 @@ class CurveDoubtful(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CurveRecovered(Remark):
-    """The tone curve is not sRGB, and was recovered."""
+    """The tone curve is not sRGB and was recovered."""
 
     residual_stops: float
 
@@ -183,7 +183,7 @@ class TwoFramesAlone(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesUnfit(Remark):
-    """No curve and no single wrong tag explains the frames."""
+    """Neither a response curve nor a single wrong tag explains the frames."""
 
     residual_stops: float
 
@@ -230,7 +230,7 @@ class Levelled(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesContradict(Remark):
-    """The frames differ over much of the picture.
+    """The frames differ over a large part of the picture.
 
     Attributes:
         share: Fraction of the picture over which they differ, 0 to 1.
@@ -251,7 +251,7 @@ class MovedPart:
 
 @dataclass(frozen=True, slots=True)
 class Motion(Remark):
-    """Something moved between the frames, in these places and in `more` smaller ones."""
+    """Something moved between the frames, at these positions and at `more` minor ones."""
 
     places: tuple[MovedPart, ...]
     more: int
@@ -260,6 +260,6 @@ class Motion(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MuchMotion(Remark):
-    """There is motion in a large part of the picture, `share` from 0 to 1."""
+    """There is motion in a large part of the picture, given as a fraction `share` from 0 to 1."""
 
     share: float

@@ -1,11 +1,11 @@
-"""Compute the weight and radiance of each code in each frame.
+"""Compute the weight and the radiance of each code in each frame.
 
-One weight serves all three channels of a pixel, so that no weighting can tint the pixel. The weight
+All three channels of a pixel share one weight, so the weighting cannot tint the pixel. The weight
 is the product of two table entries, one indexed by the largest of the three codes (since a pixel is
 clipped when its worst channel is) and one by the smallest (for the noise of the channel with the
-least light). The default weights have one exception: in a pixel with one clipped channel, channels
-well below clipping keep most of their weight, in addition to that of darker frames. A blue sky is
-clipped in blue long before red and green lose their information.
+least light). The default weights have one exception: in a pixel with one clipped channel, the
+channels well below clipping keep most of their weight and count alongside darker frames. A blue sky
+is clipped in blue long before red and green lose their information.
 
 **Noise-aware weights** (the default). The linear estimate x = g(z) / t of a frame with response g
 and exposure t has the variance
@@ -14,14 +14,14 @@ and exposure t has the variance
 
 from shot noise with a full well of W electrons, read noise of r electrons, an error of c codes from
 quantisation and JPEG, scaled by the slope of the response, and an uncertainty b of black (from
-glare in the lens, the film base or a black level that is not 0). The least noisy mean has weights
-t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear digital cameras"; Hasinoff,
-Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography"). v is evaluated
-at the frame's own noisy code, which lowers the mean slightly where v rises with z (Aguerrebere et
-al. 2014, "Best algorithms for HDR image generation", section 4). v is flattest at the smallest of
-the three codes. Weights proportional to t instead of t^2 would avoid the bias, but then additions
-to black would count in the dark frames, which triples the median error on the memorial church
-bracket.
+glare in the lens, the film base or a black level that is not 0). The mean with the least noise has
+weights t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear digital cameras";
+Hasinoff, Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography"). v is
+evaluated at the frame's own noisy code, which lowers the mean slightly where v rises with z
+(Aguerrebere et al. 2014, "Best algorithms for HDR image generation", section 4). v is flattest at
+the smallest of the three codes. Weights proportional to t instead of t^2 would avoid the bias, but
+then additions to black would count in the dark frames, which triples the median error on the
+memorial church bracket.
 
 A recovered response also has an error of a few per cent that differs from frame to frame, and these
 weights rely almost entirely on one frame. So if the response is not known, a code with a relative
@@ -35,8 +35,8 @@ Matlab's makehdr.
 
 **Frames that do not fit one another** are merged by their agreement. Examples are warped scans of
 film, motion of a hand that a homography does not undo, and tone curves that vary across the
-picture. With weights by noise, hardly any frame but the brightest unclipped one would count, and at
-an edge that is one pixel off, the light would be wrong by stops although all darker frames
+picture. With weights based on noise, hardly any frame but the brightest unclipped one would count.
+At an edge that is one pixel off, the light would then be wrong by stops, although all darker frames
 contradict it. So if frames differ by more than noise in most places, each frame's log light has the
 weight
 
@@ -65,7 +65,7 @@ from app.core.measure.read.decoding import Pixels
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 
 CLIPPED_CODE: Final = 254
-"""First code that counts as clipped, since JPEG changes 255 by one."""
+"""First code that counts as clipped. JPEG may change 255 by one."""
 
 # In electrons, for a small sensor at base sensitivity. Twice or half as many change no weight by
 # more than a third, since the error of the codes dominates an 8-bit picture's noise.
@@ -105,12 +105,12 @@ class FrameTables:
     `faint`, indexed by the smallest. All arrays are float32.
 
     Attributes:
-        bright, faint: (n,) each. Weights by the largest and by the smallest code.
-        own: (n,). Weight by a channel's own code, which replaces `bright` for that channel where it
+        bright, faint: (n,) each. Weights for the largest and the smallest code, respectively.
+        own: (n,). Weight for a channel's own code. It replaces `bright` for that channel where it
             is larger.
         full: Code below which `bright` is 1.
-        ramp: Code below which `bright` is at least 1 wherever `own` is not 0, so that `own` is not
-            needed.
+        ramp: Code below which `bright` is at least 1 wherever `own` is not 0, which makes `own`
+            unnecessary.
         value: (3, n). Radiance of each code.
         clipped: First code that counts as clipped.
         spent: First code that may be clipped, since JPEG changes 255 by several next to a lamp.
@@ -132,7 +132,7 @@ class FrameTables:
 class FrameLight:
     """The tables that convert a frame's pixels to weights and radiance.
 
-    The tables are indexed by codes, or for float frames by the square root of the value as a
+    The tables are indexed by codes, or for float frames, by the square root of the value as a
     fraction of `unit`.
     """
 
@@ -145,7 +145,7 @@ class FrameLight:
 def clipped_code(table: Float64) -> int:
     """Return the first code that counts as clipped in a response, (3, 256).
 
-    The code is 254, or less if some channel's response reaches its end earlier.
+    The code is 254, or lower if a channel's response reaches its end earlier.
     """
     flat = (table >= _PLATEAU * table[:, -1:]).any(axis=0)
     return min(CLIPPED_CODE, int(np.argmax(flat)))
@@ -164,10 +164,11 @@ def frame_tables(
     """Return the look-up tables of a frame.
 
     Args:
-        table: (3, 256) float64. Response, as the rising linear value in 0..1 of each code.
+        table: (3, 256) float64. Response, given as the linear value of each code, which increases
+            from 0 to 1.
         stops: Exposures of all frames, in stops.
-        reference_ev: Exposure in stops whose saturation is the unit of the light.
-        fine: Whether to use 65,536 codes, as for 16-bit frames.
+        reference_ev: Exposure, in stops, whose saturation is the unit of the light.
+        fine: Whether to use 65,536 codes, as is done for 16-bit frames.
     """
     count = 65536 if fine else 256
     codes = np.linspace(0.0, 255.0, count)
@@ -200,9 +201,9 @@ def frame_tables(
 def float_tables(
     index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
 ) -> FrameTables:
-    """Return the tables of a linear frame, with 65,536 entries indexed by square root.
+    """Return the tables of a linear frame, with 65,536 entries indexed by the value's square root.
 
-    Do not use `value`, since the frame's own values are finer.
+    Do not use the `value` table of the result, since the frame's own values are finer.
     """
     places = np.linspace(0.0, 1.0, 65536)
     linear = places * places
@@ -232,7 +233,7 @@ def float_tables(
 
 
 def relative_error(value: Float32) -> Float64:
-    """Return the relative noise, (256,), of 8-bit codes that stand for this light, (3, 256).
+    """Return the relative noise, (256,), of the 8-bit codes that represent this light, (3, 256).
 
     The noise is infinite for codes without light.
     """
@@ -243,12 +244,12 @@ def relative_error(value: Float32) -> Float64:
 
 
 def neutral_end(table: Float64) -> Float64:
-    """Scale the channels of a response, (3, 256), to the same end.
+    """Scale the channels of a response, (3, 256), so that they end at the same value.
 
     A lamp that clips all three channels must come out neutral. A recovered response can end at a
-    different value in each channel, since it is least certain at the end, which no darker frame
-    shows. The difference is spread over the codes above 235, increasing towards the largest, and no
-    value is lowered.
+    different value in each channel, since it is least certain at its end, which no darker frame
+    shows. The correction is spread over the codes above 235 and increases towards the highest code.
+    No value is lowered.
     """
     share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
     gain = table[:, -1].max() / table[:, -1:]
@@ -256,12 +257,12 @@ def neutral_end(table: Float64) -> Float64:
 
 
 def _first(codes: Bools) -> int:
-    """Return the first code for which a condition is true, or one past the last."""
+    """Return the first code for which a condition holds, or one past the last code."""
     return int(np.argmax(codes)) if codes.any() else codes.size
 
 
 def _floors(exposure: Float64, index: int) -> tuple[float, float]:
-    """Return a frame's weights of last resort, where all are clipped and where all are black."""
+    """Return a frame's fallback weights, for when all frames are clipped and when all are black."""
     if index == int(np.argmin(exposure)):
         clipped = _CLIPPED_DARKEST
     else:
@@ -270,7 +271,7 @@ def _floors(exposure: Float64, index: int) -> tuple[float, float]:
 
 
 def _ramp(codes: Float64, first: int) -> Float64:
-    """Return a ramp from 1 to 0 just below clipping."""
+    """Return a ramp that falls from 1 to 0 just below clipping."""
     return _fade(codes, first - _RAMP_END - _RAMP_WIDTH, first - _RAMP_END)
 
 
@@ -281,7 +282,7 @@ def _own(codes: Float64, first: int) -> Float64:
 
 
 def _fade(codes: Float64, start: float, stop: float) -> Float64:
-    """Return a smooth ramp from 1 to 0."""
+    """Return a smooth ramp that falls from 1 to 0."""
     share = np.clip((stop - codes) / (stop - start), 0.0, 1.0)
     return np.asarray(share * share * (3.0 - 2.0 * share))
 
@@ -299,13 +300,13 @@ def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64
 
 
 def _variance(linear: Float64, error: Float64 | float) -> Float64:
-    """Return v, from all the errors described above and a given error in the codes."""
+    """Return v, combining all the errors described above with a given error in the codes."""
     floor = (_READ_NOISE / _FULL_WELL) ** 2 + _BLACK_ERROR**2
     return np.asarray(linear / _FULL_WELL + np.square(error) + floor)
 
 
 def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
-    """Return the upper half of Reinhard's hat for the largest code, the lower for the smallest."""
+    """Return Reinhard's hat: its upper half for the largest code, its lower for the smallest."""
     hat = 1.0 - (2.0 * codes / 255.0 - 1.0) ** 12
     hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
     upper = codes > 127.5
@@ -329,13 +330,13 @@ _LEAST: Final = 1e-12
 
 
 def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
-    """Return the difference of each frame from its neighbours, as a natural logarithm.
+    """Return how much each frame differs from its neighbours, as a natural logarithm.
 
     The result is empty if the frames fit, cannot be compared, or are too far apart to outvote one
     another.
 
     Args:
-        samples: (K, N, 3) uint8. Encoded values at the same positions.
+        samples: (K, N, 3) uint8. Encoded values at the same positions in all frames.
         table: (3, 256) or (K, 3, 256) float64. Linear light of each code.
         stops: True exposures, in stops.
     """
@@ -374,8 +375,8 @@ def agree(
 
     Args:
         bands: The same rows of each frame, (rows, W, 3) uint8 each.
-        radiance: Red, green and blue of the merged light, (rows, W) float32 each, which are changed
-            in place.
+        radiance: Red, green and blue planes of the merged light, (rows, W) float32 each, which are
+            changed in place.
     """
     logs, says, sure = [], [], []
     weights = np.zeros(radiance[0].shape, np.float32)

@@ -1,1 +1,1 @@
-"""Measure light from a video of a turning sitter."""
+"""Measure the light from a video of a turning sitter."""

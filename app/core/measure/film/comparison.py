@@ -1,7 +1,7 @@
-"""Compare a video with a measured place, and save its frames as photos.
+"""Compare a video with a measured place and save its frames as photos.
 
 A panorama shows the light that reaches the head, and a video shows how that light falls on the
-sitter's own face. If there are both, the video is the ground truth, and the error of the panorama's
+sitter's own face. If both exist, the video is the ground truth, and the error in the panorama's
 turns is reported.
 """
 
@@ -27,7 +27,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 GLANCES: Final = 16
-"""Number of frames used to locate a video in a panorama."""
+"""Number of frames that are used to locate a video in a panorama."""
 
 _SAME_DEG: Final = 10.0  # maximum difference between the frames that are located
 _FEWEST: Final = 3
@@ -36,11 +36,11 @@ _AGREED_DEG: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """The comparison of a video with a place.
+    """A comparison between a video and a place.
 
     Attributes:
         offset_deg: Azimuth of the lens in the panorama at the start of the video.
-        apart_deg: The video's turn minus the panorama's, for each style that both offer.
+        apart_deg: The video's turn minus the panorama's turn, for each style that both offer.
     """
 
     offset_deg: float
@@ -54,17 +54,17 @@ class Beside:
 
     @property
     def agree(self) -> bool:
-        """Whether the video and the panorama give the same turns."""
+        """Whether the video and the panorama yield the same turns."""
         return self.typical_deg is not None and self.typical_deg <= _AGREED_DEG
 
 
 def looks_mirrored(
     frames: Iterable[tuple[float, float, Bytes]], index: HeadingIndex
 ) -> bool | None:
-    """Return whether only the mirrored film fits a place, or None if neither version does.
+    """Return whether only the mirrored video fits a place, or None if neither version does.
 
     Args:
-        frames: A dozen frames of the film, as for `read_film`.
+        frames: A dozen frames of the video, as for `read_film`.
     """
     votes = [0, 0]
     for _, _, picture in frames:
@@ -83,15 +83,15 @@ def beside(
     pack: StylePack,
     index: HeadingIndex | None = None,
 ) -> Beside:
-    """Locate a video in a place's panorama by the background, and compare the turns of the two.
+    """Locate a video in a place's panorama by the background and compare the turns of the two.
 
     Args:
-        results: Results of the video.
+        results: The results for the video.
         frames: A dozen frames of the video, as for `read_film`.
         index: Index of the place's panorama, or None to build it.
 
     Raises:
-        ProbeError: If the video shows another place.
+        ProbeError: If the video shows a different place.
     """
     index = index or build_index(place.display)
     turns = [

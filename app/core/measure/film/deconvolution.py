@@ -1,11 +1,11 @@
 """Estimate the light of a place from a face at many turns.
 
-Each turn shows the same head, with the same light rotated around it. All turns together determine
+Each turn shows the same head, with the same light rotated around it. Together, all turns determine
 the light by deconvolution, and with it the exposure of each frame. The face's own albedo is
-ambiguous, since a pattern that is the same at all turns may also be light from above. Pictures are
-products of light and transport for each azimuth frequency (eq. 1 for all turns at once, as in
-`app.core.solver.search`). The light is constrained not to be negative (FISTA: A. Beck and
-M. Teboulle, SIAM J. Imaging Sciences 2009).
+ambiguous, since a pattern that is the same at every turn may also be light from above. For each
+azimuth frequency, the pictures are products of the light and the transport (eq. 1 for all turns at
+once, as in `app.core.solver.search`). The light is constrained to be non-negative (FISTA: A. Beck
+and M. Teboulle, SIAM J. Imaging Sciences 2009).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _DAMPING: Final = 1e-4  # relative to the largest eigenvalue; suppresses light t
 _HELD_NEAR: Final = 1e-3  # the same, towards the expected light
 _FLOOR: Final = 0.5  # lower limit, relative to the expected light
 MOST: Final = 4.0
-"""Upper limit of the light, relative to the visible, unclipped light."""
+"""Upper limit of the light, relative to the light that is visible and not clipped."""
 
 _ROUNDS: Final = 8  # fits of light and exposures in turn
 _STEPS: Final = 60
@@ -36,13 +36,13 @@ _FEWEST: Final = 0.02  # weight below which a pixel counts as hidden
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceTurns:
-    """A face at `TURNS` turns.
+    """A face, seen at `TURNS` turns.
 
     Attributes:
-        pictures: (Q, 64) float64. Luminance at the pixels of `head_map().skin`, each turn in its
-            own exposure.
+        pictures: (Q, 64) float64. Luminance at the pixels of `head_map().skin`, with each turn at
+            its own exposure.
         visible: (Q, 64) bool. Whether each pixel is visible at each turn.
-        levels: (n,) float64. Mean of the skin in each frame, as exposed by the camera.
+        levels: (n,) float64. Mean luminance of the skin in each frame, as exposed by the camera.
     """
 
     pictures: Float64 = field(repr=False)
@@ -51,18 +51,19 @@ class FaceTurns:
 
     @property
     def turns(self) -> Bools:
-        """Mask of the grid turns in the video, (64,) bool."""
+        """A mask of the grid turns that the video shows, (64,) bool."""
         return np.asarray(self.visible.any(axis=0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmedLight:
-    """Light estimated from a video.
+    """The light estimated from a video.
 
     Attributes:
         luminance: (H, W) float64. Light in panorama coordinates, with the video's first turn in the
             middle and a mean of 1 over the sphere.
-        exposures: (64,) float64. Factors that convert the picture at each turn to this unit.
+        exposures: (64,) float64. Factors that convert the picture at each turn to the unit of
+            `luminance`.
         misfit: Deviation of the model from the pictures, relative to the pictures' own contrast.
     """
 
@@ -72,10 +73,10 @@ class FilmedLight:
 
 
 def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -> FaceTurns:
-    """Combine frames into one picture per grid turn.
+    """Combine the frames into one picture for each turn of the grid.
 
     Args:
-        turns_deg: (n,) float64. Direction of the nose at each frame.
+        turns_deg: (n,) float64. Direction of the nose in each frame, in degrees.
         greys, visible: (n, N * N) float32 and bool, from `app.core.faces.face_on_head.on_head`.
         trust: (n,) float64. Weight of each frame.
     """
@@ -92,7 +93,7 @@ def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _TurnedTransport:
-    """The transport of the skin by azimuth frequency.
+    """The light transport of the skin by azimuth frequency.
 
     Attributes:
         spectra: (Q, H, M). The transport.
@@ -106,7 +107,7 @@ class _TurnedTransport:
     shape: tuple[int, int]
 
     def pictures(self, light: Float64) -> Float64:
-        """Return the pictures of the skin, (Q, 64), under a light, (H, W), at all turns."""
+        """Return the pictures of the skin at all turns, (Q, 64), under a light, (H, W)."""
         spectrum = np.fft.rfft(light, axis=1)
         images = np.einsum("qhm,hm->mq", self.spectra, spectrum, optimize=True)
         return np.asarray(np.fft.irfft(images.T, n=self.shape[1], axis=1))
@@ -134,11 +135,12 @@ def _transport() -> _TurnedTransport:
 def find_light(
     turns: FaceTurns, likely: FilmedLight | None = None, most: Float64 | float = np.inf
 ) -> FilmedLight:
-    """Estimate the light that explains a face at its turns.
+    """Estimate the light that explains a face at the given turns.
 
     Args:
-        likely: Light to expect where the face carries no information, and the initial exposures.
-        most: Upper limit of the light, (H, W) or one number, in the unit of `likely`.
+        likely: The light to expect where the face carries no information, and the initial
+            exposures.
+        most: The upper limit of the light, as (H, W) or as one number, in the unit of `likely`.
     """
     transport = _transport()
     prior = np.zeros(transport.shape) if likely is None else likely.luminance

@@ -1,4 +1,4 @@
-"""Read the lens azimuth of each frame, and the light on the face, from a video of a turn."""
+"""Read the lens azimuth in each frame, and the light on the face, from a video of a turn."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 MOST_FRAMES: Final = 96
-"""Maximum number of frames used from a turn, one every 4 degrees."""
+"""Maximum number of frames used from a turn, which is one every 4 degrees."""
 WIDTH: Final = 1280
 """Maximum width of a frame, in pixels."""
 
@@ -66,9 +66,10 @@ class Glimpse:
     """The face and the background of one frame.
 
     Attributes:
-        grey, visible: (N * N,) float32 and bool. The face on the head's pixels, or empty arrays if
-            there is no face.
-        picture: (h, w, 3) uint8 sRGB. The face with a small margin, or None if there is no face.
+        grey, visible: (N * N,) float32 and bool. The face mapped to the head's pixels, or empty
+            arrays if there is no face.
+        picture: (h, w, 3) uint8 sRGB. The face with a narrow margin around it, or None if there is
+            no face.
     """
 
     time_s: float
@@ -84,16 +85,16 @@ class Film:
     """The result of reading a video of a turn.
 
     Attributes:
-        times_s, trust: (n,) float64. Time in seconds, and weight, of each frame.
-        noses_deg: (n,) float64. Direction of the nose in each frame, clockwise seen from above,
-            relative to the lens's position in the first frame.
+        times_s, trust: (n,) float64. The time of each frame in seconds, and its weight.
+        noses_deg: (n,) float64. Direction of the nose in each frame, in degrees clockwise as seen
+            from above, relative to the lens's position in the first frame.
         headings: Azimuth of the lens in each frame.
         light: Light estimated from the face.
         radiance: (H, 2 H, 3) float32. The light as a panorama, with the lens of the first frame in
             the middle.
-        still: Whether the lens was still and only the face turned.
-        visible: (64,) bool. Grid turns with a visible face.
-        pictures: Picture of each frame, as in `Glimpse`.
+        still: Whether the lens stayed still and only the face turned.
+        visible: (64,) bool. The grid turns at which a face is visible.
+        pictures: The picture from each frame, as in `Glimpse`.
     """
 
     times_s: Float64
@@ -107,7 +108,7 @@ class Film:
     pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
 
     def results(self, pack: StylePack) -> tuple[StyleResult, ...]:
-        """Solve all styles for the turns in the video."""
+        """Solve all styles for the turns that the video shows."""
         return solve_all(
             pack,
             reduce_radiance(self.radiance),
@@ -131,7 +132,7 @@ class Film:
 
     @property
     def notes(self) -> tuple[Remark, ...]:
-        """Remarks about missing turns and the reliability of the others."""
+        """Remarks on missing turns and on the reliability of the others."""
         notes: list[Remark] = []
         count, heads = int(self.visible.sum()), self.headings
         if count < _WHOLE:
@@ -155,7 +156,7 @@ class _FrameReading(NamedTuple):
 
 
 class FilmReader:
-    """Reads frames in order, and can return a result at any time.
+    """Reads frames in order and can return a result at any time.
 
     One thread searches for the face, and another follows the background.
     """
@@ -183,7 +184,7 @@ class FilmReader:
         self._frames.append(self._following.submit(self._follow, glimpse, picture))
 
     def check_begin(self) -> None:
-        """Give up early on a hopeless film by raising one of the errors of `film`."""
+        """Give up early on a hopeless video by raising one of the errors that `film` raises."""
         if len(self._frames) not in (_FACELESS, _IDLE):
             return
         readings = [one.result() for one in self._frames]
@@ -196,7 +197,7 @@ class FilmReader:
             raise _no_turn()
 
     def film(self) -> Film:
-        """Return the result for the frames so far.
+        """Return the result for the frames added so far.
 
         Raises:
             ProbeError: If no face is visible or nothing turns.
@@ -238,11 +239,11 @@ def read_film(
     token: Token | None = None,
     report: Report = silent,
 ) -> Film:
-    """Read a video of a turn and the light on the face.
+    """Read a video of a turn and the light on the sitter's face.
 
     Args:
-        frames: Each frame's time in seconds, the fraction of the video played, 0 to 1, and the
-            frame's picture, (H, W, 3) uint8 sRGB.
+        frames: For each frame, its time in seconds, the fraction of the video played so far, 0 to
+            1, and its picture, (H, W, 3) uint8 sRGB.
 
     Raises:
         ProbeError: If no face is visible or nothing turns.
@@ -264,7 +265,7 @@ def read_film(
 def flipped(
     frames: Iterable[tuple[float, float, Bytes]],
 ) -> Iterator[tuple[float, float, Bytes]]:
-    """Yield mirrored frames for `read_film`."""
+    """Yield the frames mirrored, for use with `read_film`."""
     for time_s, share, picture in frames:
         yield time_s, share, flip(picture)
 
@@ -277,7 +278,7 @@ def flip(picture: Bytes) -> Bytes:
 def read_turn(
     glimpses: Sequence[Glimpse], backgrounds: Sequence[Background], steps: Sequence[FramePair]
 ) -> Film:
-    """Combine the frames of a video."""
+    """Combine the frames of a video into a result."""
     trust = np.array([_trust(one) for one in glimpses])
     if (trust > 0).sum() < _FEWEST:
         raise _no_face()
@@ -334,14 +335,14 @@ def _no_turn() -> ProbeError:
 
 
 def _trust(glimpse: Glimpse) -> float:
-    """Return a frame's weight, from the confidence of the face and its angle to the lens."""
+    """Return a frame's weight, based on the face's confidence and its angle to the lens."""
     if glimpse.face is None or glimpse.pose is None or glimpse.face.confidence < _SURE:
         return 0.0
     return glimpse.face.confidence * max(1 - abs(wrap(glimpse.pose.yaw_deg)) / _ASIDE_DEG, 0.0)
 
 
 def _face_in(picture: Bytes, near: Face | None) -> Face | None:
-    """Find the sitter, first at the previous position, then around it, then everywhere."""
+    """Find the sitter, looking first at the previous position, then around it, then everywhere."""
     if near is not None:
         part, corner = _around(picture, near)
         faces = find_faces(part, small=False) if part.size else ()
@@ -352,7 +353,7 @@ def _face_in(picture: Bytes, near: Face | None) -> Face | None:
 
 
 def _around(picture: Bytes, face: Face) -> tuple[Bytes, Float32]:
-    """Cut out a face with a margin, and return the cut-out and the shift of the landmarks, (3,)."""
+    """Crop a face with a margin, and return the crop and the shift of the landmarks, (3,)."""
     left, top, right, bottom = face.box
     room = _ROOM * face.side
     x, y = max(round(left - room), 0), max(round(top - room), 0)

@@ -1,4 +1,4 @@
-"""Read the frames of a video file with their times."""
+"""Read the frames of a video file, with their times."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, floa
     """Yield about `most` evenly spaced frames of a video, shrunk to at most `width` columns.
 
     Each item consists of the time since the first frame in seconds, from the file's timestamps; the
-    fraction of the video played; and the picture, (H, W, 3) uint8.
+    fraction of the video played so far; and the picture, (H, W, 3) uint8.
 
     Raises:
         VideoError: If the file is not a video ("bad-file"), does not exist ("no-file"), or is too
@@ -81,8 +81,9 @@ def _evenly(
 class FrameClock:
     """The times of a video's frames, in seconds since the first, from the file's timestamps.
 
-    A timestamp that is missing, not later than the previous one, or later by more than the longest
-    possible film counts as one frame later at the mean rate. So the times always increase.
+    If a timestamp is missing, not later than the previous one, or later by more than the longest
+    possible video, the frame counts as one frame later at the mean rate. The times therefore always
+    increase.
     """
 
     def __init__(self, rate: float) -> None:

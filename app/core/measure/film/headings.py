@@ -3,10 +3,10 @@
 Background points that two frames share determine the camera's rotation between them. On a wall
 without such points, the shift of the shading from the previous frame determines it instead. Frame
 by frame, these rotations form a chain. Where the chain returns to an earlier view, both ends have
-the same direction. That determines the focal length, which few videos state, and removes the drift.
-Distances are ignored, so if the background is near, a turn appears slightly smaller.
+the same direction. This determines the focal length, which few videos record, and removes the
+drift. Distances are ignored, so a turn appears slightly smaller if the background is near.
 
-The camera's axes are right, down and front.
+The camera's axes point right, down and forward.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ _UPRIGHT_DEG: Final = 60.0  # minimum turn whose axis reveals the vertical
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Background:
-    """Feature points of a frame's background.
+    """The feature points in a frame's background.
 
     Attributes:
-        places: (N, 2) float32. Positions of the points, right and down from the middle, relative to
-            the picture's longer side.
-        picture, beside: (h, w, 3) uint8 and (h, w) bool. The frame reduced in size, and a mask of
-            the area without the sitter.
-        shading, mask: (h, w) float32 and bool. The same two, smaller and in grey.
-        face: Position of the face in the unit of `places`, or None if there is no face.
+        places: (N, 2) float32. Positions of the points, measured right and down from the centre, as
+            fractions of the picture's longer side.
+        picture, beside: (h, w, 3) uint8 and (h, w) bool. The frame, scaled down, and a mask of the
+            area without the sitter.
+        shading, mask: (h, w) float32 and bool. The same two, smaller and in greyscale.
+        face: Position of the face, in the same units as `places`, or None if there is no face.
     """
 
     features: Features = field(repr=False)
@@ -75,7 +75,8 @@ class FramePair:
     """Positions of the same points in two frames, (N, 2) float64, as in `Background`.
 
     Attributes:
-        assumed: Whether the previous turn is assumed to continue because nothing could be followed.
+        assumed: Whether the previous turn is assumed to continue because no background could be
+            followed.
     """
 
     before: Float64 = field(repr=False)
@@ -89,17 +90,17 @@ class FramePair:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Headings:
-    """The azimuths of the lens.
+    """The azimuths of the lens in the frames of a video.
 
     Attributes:
-        turns_deg: (n,) float64. Turn of the lens around the sitter since the first frame, clockwise
-            seen from above. It exceeds 360 after a full turn.
-        rotations: (n, 3, 3) float64. Rotations from the camera's axes in each frame to level axes
-            that look at the sitter from the lens's position in the first frame.
+        turns_deg: (n,) float64. Turn of the lens around the sitter since the first frame, in
+            degrees clockwise as seen from above. The value exceeds 360 after a full turn.
+        rotations: (n, 3, 3) float64. Rotations from the camera's axes in each frame to the axes of
+            a level camera that looks at the sitter from the lens's position in the first frame.
         focal: Focal length divided by the picture's longer side.
         closed: Whether the video returned to an earlier view.
-        error_deg: Gap between the ends of the video before the drift was removed.
-        assumed: Fraction of the steps in which no background could be followed.
+        error_deg: Gap between the two ends of the video, in degrees, before the drift was removed.
+        assumed: Fraction of the steps during which no background could be followed.
     """
 
     turns_deg: Float64
@@ -166,7 +167,7 @@ def step(
     """Return the camera's rotation from one frame to the next.
 
     Args:
-        last: The previous step, which is continued if nothing can be followed.
+        last: The previous step, whose rotation continues if no background can be followed.
         pace: Duration of this step divided by that of the last.
     """
     pair_link = link(before, after)
@@ -183,9 +184,9 @@ _GRID: Final = np.stack(np.meshgrid([-0.3, 0.3], [-0.2, 0.2]), axis=-1).reshape(
 def _slid(before: Background, after: Background) -> Float64 | None:
     """Return the shift of the shading, (2,), or None if no shift fits well.
 
-    The shift is relative to the longer side. It maximises the correlation over the pixels visible
-    in both frames (D. Padfield, Masked object registration in the Fourier domain, IEEE TIP 2012,
-    eq. 20).
+    The shift is a fraction of the picture's longer side. It maximises the correlation over the
+    pixels visible in both frames (D. Padfield, Masked object registration in the Fourier domain,
+    IEEE TIP 2012, eq. 20).
     """
     rows, columns = before.shading.shape
     size = 2 * rows, 2 * columns
@@ -217,7 +218,7 @@ def _slid(before: Background, after: Background) -> Float64 | None:
 
 
 def _between(scores: Float64, best: int) -> float:
-    """Return how far the peak of a parabola through three scores is from the middle score."""
+    """Return how far the peak of the parabola through three scores is from the middle score."""
     if not 0 < best < len(scores) - 1:
         return 0.0
     low, top, high = (float(one) for one in scores[best - 1 : best + 2])
@@ -227,7 +228,7 @@ def _between(scores: Float64, best: int) -> float:
 def find_headings(
     frames: Sequence[Background], steps: Sequence[FramePair], focal: float | None = None
 ) -> Headings:
-    """Return the azimuth of the lens at each frame.
+    """Return the azimuth of the lens in each frame.
 
     Args:
         steps: Results of `step`, from each frame to the next.
@@ -251,7 +252,7 @@ def find_headings(
 
 
 def _smooth(turns: Float64) -> Float64:
-    """Fit a line to each value and its neighbours."""
+    """Fit a line to each value and its neighbours, and return the smoothed values."""
     near = [slice(max(k - _SMOOTH, 0), k + _SMOOTH + 1) for k in range(len(turns))]
     numbers = np.arange(len(turns))
     lines = [
@@ -261,7 +262,7 @@ def _smooth(turns: Float64) -> Float64:
 
 
 def _chain(steps: Sequence[FramePair], focal: float) -> Float64:
-    """Return the rotations from each frame's axes to those of the first, (n, 3, 3)."""
+    """Return the rotations, (n, 3, 3), from each frame's axes to those of the first frame."""
     chain = [np.eye(3)]
     for one in steps:
         chain.append(chain[-1] @ one.rotation(focal).T)
@@ -278,19 +279,19 @@ def _axis(chain: Float64) -> Float64:
 
 
 def _vector(before: Float64, after: Float64) -> Float64:
-    """Return the rotation vector from one camera to another, in the chain's axes and in radians."""
+    """Return the rotation vector, in radians, from one camera to another in the chain's axes."""
     return sphere.to_vector(after @ before.T)
 
 
 def _walk(chain: Float64) -> Float64:
-    """Return the clockwise turn of the chain at each frame, in degrees and unwrapped."""
+    """Return the clockwise turn of the chain at each frame, in unwrapped degrees."""
     axis = _axis(chain)
     steps = [math.degrees(float(_vector(*pair) @ axis)) for pair in itertools.pairwise(chain)]
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, int], FramePair]:
-    """Return the matches between early frames and late ones with the same view after a turn."""
+    """Return matches between early frames and late ones that show the same view after a turn."""
     walk = _walk(chain)
     links: dict[tuple[int, int], FramePair] = {}
     early = np.unique(np.linspace(0, len(frames) // 3, _LOOKS_BACK).astype(int))
@@ -309,7 +310,7 @@ def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, in
 
 
 def _closing_focal(steps: Sequence[FramePair], ends: Mapping[tuple[int, int], FramePair]) -> float:
-    """Return the focal length for which the chain between matching ends is a full turn."""
+    """Return the focal length at which the chain between matching ends is a full turn."""
     low, high = _FOCALS
     for _ in range(14):
         middle = math.sqrt(low * high)
@@ -329,7 +330,7 @@ def _closing_focal(steps: Sequence[FramePair], ends: Mapping[tuple[int, int], Fr
 def _without_drift(
     chain: Float64, ends: Mapping[tuple[int, int], FramePair], focal: float
 ) -> float:
-    """Rotate the chain evenly until its ends meet, and return the gap between them in degrees."""
+    """Rotate the chain evenly until its ends meet, and return the original gap in degrees."""
     drifts = []
     for (before, after), pair_link in ends.items():
         end_pose = chain[before] @ pair_link.rotation(focal).T

@@ -24,7 +24,7 @@ class FilmOptions(WayOptions):
     """Options for a video.
 
     Attributes:
-        film: The result of a video that was read while it was being recorded, or None.
+        film: The result of a video that was read during recording, or None if there is none.
     """
 
     film: Film | None = None
@@ -36,7 +36,7 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure the light from one film, with azimuth 0 at the lens's position in the first frame.
+    """Measure the light from one video, with azimuth 0 at the lens's position in the first frame.
 
     The errors are those of `measurement.Entry`, plus a `ProbeError` if no face is visible or
     nothing turns.

@@ -1,8 +1,8 @@
-"""Read the mirroring and the camera from a video's header, which OpenCV ignores.
+"""Read the mirroring and the camera from a video's header, neither of which OpenCV reports.
 
-The header is the box `moov` of ISO/IEC 14496-12. The matrix of a track (8.3.2) rotates the track's
-pictures and may mirror them, as for a phone's front camera. OpenCV rotates them but does not mirror
-them.
+The header is the `moov` box of ISO/IEC 14496-12. The matrix of a track (8.3.2) rotates the track's
+pictures and may mirror them, as with a phone's front camera. OpenCV rotates them but does not
+mirror them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.atomic_files import open_file
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
-"""Suffixes for file dialogs. The program itself recognises a video by its content."""
+"""Suffixes for file dialogs. The program itself recognises a video by its contents."""
 
 _MOST_BYTES: Final = 32 << 20
 _MOST_BOXES: Final = 4096
@@ -32,8 +32,8 @@ class MovieHeader:
     """The header of a video.
 
     Attributes:
-        flip: Axis of a frame from OpenCV, (H, W, 3), that must still be reversed, or None if the
-            video is not mirrored.
+        flip: Axis along which a frame from OpenCV, (H, W, 3), must still be reversed, or None if
+            the video is not mirrored.
         front_camera: Whether a phone's front camera recorded the video, which may then be a mirror
             image.
     """
@@ -42,12 +42,12 @@ class MovieHeader:
     front_camera: bool = False
 
     def upright(self, picture: Bytes) -> Bytes:
-        """Return a frame from OpenCV, (H, W, 3) uint8, as the video should be displayed."""
+        """Return a frame from OpenCV, (H, W, 3) uint8, as it should be displayed."""
         return picture if self.flip is None else np.ascontiguousarray(np.flip(picture, self.flip))
 
 
 def read_movie_header(path: Path) -> MovieHeader:
-    """Read a video's header, or return an empty one for unknown formats."""
+    """Read a video's header, or return an empty one if the format is unknown."""
     try:
         with open_file(path) as stream:
             moov = _moov(stream, path.stat().st_size)
@@ -58,7 +58,7 @@ def read_movie_header(path: Path) -> MovieHeader:
 
 
 def _moov(stream: BinaryIO, length: int) -> bytes:
-    """Return the content of the header, or nothing if there is none of a plausible size."""
+    """Return the contents of the header, or empty bytes if there is none of a plausible size."""
     start = 0
     for _ in range(_MOST_BOXES):
         stream.seek(start)
@@ -79,7 +79,7 @@ def _moov(stream: BinaryIO, length: int) -> bytes:
 
 
 def _boxes(content: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the names and contents of the boxes inside a box."""
+    """Yield the name and the contents of each box inside a box."""
     start = 0
     for _ in range(_MOST_BOXES):
         size = int.from_bytes(content[start : start + 4])

@@ -1,4 +1,4 @@
-"""Remarks about a video."""
+"""Remarks on a video."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class FilmPart(Remark):
-    """Only part of the turn shows a face."""
+    """A face is visible in only part of the turn."""
 
     seen_deg: int
 
 
 @dataclass(frozen=True, slots=True)
 class FilmStill(Remark):
-    """The camera was still."""
+    """The camera did not move."""
 
 
 @dataclass(frozen=True, slots=True)
 class FilmOpen(Remark):
-    """The video does not return to where it began."""
+    """The video does not return to the view with which it began."""
 
 
 @dataclass(frozen=True, slots=True)
 class FilmBlank(Remark):
-    """Part of the video, `share` from 0 to 1, has a featureless background."""
+    """Part of the video, a fraction `share` from 0 to 1, has a featureless background."""
 
     share: float
 
@@ -38,4 +38,4 @@ class FilmRough(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FrontCamera(Remark):
-    """The video may be mirrored."""
+    """The video may be mirrored, since a front camera recorded it."""

@@ -1,4 +1,4 @@
-"""Build a panorama from the backgrounds of a video.
+"""Build a panorama from the backgrounds in a video.
 
 The face serves as a grey card: the light that explains the face also determines each frame's
 exposure. Lamps and windows are clipped as in any single exposure, and areas that no frame shows are
@@ -38,7 +38,8 @@ def surroundings(
     """Combine the backgrounds and fill the rest, or return None if they cover too little.
 
     Args:
-        gains: (n,) float64. Radiance of the linear value 1 in each frame, or NaN if unknown.
+        gains: (n,) float64. Radiance that corresponds to a linear value of 1 in each frame, or NaN
+            if unknown.
 
     Returns:
         The radiance, (512, 1024, 3) float32, with the lens of the first frame in the middle, and a
@@ -67,7 +68,7 @@ def surroundings(
 
 
 def with_detail(light: Float64, panorama: FloatImage) -> FloatImage:
-    """Add a panorama's detail and colours, (h, w, 3), to light, (H, W), keeping local means."""
+    """Add a panorama's detail and colours, (h, w, 3), to a light, (H, W), keeping local means."""
     size = (panorama.shape[1], panorama.shape[0])
     texel = panorama.shape[1] / light.shape[1]
     smooth = wrapped_blur(luminance(panorama).astype(np.float32), texel)[..., None]
@@ -81,7 +82,7 @@ def with_detail(light: Float64, panorama: FloatImage) -> FloatImage:
 
 
 def _resized(picture: FloatImage, size: tuple[int, int]) -> FloatImage:
-    """Enlarge a panorama seamlessly across its edge."""
+    """Resize a panorama without a break at its seam."""
     share = size[0] // picture.shape[1]
     larger = (size[0] + 2 * share, size[1])
     larger_picture = cv2.resize(wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)

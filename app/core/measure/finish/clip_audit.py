@@ -1,14 +1,14 @@
 """The clip audit, which finds missing light and the results that depend on it.
 
-Where every frame is clipped, the merged panorama is a lower bound. The audit reports how much light
-is affected, computes the results for brighter light, and separates the styles that would lose with
-brighter light from the others. A style is in doubt if its turn would lose more than 5% of what the
-place could give with any clipped lamp, any part of a wide lamp, or all lamps together 1, 3, 6 or 10
-stops brighter. Styles that would come within reach or go out of reach are reported as well. For
-brackets of 20 places, clipped 1 to 15 stops deep, every result with an error of more than 10% was
-among those in doubt.
+Where every frame is clipped, the merged panorama is a lower bound. The audit reports how much of
+the light is affected, computes the results for brighter light, and separates the styles that would
+lose under brighter light from the others. A style is in doubt if its turn would lose more than 5%
+of what the place could offer were any clipped lamp, any part of a wide lamp, or all lamps together
+1, 3, 6 or 10 stops brighter. Styles that would come within reach or go out of reach are also
+reported. In brackets of 20 places that were clipped 1 to 15 stops deep, every result with an error
+of more than 10% was among those in doubt.
 
-`choices` finds the turns for many lights at once, by the rule of `app.core.solver.turn_choice`
+`choices` finds the turns for many lights at once, using the rule of `app.core.solver.turn_choice`
 without its refinement.
 """
 
@@ -59,8 +59,8 @@ def choices(
     """Choose the turns of all styles under each of several lights.
 
     Args:
-        lights: One array per light, (H, W, 3) radiance or (H, W) luminance, at turn 0 in the pack's
-            size, linear Rec. 709, at any exposure.
+        lights: One array per light, either radiance in linear Rec. 709, (H, W, 3), or luminance,
+            (H, W), at turn 0, in the pack's size and at any exposure.
 
     Raises:
         EnvironmentFileError: If a light is black or not finite.
@@ -76,15 +76,16 @@ def choices(
 
 
 def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
-    """Return the fraction of a style's range that another turn loses, (S,) or (N, S), 0 to 1.
+    """Return the fraction of a style's range that a different turn loses, 0 to 1.
 
     The loss is the best value of the objective among the permitted turns, minus the value at the
-    given turn, divided by the range of the objective's curve. A turn of a lower grade that matches
-    better counts as losing by the same amount, since it lacks the grade.
+    given turn, divided by the range of the objective's curve. A turn that matches better but has a
+    lower grade counts as losing by the same amount, since it lacks the grade. The result is (S,) or
+    (N, S).
 
     Args:
         truth: Choice under the true light.
-        turns: (S,) integers in 0..63. Turn of each style.
+        turns: (S,) integers in 0..63. The turn of each style.
     """
     best = np.where(truth.eligible, truth.curve, -np.inf).max(axis=-1)
     at_turns = truth.curve[..., np.arange(len(turns)), turns]
@@ -94,13 +95,13 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
 
 
 GAINS: Final = (1.0, 3.0, 6.0)
-"""Stops by which clipped lamps are assumed to be brighter in the report."""
+"""Numbers of stops by which the report assumes clipped lamps to be brighter."""
 
 DOUBT: Final = 0.05
-"""Fraction of the range of a style's curve that its turn may lose before the style is in doubt."""
+"""Fraction of its curve's range that a style's turn may lose before the style is in doubt."""
 
 BLIND: Final = "blind"
-"""Used in place of a lamp's letter for light that was filled in because no frame shows it."""
+"""Replaces a lamp's letter for light that was filled in because no frame shows it."""
 
 _FURTHER: Final = 10.0  # stops, as for a bare bulb or the sun behind an apparent window
 _PART_GAINS: Final = (3.0, 6.0)
@@ -121,17 +122,18 @@ class WhatIf:
 
 @dataclass(frozen=True, slots=True)
 class StyleChange:
-    """The dependence of a style's result on clipped light.
+    """How a style's result depends on clipped light.
 
     Attributes:
         turn_deg: Turn on the search grid, in degrees.
-        cases: The best turns with each clipped lamp and with all of them 1, 3 and 6 stops brighter,
-            and with a restored light at both ends of its likely range.
-        worst: Largest loss in any trial, including those with parts of wide lamps or 10 stops.
-        least_stops: Smallest brightening in the trials that puts the turn in doubt, or None if none
-            does.
-        reach_stops: Smallest brightening that brings the style within reach or out of reach, or
-            None if none does.
+        cases: The best turns if each clipped lamp, or all of them, were 1, 3 or 6 stops brighter,
+            and if a restored light were at either end of its likely range.
+        worst: Largest loss in any trial, including the trials with parts of wide lamps and those
+            with 10 stops.
+        least_stops: Smallest brightening, among the trials, that puts the turn in doubt, or None if
+            none does.
+        reach_stops: Smallest brightening that moves the style within reach or out of reach, or None
+            if none does.
     """
 
     name: str
@@ -154,9 +156,9 @@ class Audit:
     """The result of the clip audit.
 
     Attributes:
-        clipped_energy_range: Fraction of the light in clipped texels, 0 to 1. The first value is as
-            measured, a lower bound. The second is with all clipped light 6 stops brighter, or the
-            sun as bright as the clear-sky model allows.
+        clipped_energy_range: Fraction of the light in clipped texels, 0 to 1. The first value is
+            the measured one, a lower bound. The second applies if all clipped light is 6 stops
+            brighter, or if the sun is as bright as the clear-sky model allows.
     """
 
     clipped_energy_range: tuple[float, float]
@@ -182,18 +184,17 @@ def audit(
     grid: LightGrid | None = None,
     blind: Float32 | None = None,
 ) -> Audit:
-    """Audit the light that is clipped in every frame, and the answers that depend on it.
+    """Audit the light that is clipped in every frame and the answers that depend on it.
 
     Args:
-        environment: (H, W). Luminance of `merged` reduced to the pack's size, or None to compute
-            it.
-        restoration: The restored sun or lamp in `merged`, or None. Its likely range is tried too,
-            and the sun is not searched for again.
-        room_stops: How many stops darker than its darkest frame the camera can go, or None if
-            unknown.
-        grid: Result of `light_grid`, or None to compute it.
-        blind: (H, W). 1 where the light was filled because no frame shows it. There it may be a
-            stop brighter.
+        environment: (H, W). Luminance of `merged`, reduced to the pack's size, or None to compute
+            it here.
+        restoration: The restored sun or lamp in `merged`, or None. Both ends of its likely range
+            are tried too, and the sun is not searched for again.
+        room_stops: How many stops below its darkest frame the camera can go, or None if unknown.
+        grid: Result of `light_grid`, or None to compute it here.
+        blind: (H, W). Mask that is 1 where the light was filled in because no frame shows it. The
+            light there may be a stop brighter.
 
     Raises:
         ProbeError: If `merged` is not a full panorama.
@@ -244,7 +245,7 @@ def _verdict(
 
 
 def _blind_remarks(changes: Sequence[StyleChange]) -> tuple[Remark, ...]:
-    """Report the styles that depend on light in the gaps."""
+    """Report the styles that depend on the light in the gaps."""
     unsure = [
         style.name
         for style in changes
@@ -258,12 +259,12 @@ def _rest(names: Sequence[str], changes: Sequence[StyleChange]) -> tuple[str, ..
 
 
 def _between(stops: float | None, least: float, most: float) -> bool:
-    """Return whether a limit is above `least` stops and at most `most` stops."""
+    """Return whether a limit is above `least` stops but no higher than `most` stops."""
     return stops is not None and least < stops <= most
 
 
 def _upper(merged: MergedLight, grid: LightGrid, bound: float, sun: Light | None) -> float:
-    """Return the upper end of the clipped fraction."""
+    """Return the upper end of the range of the clipped fraction."""
     if bound <= 0:
         return 0.0
     if sun is None or merged.cd_m2 is None:
@@ -322,7 +323,7 @@ def _changes(
 
 
 def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
-    """Return the grid turns offered in brighter light, (S,).
+    """Return the grid turns that are offered in brighter light, (S,).
 
     A style whose best turn stays the same keeps its current offer.
     """
@@ -339,7 +340,7 @@ def _or_none(stops: np.floating[Any]) -> float | None:
 def _restoration_trials(
     restoration: Restoration, shape: tuple[int, int]
 ) -> list[tuple[str, float, Float64]]:
-    """Return the name, stops and light to add for both ends of a restored light's likely range."""
+    """Return the name, stops and added light for both ends of a restored light's likely range."""
     lux, held_lux = restoration.illuminance_lux, restoration.held_lux
     if restoration.light is None or lux <= held_lux:
         return []
@@ -353,10 +354,10 @@ def _restoration_trials(
 def _brightened(
     lights: Sequence[Light], grid: LightGrid, shape: tuple[int, int]
 ) -> tuple[list[str], Float64, Float64]:
-    """Return the clipped light that may be brighter: each lamp, parts of wide lamps, and all.
+    """Return the clipped light that may be brighter: each lamp, parts of wide lamps and all of it.
 
     Returns:
-        The names, which are lamp IDs, "" for a part of a wide lamp, and "all"; one map for each
+        The names, which are lamp IDs, "" for a part of a wide lamp, or "all"; one map for each
         name, (K, H, W); and the whole panorama, (H, W).
     """
     loss = grid.loss.ravel()
@@ -379,7 +380,7 @@ def _brightened(
 
 @lru_cache(maxsize=4)
 def _cells(height: int, shape: tuple[int, int]) -> tuple[Indices, Float64]:
-    """Return each texel's cell in the reduced panorama, and its fraction of the cell's area."""
+    """Return each texel's cell in the reduced panorama and the fraction of the cell it covers."""
     width = 2 * height
     row, column = np.divmod(np.arange(height * width), width)
     cells = (row * shape[0] // height) * shape[1] + column * shape[1] // width
@@ -389,7 +390,7 @@ def _cells(height: int, shape: tuple[int, int]) -> tuple[Indices, Float64]:
 
 
 def _parts(light: Light, grid: LightGrid) -> list[NDArray[np.int32]]:
-    """Divide a wide clipped light into blocks, since one part of a sky may hide the sun."""
+    """Divide a wide clipped light into blocks, since one part of the sky may hide the sun."""
     if light.diameter_deg < _WIDE_DEG:
         return []
     height, width = grid.luminance.shape

@@ -1,18 +1,18 @@
-"""Estimate the clipped light in a single photo, and find the answers that depend on it.
+"""Estimate the clipped light in a single photo and find the answers that depend on it.
 
 A single panorama in the camera's own exposure loses between a tenth and nine tenths of the light.
-Areas that are white in all channels count as four stops brighter, and those clipped in some
-channels as one stop brighter. Twenty rules were tried on 35 places: flat gains of 2 to 32, gains by
-size or by depth, lamps, and mixes of these. None gave turns that lose less, and this rule is the
-simplest.
+Areas that are white in all channels count as four stops brighter, and areas that are clipped in
+only some channels count as one stop brighter. Twenty rules were tried on 35 places: constant gains
+of 2 to 32, gains by size or by depth, lamps, and combinations of these. None yielded turns that
+lose less, and this rule is the simplest.
 
-Four alternatives show which turns depend on this estimate. In these, clipped light is no brighter
-than it looks; it is two stops brighter still; it is brightest in the middle of each white area,
-like the glow around the sun; or just one of the largest white areas, each in turn, is no brighter
-than it looks. A style's doubt is the mean fraction of its match range that its turn loses under the
-four alternatives, plus a term for a poor best match. The weight and the limit were chosen so that
-nine tenths of the turns that lose more than a tenth are in doubt
-(`benchmarks/light/plain_panorama.py`).
+Four alternatives show which turns depend on this estimate. In the first, clipped light is no
+brighter than it looks. In the second, it is another two stops brighter. In the third, it is
+brightest in the middle of each white area, like the glow around the sun. In the fourth, only one of
+the largest white areas, each in turn, is no brighter than it looks. A style's doubt is the mean
+fraction of its match range that its turn loses under the four alternatives, plus a term for a poor
+best match. The weight and the limit were chosen so that nine tenths of the turns that lose more
+than a tenth are in doubt (`benchmarks/light/plain_panorama.py`).
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 STOPS: Final = 4.0
-"""Stops by which white areas are assumed to be brighter than they look."""
+"""Number of stops by which white areas are assumed to be brighter than they look."""
 
 DOUBT: Final = 0.036
-"""Doubt above which a style's turn is in doubt."""
+"""Doubt value above which a style's turn is in doubt."""
 
 _COLOURED_STOPS: Final = 1.0
 _BRIGHTER_STOPS: Final = 2.0  # stops by which the brighter alternative exceeds the estimate
@@ -60,7 +60,7 @@ _LEAST_LIGHT: Final = 0.004  # fraction of the frame's saturation, as in code 13
 
 
 def told_clipped(merged: MergedLight, name: str) -> MergedLight:
-    """Mark the clipped texels of a single encoded frame.
+    """Mark the clipped texels in a single encoded frame.
 
     Raises:
         ProbeError: If the frame is entirely clipped or black.
@@ -89,20 +89,20 @@ def brightened(merged: MergedLight, stops: float = STOPS) -> MergedLight:
 
 
 def dimmed(merged: MergedLight) -> MergedLight:
-    """Return the light as it was before `brightened`."""
+    """Return the light as it was before `brightened` was applied."""
     white, coloured = _shares(merged.radiance, merged.clipped)
     gain = _gain(white, coloured, STOPS, _COLOURED_STOPS)
     return replace(merged, radiance=merged.radiance / gain)
 
 
 def _gain(white: Float32, coloured: Float32, stops: float, coloured_stops: float) -> Float32:
-    """Return the factor, (H, W, 1), by which each texel is brighter than it looks."""
+    """Return the factor, (H, W, 1), by which each texel is assumed to be brighter than it looks."""
     gain = 1.0 + (2.0**stops - 1.0) * white + (2.0**coloured_stops - 1.0) * coloured
     return np.asarray(gain[..., None], np.float32)
 
 
 def _shares(radiance: Float32, clipped: Float32) -> tuple[Float32, Float32]:
-    """Return the white fraction and the colour-clipped fraction of each texel, (H, W) each."""
+    """Return each texel's white fraction and its fraction clipped in some channels, (H, W) each."""
     is_white = radiance.min(axis=-1) >= _WHITE * radiance.max(axis=-1)
     white = clipped * is_white
     return white, clipped - white
@@ -118,9 +118,9 @@ def rough_audit(
     """Return the answers that depend on clipping in a single photo.
 
     Args:
-        looks: The light as it looks, before `brightened`.
-        likely: The light after `brightened`.
-        grid: Grid of `likely`.
+        looks: The light as it looks, before `brightened` is applied.
+        likely: The light after `brightened` has been applied.
+        grid: The light grid of `likely`.
     """
     shape = pack.header.environment
     choice = choices(pack, [reduce_light(each, shape) for each in guesses(looks, likely)])
@@ -180,7 +180,7 @@ def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
 
 
 def _depth_deg(white: Float32) -> Float32:
-    """Return the depth of each texel inside a white area, (h, w), in degrees."""
+    """Return the depth of each texel within a white area, (h, w), in degrees."""
     width = white.shape[1]
     inside = np.tile((white > 0.5).astype(np.uint8), (1, 3))
     depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[:, width : 2 * width]

@@ -1,4 +1,4 @@
-"""Correct the sun, the lamps and masked areas in merged light, and run the clip audit."""
+"""Correct the sun, the lamps and masked areas in merged light, then run the clip audit."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def apply_gains(
     """Brighten or darken lamps by the given numbers of stops.
 
     In a clipped lamp, only the clipped part changes, since the rest is known, and that part no
-    longer counts as clipped. In any other lamp, only the excess over the surroundings changes.
+    longer counts as clipped. In any other lamp, only its excess over the surroundings changes.
 
     Raises:
         ProbeError: If there is no such lamp, or a gain is not between -20 and 20 stops.
@@ -67,13 +67,14 @@ def apply_gains(
 
 @dataclass(frozen=True, slots=True)
 class FinishedLight:
-    """Finished light and its audit.
+    """The finished light and its audit.
 
     Attributes:
         measured_clipped: Fraction of the light in clipped texels as measured, a lower bound, 0 to
             1.
         audit: Audit of the finished light, or None for pictures that are not panoramas.
-        unseen: (H, W) bool. Mask of the light that was filled because no frame shows it, or None.
+        unseen: (H, W) bool. Mask of the light that was filled in because no frame shows it, or
+            None.
     """
 
     merged: MergedLight
@@ -101,11 +102,10 @@ def finish(
     """Apply the user's corrections to a merged panorama and audit the result.
 
     Args:
-        foot: Azimuth and elevation of the camera's own foot, in degrees.
-        room_stops: How many stops darker than its darkest frame the camera can go, or None if
-            unknown.
-        alone: Name of the photo if it is the only one.
-        blind: (H, W). 1 where the light was filled because no frame shows it.
+        foot: Azimuth and elevation of the foot on which the camera stands, in degrees.
+        room_stops: How many stops below its darkest frame the camera can go, or None if unknown.
+        alone: Name of the photo if there is only one.
+        blind: (H, W). Mask that is 1 where the light was filled in because no frame shows it.
 
     Raises:
         ProbeError: If a lamp does not exist or a mask is unusable.
@@ -147,9 +147,9 @@ def finish(
 def _put_right(
     merged: MergedLight, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
 ) -> tuple[MergedLight, Restoration | None, list[Remark]]:
-    """Restore the sun, and correct the lamps for which the user has better values.
+    """Restore the sun, and correct the lamps for which the user has provided better values.
 
-    There is a restoration whenever the sun was searched for, whether or not it was found.
+    A restoration is returned whenever the sun was searched for, whether or not it was found.
     """
     notes: list[Remark] = []
     restoration = None
@@ -176,7 +176,7 @@ def _put_right(
 def _cleaned(
     finished: FinishedLight, pack: StylePack, options: MeasureOptions, foot: tuple[float, float]
 ) -> FinishedLight:
-    """Fill masked areas, and report the effect."""
+    """Fill masked areas and report the effect."""
     if not options.masks:
         return finished
     merged = finished.merged
@@ -195,7 +195,7 @@ def _cleaned(
 
 
 def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
-    """Return the lamps with their `clipped` updated after corrections."""
+    """Return the lamps, with their `clipped` updated after the corrections."""
     clipped = grid.clipped.ravel()
     return tuple(
         replace(light, clipped=light.clipped and bool(clipped[light.texels].max(initial=0.0) > 0))

@@ -1,8 +1,8 @@
 """Align a bracket's panoramas.
 
-Each frame is compared with a reference frame, or with its neighbour if the two have too little in
-common. Frames that are already aligned stay exactly as they are, as do frames that cannot be
-compared, because no correction is better than a wrong one.
+Each frame is compared with a reference frame, or with its neighbour if it has too little in common
+with the reference. Frames that are already aligned stay exactly as they are. So do frames that
+cannot be compared, because no correction is better than a wrong one.
 """
 
 from __future__ import annotations
@@ -40,8 +40,10 @@ class FrameAlignment:
 
     Attributes:
         rotation: (3, 3) float64. Rotation for `sphere.remap_frame`, or None if the frame stays as
-            it is because `angle_deg` is too small or the frames could not be compared.
-        residual_deg: Standard error in degrees, or infinity if nothing could be compared.
+            it is, either because `angle_deg` is too small or because the frames could not be
+            compared.
+        residual_deg: Standard error of the rotation in degrees, or infinity if nothing could be
+            compared.
         points: Number of points that were compared.
         trusted: Whether the frames could be compared.
     """
@@ -57,10 +59,11 @@ _ALONE: Final = FrameAlignment(None, 0.0, math.inf, 0, trusted=False)
 
 
 def reference_of(frames: Sequence[Bytes]) -> int:
-    """Return the index of the reference frame, which is the middle one if it is well exposed.
+    """Return the index of the reference frame, which is the middle one if that is well exposed.
 
-    Among the frames, (h, w, 3) uint8 in order of exposure, the reference is the one nearest to the
-    middle that has at least 60% as many usable pixels, by solid angle, as the best frame.
+    The frames, (h, w, 3) uint8 each, are in order of exposure. The reference is the frame nearest
+    to the middle whose usable pixels cover at least 60% of the solid angle that those of the best
+    frame cover.
     """
     return middle_frame([usable_share(pyramid(frame)) for frame in frames])
 
@@ -68,12 +71,12 @@ def reference_of(frames: Sequence[Bytes]) -> int:
 def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlignment, ...]:
     """Return the rotations that align a bracket's panoramas with the reference frame.
 
-    Frames of other proportions stay as they are, since their angle of view is unknown. So do frames
-    that are already aligned or cannot be compared.
+    Frames with other proportions stay as they are, since their angle of view is unknown. So do
+    frames that are already aligned or cannot be compared.
 
     Args:
-        frames: One thumbnail per frame, (h, w, 3) uint8. Area means of encoded RGB, about
-            672 x 336.
+        frames: One thumbnail per frame, (h, w, 3) uint8, consisting of area means of encoded RGB,
+            about 672 x 336 pixels.
         stops: Exposures of the frames, in stops.
     """
     count = len(frames)
@@ -95,8 +98,8 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlig
 def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple[Remark, ...]:
     """Report how misaligned frames were corrected.
 
-    There are no remarks if every comparable frame is aligned, since frames too dark to compare are
-    then no reason to worry.
+    If every comparable frame is aligned, there are no remarks, since frames that are too dark to
+    compare are then no cause for concern.
     """
     moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
     blind = [k for k, a in enumerate(alignments) if not a.trusted]
@@ -118,7 +121,7 @@ def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple
 
 
 def _alignment(fit: Fit, reference: bool) -> FrameAlignment:
-    """Decide whether to apply a rotation."""
+    """Decide whether to apply a rotation to a frame."""
     if reference:
         return FrameAlignment(None, 0.0, 0.0, fit.points, trusted=True)
     angle = angle_of(fit.rotation)
@@ -135,7 +138,7 @@ def _through(
     pyramids: Sequence[list[Level]],
     stops: Sequence[float],
 ) -> Fit:
-    """Fit a frame by way of the nearest fitted frame if its direct fit is not good enough."""
+    """Fit a frame via the nearest fitted frame if its direct fit is not good enough."""
     apart = abs(stops[index] - stops[middle])
     others = [k for k in fits if k != middle and fits[k].trusted]
     if not others:

@@ -1,11 +1,12 @@
 """Align handheld brackets of ordinary pictures by homographies.
 
 Rotating a camera transforms its picture by a homography, whatever the scene, and the shift of a
-hand is small compared with usual distances. Each frame is aligned with its neighbour in exposure,
-and so step by step with the middle one, by least squares on the differences in brightness (Lucas
-and Kanade, with second-order steps as in Malis, "Improving vision-based control using efficient
-second-order minimization techniques", ICRA 2004). The fit is coarse to fine and robust, so that
-moving objects have little effect. Brightness is first matched by rank, so any tone curve will do.
+hand is small compared with typical distances. Each frame is aligned with its neighbour in exposure,
+and thus step by step with the middle frame, by least squares on the differences in brightness
+(Lucas and Kanade, with second-order steps as in Malis, "Improving vision-based control using
+efficient second-order minimization techniques", ICRA 2004). The fit is coarse to fine and robust,
+so moving objects have little effect. Brightness is first matched by rank, which works with any tone
+curve.
 """
 
 from __future__ import annotations
@@ -54,11 +55,11 @@ class Lay:
     """A homography that aligns a picture with the reference.
 
     Attributes:
-        homography: (3, 3) float64. Map from pixels of the reference to those of the frame.
-        shift_px: Largest shift of any corner or of the middle, in pixels of the full frames.
-        error_px: Standard error of the shift, in the same pixels.
+        homography: (3, 3) float64. Maps pixels of the reference to those of the frame.
+        shift_px: Largest shift among the corners and the middle, in pixels of the full frames.
+        error_px: Standard error of the shift, also in pixels of the full frames.
         trusted: Whether the frames could be compared.
-        needed: Whether the bracket was shot handheld and the shift exceeds its error.
+        needed: Whether the bracket was shot handheld and the shift exceeds its standard error.
     """
 
     homography: Float64 = field(repr=False)
@@ -69,11 +70,11 @@ class Lay:
 
 
 def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
-    """Warp a frame by `Lay.homography`, repeating its edge in areas outside the frame.
+    """Warp a frame by `Lay.homography`, repeating its edge pixels outside the frame.
 
     Args:
         pixels: (H, W) or (H, W, C). Encoded uint8 or uint16, or linear float32.
-        homography: (3, 3) float64. Map from pixels of the result to those of the frame.
+        homography: (3, 3) float64. Maps pixels of the result to those of the frame.
 
     Returns:
         The warped frame, with the same shape and dtype.
@@ -98,9 +99,9 @@ def visibility(
 
     Args:
         proxies: Small encoded copies of the frames, (h, w, 3) uint8 each.
-        moves: Homography of each frame, (3, 3) float64 in pixels of the frames, or None for a frame
-            that is not moved.
-        full: Rows and columns of the frames.
+        moves: Homography of each frame, (3, 3) float64 in pixels of the full frames, or None for a
+            frame that is not moved.
+        full: Rows and columns of the full frames.
 
     Returns:
         One mask per frame, (h, w) float32 of 1 or 0, or None for a frame that is entirely visible.
@@ -136,7 +137,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
 
 
 def blank(picture: Bytes) -> Bools:
-    """Return a mask, (h, w), of borders that programs fill with one pure primary colour."""
+    """Return a mask, (h, w), of borders that a program has filled with one pure primary colour."""
     low, high = picture.min(axis=-1), picture.max(axis=-1)
     flat = cv2.dilate(((low < 24) & (high > 231)).astype(np.uint8), np.ones((3, 3), np.uint8))
     sure = (low <= 8) & (high >= 247)
@@ -148,7 +149,7 @@ def blank(picture: Bytes) -> Bools:
 
 
 def reference_of(pictures: Sequence[Bytes]) -> int:
-    """Return the index of the reference frame, which is the middle one if it is well exposed.
+    """Return the index of the reference frame, which is the middle one if that is well exposed.
 
     Args:
         pictures: Encoded pictures, (h, w, 3) uint8 each, brightest first.
@@ -168,11 +169,11 @@ def lay_on_each_other(
     """Return the homography that aligns each picture with the reference.
 
     Args:
-        pictures: Encoded pictures, (h, w, 3) uint8 each, all reduced by one factor to at most
-            `LONGEST`.
+        pictures: Encoded pictures, (h, w, 3) uint8 each, all scaled down by the same factor to at
+            most `LONGEST` pixels.
         stops: Exposures of the pictures, in stops.
         reference: Index of the reference.
-        scale: Number of pixels of a full frame per pixel of a picture.
+        scale: Number of pixels in a full frame per pixel in a picture.
     """
     order = sorted(range(len(pictures)), key=lambda k: stops[k])
     place = order.index(reference)
@@ -204,7 +205,7 @@ def lay_on_each_other(
 
 
 def _lay(matrix: Float64, error: float, shape: tuple[int, int], scale: float) -> Lay:
-    """Convert a fit to pixels of the full frames, and judge its quality."""
+    """Convert a fit to pixels of the full frames and judge its quality."""
     enlarge = np.array(
         [[scale, 0.0, 0.5 * scale - 0.5], [0.0, scale, 0.5 * scale - 0.5], [0, 0, 1]]
     )
@@ -227,13 +228,13 @@ def _precision(free: bool) -> Float64:
 
 
 def _shifts(matrix: Float64, shape: tuple[int, int]) -> Float64:
-    """Return the shifts of the corners and the middle, in pixels."""
+    """Return the shifts of the corners and of the middle, in pixels."""
     places = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [0.5, 0.5]]) * shape[::-1]
     return np.asarray(np.linalg.norm(moved_by(matrix, places) - places, axis=1))
 
 
 def _pyramid(picture: Bytes) -> list[Bytes]:
-    """Return grey pictures, smallest first, in which pure blue, as in borders, becomes white."""
+    """Return greyscale pictures, smallest first, in which pure blue (from borders) turns white."""
     grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), np.uint8)
     red, green, blue = cv2.split(picture)
     grey[(np.asarray(blue) > 247) & (np.maximum(red, green) < 8)] = 255
@@ -277,7 +278,7 @@ def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
 
 
 def _by_rank(codes: Bytes, as_in: Bytes) -> Bytes:
-    """Return the table, (256,), that matches a picture's histogram to another's."""
+    """Return the table, (256,), that matches one picture's histogram to another's."""
     own = np.bincount(codes.ravel(), minlength=256).astype(np.float64)
     rank_target = np.cumsum(np.bincount(as_in.ravel(), minlength=256)).astype(np.float64)
     middle = np.cumsum(own) - 0.5 * own
@@ -289,7 +290,7 @@ def _by_rank(codes: Bytes, as_in: Bytes) -> Bytes:
 def _fit(
     one: Bytes, alike: Bytes, other: Bytes, start: Float64, prior: Float64
 ) -> tuple[Float64, float]:
-    """Fit by least squares at one level."""
+    """Fit a homography by least squares at one pyramid level."""
     height, width = one.shape
     half = 0.5 * max(width, height)
     unit = np.array(
@@ -317,7 +318,7 @@ def _fit(
 
 
 def _slope(picture: Float32) -> Float32:
-    """Return the change per pixel to the right and downward, (2, h, w)."""
+    """Return the change per pixel, to the right and downwards, (2, h, w)."""
     down, right = np.gradient(picture)
     return np.asarray(np.stack([np.asarray(right), np.asarray(down)]), np.float32)
 
@@ -343,7 +344,7 @@ def _warp(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32
 
 
 def _telling(slope: Float32, inside: Bools) -> Indices:
-    """Return the positions with the strongest gradients."""
+    """Return the positions with the steepest gradients."""
     strength = np.where(inside, np.abs(slope[0]) + np.abs(slope[1]), 0.0)
     strength[[0, -1]], strength[:, [0, -1]] = 0.0, 0.0
     flat = strength.ravel()
@@ -361,7 +362,7 @@ def _step(
     unit: Float64,
     belief: tuple[Float64, Float64],
 ) -> tuple[Float64, Float64]:
-    """Return one robust Gauss-Newton step in unit coordinates, (8,), and its covariance."""
+    """Return one robust Gauss-Newton step, (8,) in unit coordinates, and its covariance."""
     rows, columns = np.divmod(picked, difference.shape[1])
     x = unit[0, 0] * columns + unit[0, 2]
     y = unit[1, 1] * rows + unit[1, 2]
@@ -381,7 +382,7 @@ def _step(
 
 
 def _corner_error(spread: Float64, aspect: float) -> float:
-    """Return the largest standard error of a corner's position, in unit coordinates."""
+    """Return the largest standard error among the corner positions, in unit coordinates."""
     sides = np.array([min(aspect, 1.0), min(1.0 / aspect, 1.0)])
     rows = by_elements(np.eye(3), sides * [[1, 1], [-1, 1], [1, -1], [-1, -1]])
     variances = np.einsum("ni,ij,nj->n", rows, spread, rows).reshape(2, -1).sum(axis=0)

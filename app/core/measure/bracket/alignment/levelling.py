@@ -2,18 +2,18 @@
 
 GPano pose angles (Google, "Photo Sphere XMP Metadata") are a camera's heading, pitch and roll, in
 that order. Pitch is the elevation of the picture's centre, and the horizon in the picture turns
-counter-clockwise as roll grows, exactly as in `app.core.base.sphere.rotation`. A Ricoh Theta writes
-something else under the same names: its accelerometer's readings of two separate axes, tan pitch =
-front / up and tan roll = left / up of the zenith in the camera's axes. For a tilt about one axis,
-the two interpretations agree. With pitch -29.0 and roll -35.8 degrees, they are 4.7 degrees apart,
-and the edges in a Theta S picture with that tilt (R0010298) agree with the second within 0.5
-degrees. Other manufacturers and programs interpret the standard differently. So if the readings
-differ, the picture itself may decide: its vertical edges, if it has any, are upright for only one
-reading.
+counter-clockwise as roll grows, exactly as in `app.core.base.sphere.rotation`. A Ricoh Theta
+records something else under the same names: its accelerometer's readings for two separate axes,
+where tan pitch = front / up and tan roll = left / up for the zenith in camera coordinates. For a
+tilt about one axis, the two interpretations agree. With pitch -29.0 and roll -35.8 degrees, they
+are 4.7 degrees apart, and the edges in a Theta S picture with that tilt (R0010298) agree with the
+second to within 0.5 degrees. Other manufacturers and programs interpret the standard differently.
+So if the two interpretations differ, the picture itself may decide: its vertical edges, if it has
+any, are upright in only one of them.
 
 Heading is never applied, so the front lens stays at azimuth 0, where the photographer is. A picture
-that a Ricoh camera has levelled itself (maker note 0x0007) stays as it is, whatever its pose
-states, because some firmware records a tilt that it has already corrected. The tilt recorded on a
+that a Ricoh camera has levelled itself (maker note 0x0007) stays as it is, whatever its pose says,
+because some firmware records a tilt that it has already corrected. The tilt recorded on a
 stationary tripod differs slightly from shot to shot, so all frames get the same rotation, that of
 the first shot.
 """
@@ -64,18 +64,18 @@ def levelling(
     first_rotation: Float64 | None = None,
     picture: Bytes | None = None,
 ) -> Levelling:
-    """Decide how to level a bracket, based on its frames' poses and maker notes.
+    """Decide how to level a bracket, based on the poses and the maker notes of its frames.
 
-    There is no rotation for pictures that are not panoramas, that state no pose or only zeros, or
-    that the camera has levelled.
+    There is no rotation for pictures that are not panoramas, that record no pose or only zeros, or
+    that the camera has already levelled.
 
     Args:
         first_rotation: (3, 3) float64. Rotation that `align` applies to the frame at `first_shot`,
             or None. The pose belongs to that frame, while the levelling is applied to the reference
             frame.
-        picture: (h, w, 3) uint8. Small copy of the reference frame in encoded RGB, or None. It
-            decides what the angles mean if that makes a difference and its upright edges are clear.
-            Otherwise, the camera's manufacturer decides.
+        picture: (h, w, 3) uint8. Small copy of the reference frame in encoded RGB, or None. If the
+            meaning of the angles makes a difference and the copy's upright edges are clear, they
+            decide the meaning. Otherwise, it depends on the camera's manufacturer.
     """
     if not bracket.panorama:
         return Levelling()
@@ -98,8 +98,8 @@ def levelling(
 def first_shot(bracket: Bracket) -> int:
     """Return the index of the first shot, considering only frames with a pose if there are any.
 
-    Frames are ordered by file name, with numbers by value, because cameras number their shots but
-    their clocks count only whole seconds.
+    Frames are ordered by file name, with numbers compared by value, because cameras number their
+    shots but their clocks count only whole seconds.
     """
     frames = bracket.frames
     return min(range(len(frames)), key=lambda k: (frames[k].pose is None, _order(frames[k])))
@@ -112,8 +112,8 @@ def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
     is not used.
 
     Args:
-        gravity: Whether the angles are accelerometer readings of separate axes, as a Theta writes
-            them. If not, they follow the GPano standard.
+        gravity: Whether the angles are accelerometer readings for separate axes, as recorded by a
+            Theta. If not, they follow the GPano standard.
 
     Examples:
         >>> from app.core.measure.read.frame import XmpPose
@@ -129,7 +129,7 @@ def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
 
 
 def _readings(pose: XmpPose, camera: str) -> list[Float64]:
-    """List the possible meanings of the angles, likeliest first."""
+    """Return the possible readings of the angles as rotations, likeliest first."""
     standard, gravity = tilt_rotation(pose, gravity=False), tilt_rotation(pose)
     swapped = _ahead(rotation(0.0, 0.0, pose.roll_deg) @ rotation(0.0, pose.pitch_deg))
     if "THETA" in camera.upper():
@@ -138,12 +138,12 @@ def _readings(pose: XmpPose, camera: str) -> list[Float64]:
 
 
 def _ahead(matrix: Float64) -> Float64:
-    """Remove the heading from a rotation, so that the centre column stays at azimuth 0."""
+    """Remove the heading from a rotation, keeping the centre column at azimuth 0."""
     return rotation(-angles_of(matrix)[0]) @ matrix
 
 
 def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
-    """Choose the reading for which the picture's edges are upright, or by default the first.
+    """Choose the reading that makes the picture's edges upright, or the first one by default.
 
     An edge lies on a great circle, whose normal is the direction of its gradient on the sphere.
     """
@@ -171,7 +171,7 @@ def _order(frame: Frame) -> tuple[tuple[int, str], ...]:
 
 
 def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
-    """Return whether the camera levelled a shot, judging by other frames if it does not say so."""
+    """Return whether the camera levelled a shot, judging by other frames if it is not recorded."""
     if shot.zenith_corrected is not None:
         return shot.zenith_corrected
     return any(frame.zenith_corrected for frame in frames)

@@ -8,8 +8,8 @@ exposure tags or an assumed curve. It is measured at the same points, as the med
 codes for each code of the other (the comparagram of Mann and Picard 1995). As a result, wrong tags,
 tone curves and clipping do not look like motion, and moving objects are outvoted.
 
-The uncertainty is a jackknife estimate over 24 equal parts of the sphere, so a rotation on which
-the parts disagree is not trusted.
+The uncertainty is a jackknife estimate over 24 equal parts of the sphere, so a rotation is not
+trusted if the parts disagree on it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    """Feature points of a frame: directions, codes, and the change in code under rotation."""
+    """Feature points of a frame: their directions, codes and change in code under rotation."""
 
     vectors: Float32
     codes: Float32
@@ -90,7 +90,7 @@ class _Match:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A rotation, (3, 3), from the directions of one frame to those of another, and its evidence.
+    """A rotation, (3, 3), from directions in one frame to those in another, and its evidence.
 
     Attributes:
         error_deg: Standard error in degrees (jackknife, plus a part that falls with the number of
@@ -105,7 +105,7 @@ class Fit:
 
     @property
     def trusted(self) -> bool:
-        """Whether the frames overlap enough, and their parts agree."""
+        """Whether the frames overlap enough and their parts agree."""
         return (
             self.points >= _LEAST_POINTS
             and self.error_deg < _TRUSTED_DEG
@@ -115,14 +115,14 @@ class Fit:
 
     @property
     def inverse(self) -> Fit:
-        """The same fit with the two frames exchanged."""
+        """The same fit, with the two frames exchanged."""
         return replace(self, rotation=np.ascontiguousarray(self.rotation.T))
 
 
 def register(bright: list[Level], dark: list[Level]) -> Fit:
     """Return the small rotation from the longer exposure to the shorter one.
 
-    The search starts from no motion, and then from rotations all around it.
+    The search first starts from no rotation, and then from rotations in every direction around it.
 
     Args:
         bright, dark: Results of `pyramid`.
@@ -143,7 +143,7 @@ def register(bright: list[Level], dark: list[Level]) -> Fit:
 
 
 def _refine(bright: list[Level], dark: list[Level], rotation: Float64) -> Fit:
-    """Refine a rotation up to the finest size, and judge the fit there."""
+    """Refine a rotation up to the finest size and judge the fit there."""
     if angle_of(rotation) > _NEAR_DEG:
         rotation, _ = _search(_places(bright[1]), dark[1], rotation, _CLOSE_RAD[1])
     places = _places(bright[2])
@@ -160,7 +160,7 @@ def _refine(bright: list[Level], dark: list[Level], rotation: Float64) -> Fit:
 def _search(
     places: _Places, level: Level, rotation: Float64, close: float
 ) -> tuple[Float64, float]:
-    """Refine a rotation at one size by Gauss-Newton, and return it with the remaining misfit."""
+    """Refine a rotation at one size by Gauss-Newton and return it with the remaining misfit."""
     misfit = math.inf
     for _ in range(_STEPS):
         match = _match(places, level, rotation)
@@ -227,7 +227,7 @@ def _solve(normal: Floats, right: Floats) -> Float64:
 
 
 def _error_deg(places: _Places, match: _Match) -> float:
-    """Return a rotation's standard error, by jackknife over 3 x 8 equal parts of the sphere."""
+    """Return a rotation's standard error, from a jackknife over 3 x 8 equal parts of the sphere."""
     slopes = places.slopes[match.use] * match.gain[:, None]
     weighted = slopes * (_weights(match) * places.weights[match.use])[:, None]
     vectors = places.vectors[match.use]
@@ -263,10 +263,10 @@ def _contrast(places: _Places, level: Level, rotation: Float64, misfit: float) -
 
 
 def pyramid(frame: Bytes) -> list[Level]:
-    """Prepare a frame at three sizes, about 84, w / 2 and w columns wide.
+    """Prepare a frame at three sizes, which are about 84, w / 2 and w columns wide.
 
     Args:
-        frame: (h, w, 3) uint8. Small equirectangular copy (area means) in encoded RGB.
+        frame: (h, w, 3) uint8. Small equirectangular copy, consisting of area means of encoded RGB.
     """
     codes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
     red, green, blue = cv2.split(frame)
@@ -290,7 +290,7 @@ def pyramid(frame: Bytes) -> list[Level]:
 
 
 def _smooth(codes: Float32) -> Float32:
-    """Blur slightly, also across the edge, so that gradients remain valid over a whole pixel."""
+    """Blur slightly, also across the edge, which keeps gradients valid over a whole pixel."""
     wide = cv2.copyMakeBorder(codes, 0, 0, 2, 2, cv2.BORDER_WRAP)
     return np.ascontiguousarray(cv2.GaussianBlur(wide, (3, 3), 0.7)[:, 2:-2])
 
@@ -352,7 +352,7 @@ def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, 
 
 
 def middle_frame(shares: Sequence[float]) -> int:
-    """Choose the frame nearest to the middle among those nearly as usable as the best one."""
+    """Choose the frame nearest to the middle among those nearly as usable as the best frame."""
     middle = (len(shares) - 1) / 2.0
     fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
     return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))

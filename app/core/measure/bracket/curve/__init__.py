@@ -1,1 +1,1 @@
-"""Find the camera's tone curve and wrongly stated exposures."""
+"""Find the camera's tone curve and any wrongly recorded exposures."""

@@ -4,8 +4,8 @@ A response can be recovered or checked from one relation alone: pixels with code
 frame of a pair have code `b` in the darker one (the brightness transfer function of Grossberg and
 Nayar, "Determining the camera response from images: what is knowable?", PAMI 2003). The relation is
 estimated robustly from the joint histogram of the two frames, so that moving objects do not count.
-If the frames are not aligned pixel by pixel, the joint histogram is smeared, and ranks are matched
-instead: the n-th brightest pixel of one frame corresponds to the n-th brightest of the other,
+If the frames are not aligned pixel by pixel, the joint histogram is smeared, so ranks are matched
+instead: the n-th brightest pixel in one frame corresponds to the n-th brightest in the other,
 wherever it is (section 4 of the same paper).
 """
 
@@ -71,17 +71,17 @@ _POWERS: Final = np.stack([_CODES**0, _CODES, _CODES**2], axis=-1).astype(np.flo
 
 @dataclass(frozen=True, slots=True)
 class CodeMatches:
-    """The matching codes in pairs of frames, in R rows, one per pair, channel and code.
+    """The matching codes in pairs of frames, in R rows, one for each pair, channel and code.
 
     Attributes:
-        bright, dark: Indices of the frames, 0 for the brightest.
+        bright, dark: Indices of the two frames, where 0 is the brightest frame.
         channel: 0, 1 or 2 for red, green or blue.
         code: Code in the brighter frame, 0 to 255.
         dark_code: Mean code of the same pixels in the darker frame.
-        places: Number of pixels in the row.
-        scatter: Standard deviation of the darker code.
+        places: Number of pixels that the row is based on.
+        scatter: Standard deviation of the code in the darker frame.
         turned: Pairs (brighter, darker) that were matched by rank.
-        raised_black: Whether black has a code well above 0, as in scans of film.
+        raised_black: Whether black has a code well above 0, as in film scans.
         whites: The first code of each frame that may be clipped because a local tone curve has
             darkened clipped areas, or 256 if there is none.
     """
@@ -102,7 +102,7 @@ class CodeMatches:
         return len(self.code)
 
     def steps(self, stops: Sequence[float]) -> Float64:
-        """Return the exposure step of each row, (R,), in stops, brighter minus darker."""
+        """Return each row's exposure step, (R,), in stops from the darker to the brighter frame."""
         exposure = np.asarray(stops, dtype=np.float64)
         return np.asarray(exposure[self.bright] - exposure[self.dark])
 
@@ -113,7 +113,7 @@ class CodeMatches:
 
 
 def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]:
-    """List pairs of frames (brighter, darker) 0.15 to 6.1 stops apart, for decreasing `stops`."""
+    """List pairs of frames (brighter, darker) 0.15 to 6.1 stops apart, given decreasing `stops`."""
     return [
         (bright, dark)
         for bright in range(len(stops))
@@ -127,7 +127,7 @@ def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeM
 
     Args:
         samples: (K, N, 3) uint8. Codes at the same N places in all K frames, brightest first.
-        stops: Exposures in decreasing order, which only determine the pairs.
+        stops: Exposures in decreasing order, in stops. They only determine the pairs.
 
     Raises:
         ValueError: If `samples` and `stops` do not match.
@@ -190,10 +190,10 @@ def _white(histogram: Int64) -> int:
 
 
 def _filled(frame: Bytes) -> Bools:
-    """Return a mask, (N,), of the places where a frame has no picture.
+    """Return a mask, (N,), of the places where a frame has no image content.
 
-    These have a pure primary colour, which marks borders (a lamp of such a colour is no loss), or
-    one exact colour that fills a tenth of the frame.
+    Such places have a pure primary colour, which marks borders (losing a lamp of that colour does
+    no harm), or one exact colour that fills a tenth of the frame.
     """
     red, green, blue = frame.T
     least = np.minimum(np.minimum(red, green), blue)
@@ -225,9 +225,9 @@ def _one_colour(frame: Bytes) -> Bools:
 def _black_codes(samples: Bytes, stops: Sequence[float]) -> list[int]:
     """Return the code of black in each channel.
 
-    The code is above 0 with flare, in scans, or with raised blacks. The darkest places in the two
-    darkest frames then have the same code, however far apart the frames are. Without a raised
-    black, their code decreases by at least a quarter per stop.
+    The code is above 0 if there is flare, in scans, or if blacks are raised. The darkest places in
+    the two darkest frames then have the same code, however far apart the frames are. If black is
+    not raised, their code decreases by at least a quarter per stop.
     """
     if len(stops) < 2 or stops[-2] - stops[-1] < _TELLING_STEP:
         return [0, 0, 0]
@@ -248,10 +248,10 @@ def _joint_histograms(bright: Bytes, dark: Bytes) -> list[Int64]:
 
 
 def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
-    """Return the mean darker code, places and scatter for each brighter code, without outliers.
+    """Return the mean darker code, the places and the scatter of each brighter code, less outliers.
 
-    The mean is taken within twice the interquartile range around the median, since a median alone
-    would jump in whole codes, and a plain mean would follow moving objects.
+    The mean is taken within twice the interquartile range around the median. A median alone would
+    jump by whole codes, and a plain mean would follow moving objects.
     """
     rows = histogram[_LOWEST : _HIGHEST + 1]
     median, low, high = _quantiles(rows, (0.5, 0.25, 0.75))
@@ -287,7 +287,7 @@ def _smeared(means: list[tuple[Float64, Float64, Float64]]) -> bool:
 
 
 def _by_rank(histogram: Int64) -> tuple[Float64, Float64, Float64]:
-    """Match the codes of two frames by rank, with results like those of `_ridge`."""
+    """Match the codes of two frames by rank, returning the same values as `_ridge`."""
     places = histogram.sum(axis=1).astype(np.float64)
     middle = np.cumsum(places) - places / 2.0
     edges = np.concatenate([[0.0], np.cumsum(histogram.sum(axis=0, dtype=np.float64))])
@@ -307,7 +307,7 @@ def _usable(
 
 
 def _continuous(rows: Float64) -> Float64:
-    """Remove rows off the curve, whose codes hardly occur except in a moving object."""
+    """Remove rows that lie off the curve, whose codes hardly occur except in a moving object."""
     if len(rows) <= 2 * _BESIDE:
         return rows
     rows = rows[rows[:, 3] <= _WIDE * np.median(rows[:, 3]) + _WIDE_CODES]
@@ -318,5 +318,5 @@ def _continuous(rows: Float64) -> Float64:
 
 
 def reach(stops: Sequence[float]) -> int:
-    """Return how many positions apart a pair's frames may be, which is 1 in long brackets."""
+    """Return how many positions apart the frames of a pair may be, which is 1 in long brackets."""
     return 2 if len(stops) <= 5 else 1

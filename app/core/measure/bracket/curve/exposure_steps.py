@@ -1,9 +1,9 @@
 """Measure the exposure steps between frames, to check the response curve and the exposure tags.
 
 The ratio of the linear values of matching codes is the step between two frames. A wrong response
-curve shows up as a step that depends on the level, or as all steps being off by one factor, because
-a curve raised to a power cannot be distinguished from longer steps. A wrong tag in a file shows up
-as a constant difference in the pairs of one frame.
+curve shows up either as a step that depends on the level, or as all steps being off by the same
+factor, because a curve raised to a power cannot be distinguished from longer steps. A wrong tag in
+a file shows up as a constant difference in all pairs that include that frame.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ _NORMAL: Final = 1.1503
 
 @dataclass(frozen=True, slots=True)
 class MeasuredStep:
-    """The step between two frames in stops: that stated in the files, and the median of all levels.
+    """The step between two frames in stops: the nominal step and the median over all levels.
 
     Attributes:
-        levels: Measured minus nominal step at rising levels of the brighter frame, for red, then
-            green, then blue, without levels that have too few places.
+        levels: Measured minus nominal step at increasing levels of the brighter frame, first for
+            red, then for green, then for blue. Levels with too few places are omitted.
     """
 
     bright: int
@@ -51,7 +51,7 @@ class MeasuredStep:
 
     @property
     def off(self) -> float:
-        """The measured minus the nominal step, in stops."""
+        """The measured step minus the nominal step, in stops."""
         return self.measured - self.nominal
 
 
@@ -60,9 +60,9 @@ class StepCheck:
     """A comparison of all measured steps with the nominal ones.
 
     Attributes:
-        residual_stops: Root mean square of measured minus nominal steps over pairs and levels,
-            estimated from the upper quartile so that a few outliers do not count, or NaN if no
-            frames overlap.
+        residual_stops: Root mean square, over pairs and levels, of the measured minus the nominal
+            steps, estimated from the upper quartile so that a few outliers do not count, or NaN if
+            no frames overlap.
         disagreement: Upper quartile of the difference divided by its `tolerance`, or 0 if no frames
             overlap.
     """
@@ -78,21 +78,21 @@ class StepCheck:
 
     @property
     def agrees(self) -> bool:
-        """Whether noise explains the differences, or nothing could be compared."""
+        """Whether noise explains the differences or nothing could be compared."""
         return self.disagreement <= 1.0
 
 
 def tolerance(step: float) -> float:
-    """Return the error of a step, in stops, that noise, rounding and compression explain."""
+    """Return the error in a step, in stops, that noise, rounding and compression can explain."""
     return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
 
 
 def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) -> StepCheck:
-    """Compare matching codes with the stated exposures.
+    """Compare matching codes with the nominal exposures.
 
     Args:
-        table: (256,), (3, 256), or (K, 3, 256) with one per frame, float64. Linear light of each
-            code, strictly increasing.
+        table: (256,), (3, 256), or (K, 3, 256) with one table per frame, float64. Linear light of
+            each code, which is strictly increasing.
     """
     measured, slope = _measured(matches, table)
     rows = (matches.code >= _DARKEST_CODE) & (matches.dark_code >= _DARKEST_DARK_CODE)
@@ -122,7 +122,7 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) 
 
 
 def _measured(matches: CodeMatches, table: Float64) -> tuple[Float64, Float64]:
-    """Return each row's measured step, and the stops per code at its darker code, (R,) each."""
+    """Return each row's measured step and the stops per code at its darker code, (R,) each."""
     measured = np.zeros(len(matches))
     slope = np.zeros(len(matches))
     curves = np.asarray(table)

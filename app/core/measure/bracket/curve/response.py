@@ -1,12 +1,12 @@
-"""Choose the camera's response curve, and detect wrong exposure tags.
+"""Choose the camera's response curve and detect wrong exposure tags.
 
-The curve is sRGB (as in the paper that this program implements) unless the bracket contradicts it.
+The curve is sRGB, as in the paper that this program implements, unless the bracket contradicts it.
 The steps between the frames are measured (`brightness_transfer`). If they disagree with the files,
 either one frame's tag is wrong, or the camera's curve is not sRGB and is recovered from the bracket
 (`app.core.measure.bracket.curve.response_recovery`).
 
-With a known curve, one frame's wrong tag stands out, because it shifts all pairs of this frame, and
-no others, by the same amount at every level. With an unknown curve and the usual three
+With a known curve, one frame's wrong tag stands out, because it shifts all pairs that include this
+frame, and no others, by the same amount at every level. With an unknown curve and the usual three
 frames, a wrong tag on one frame with one curve is equivalent to a wrong tag on another frame with a
 power of that curve. In this case, the curve closest to sRGB is used, and all frames that may be
 wrong are named.
@@ -57,11 +57,11 @@ _OWN_FIT: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """A response curve, which is the linear light of each code.
+    """A response curve, given as the linear light of each code.
 
     Attributes:
         table: (3, 256) float64, or (K, 3, 256) if each frame has its own curve. Linear light of
-            each code in red, green and blue, which rises strictly from 0 at code 0 to 1 at code
+            each code in red, green and blue, which increases strictly from 0 at code 0 to 1 at code
             255. Channels of scanned film can end at different values, the highest of which is 1.
         residual_stops: `StepCheck.residual_stops` with this curve, or NaN if no frames overlap.
     """
@@ -73,11 +73,12 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class ResponseChoice:
-    """The response curve and the corrected exposures, in stops.
+    """The chosen response curve and the corrected exposures, in stops.
 
     Attributes:
-        stops: Exposures as stated, with wrong tags corrected, so they may be out of order.
-        check: Comparison of measured and stated steps with sRGB, before any correction.
+        stops: Nominal exposures after the correction of wrong tags. They may therefore be out of
+            order.
+        check: Comparison of the measured and nominal steps under sRGB, before any correction.
         tag_errors: Tag errors of a fifth of a stop or more.
     """
 
@@ -103,19 +104,19 @@ def srgb_choice() -> ResponseChoice:
 
 
 def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
-    """Choose the response curve of a bracket, and find wrong tags.
+    """Choose the response curve of a bracket and find wrong tags.
 
-    Moving objects and frames turned by a few degrees do no harm. The curve is always sRGB if no
-    frames overlap.
+    Moving objects and frames that are rotated by a few degrees do no harm. The curve is always sRGB
+    if no frames overlap.
 
     Args:
         samples: (K, N, 3) uint8. Codes at the same positions in all frames, brightest first.
-        stops: Stated exposures, in decreasing order.
+        stops: Nominal exposures in stops, in decreasing order.
         mode: "srgb" for sRGB, with a warning if the steps disagree; "recover" to recover the curve
             from the bracket; or "auto" for sRGB unless noise cannot explain the disagreement.
 
     Raises:
-        ValueError: For invalid samples, stops or modes.
+        ValueError: If the samples, the stops or the mode are invalid.
     """
     if mode not in ("srgb", "recover", "auto"):
         raise ValueError(f'the response is "srgb", "recover" or "auto", not "{mode}"')
@@ -137,14 +138,14 @@ def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto")
 
 
 def _unchecked(plain: ResponseChoice, mode: Mode) -> ResponseChoice:
-    """Report that frames without overlap do not determine the curve."""
+    """Report that the frames do not overlap and therefore do not determine the curve."""
     if len(plain.stops) < 2:
         return plain
     return replace(plain, remarks=(CurveUnchecked(recover=mode == "recover"),))
 
 
 def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | None:
-    """Keep sRGB if the steps agree, or agree once wrong tags are corrected."""
+    """Keep sRGB if the steps agree, or if they do once wrong tags are corrected."""
     if plain.check.agrees:
         return plain
     explanation = explain_by_tags(matches, plain.check, plain.stops, srgb_table())
@@ -163,7 +164,7 @@ def _disagreement(check: StepCheck) -> CurveDoubtful:
 
 
 def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> ResponseChoice:
-    """Recover the curve, assuming a wrong tag if only that makes the frames fit."""
+    """Recover the curve, assuming a wrong tag if the frames fit only then."""
     stops = plain.stops
     curve = recover_curve(matches, stops)
     check = check_matches(matches, stops, curve.table)
@@ -205,11 +206,11 @@ def _each_its_own(
 def _by_channel(
     matches: CodeMatches, stops: Sequence[float], shared: RecoveredCurve, check: StepCheck
 ) -> tuple[Float64, StepCheck]:
-    """Return a curve, (3, 256), for each channel, the same for all if one curve fits.
+    """Return a curve, (3, 256), for each channel, identical for all channels if one curve fits.
 
     A bracket does not determine the relative scale of the channels. A sensor clips all channels at
-    its white, and so at equal linear values. Film does not, so if a raised black reveals a scan,
-    equal codes in the mid-tones are taken to be neutral (Debevec and Malik 1997, 2.2).
+    its white point, and thus at equal linear values. Film does not, so if a raised black reveals a
+    scan, equal codes in the mid-tones are assumed to be neutral (Debevec and Malik 1997, 2.2).
     """
     table = np.tile(shared.table, (3, 1))
     parts = [matches.where(matches.channel == channel) for channel in range(3)]
@@ -241,14 +242,14 @@ _USUAL_CONTRAST: Final = 0.3
 
 @dataclass(frozen=True, slots=True)
 class TagError:
-    """A frame with a wrong exposure tag, and its error in stops."""
+    """A frame with a wrong exposure tag, and the error of this tag in stops."""
 
     frame: int
     stops: float
     suspects: tuple[int, ...]
 
     def remark(self, names: Sequence[str]) -> WrongTag:
-        """Return the remark with the names of the frames."""
+        """Return the remark, which includes the names of the frames."""
         others = tuple(names[number] for number in self.suspects if number != self.frame)
         return WrongTag(names[self.frame], self.stops, others)
 
@@ -260,7 +261,8 @@ def explain_by_tags(
 
     Returns:
         The corrected exposures, the errors of a fifth of a stop or more, and the check with the
-        corrections, or None if tags do not explain the steps and the curve must be a different one.
+        corrections, or None if wrong tags do not explain the steps and the curve must therefore be
+        different.
     """
     trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
     fitting = [trial for trial in trials if trial[2].agrees]
@@ -284,8 +286,8 @@ def recover_with_tag(
     """Recover a curve and one wrong exposure from three or more frames.
 
     Returns:
-        The curve, the corrected exposures, the error and the check with these, or None if
-        correcting no single tag makes the frames fit much better.
+        The curve, the corrected exposures, the error and the resulting check, or None if there is
+        no single tag whose correction makes the frames fit much better.
     """
     trials: list[tuple[int, RecoveredCurve, StepCheck]] = []
     for frame in _likeliest(matches, check, stops, curve):
@@ -304,11 +306,11 @@ def recover_with_tag(
 
 
 def _unlikely(curve: RecoveredCurve) -> float:
-    """Return a score for how unlikely a curve and its tag error are, based on judgement.
+    """Return a score, based on judgement, for how unlikely a curve and its tag error are.
 
-    Most curves have roughly the contrast of sRGB, measured over the brighter half of the nodes
+    Most curves have roughly the same contrast as sRGB, measured over the brighter half of the nodes
     (codes above 40), where all curves are well determined. Tags are usually wrong by a whole stop
-    (doubled or halved by mistake) or by a third of a stop, which is one mark on the dial.
+    (doubled or halved by mistake) or by a third of a stop, which is one click of the dial.
     """
     contrast = abs(float(np.mean(curve.unknowns[len(curve.unknowns) // 2 :])))
     stops = curve.tag_stops
@@ -343,14 +345,14 @@ def _telling(stops: float) -> bool:
 
 
 def _shift_stops(stops: Stops, by: dict[int, float]) -> Stops:
-    """Return the exposures with some of them corrected, by frame index."""
+    """Return the exposures, with some of them corrected by frame index."""
     return tuple(value + by.get(frame, 0.0) for frame, value in enumerate(stops))
 
 
 def _one_wrong(
     frame: int, matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[int, float, StepCheck]:
-    """Trust all frames but one, and return that frame, its error in stops, and the new check."""
+    """Trust all frames but one, and return that frame, its error in stops and the new check."""
     signs = [(step.bright == frame) - (step.dark == frame) for step in check.steps]
     off = [sign * step.off for sign, step in zip(signs, check.steps, strict=True) if sign]
     error = float(np.median(off))
@@ -369,9 +371,9 @@ def _longer_steps(check: StepCheck) -> bool:
 def _several_wrong(
     matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
-    """Use only the measured steps, if they do not depend on the level.
+    """Use only the measured steps, provided that they do not depend on the level.
 
-    The exposures keep the median of the stated ones, which preserves absolute luminance.
+    The median of the nominal exposures is kept, which preserves absolute luminance.
     """
     if len(_paired(check)) < len(stops):
         return None

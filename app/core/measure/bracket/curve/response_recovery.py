@@ -4,9 +4,9 @@ As in Debevec and Malik ("Recovering high dynamic range radiance maps from photo
 1997), the logarithm of each code's exposure is found by least squares from positions visible in
 several frames, with a penalty on curvature. The differences are:
 
-* the unknown is the logarithm of the *local gamma*, d log exposure / d log code, at 16 nodes, as
-  a deviation from that of sRGB. So the curve always rises, any plausible curve is smooth in the
-  unknowns, and where the bracket has no data, the curve bends like sRGB;
+* the unknown is the logarithm of the *local gamma*, d log exposure / d log code, at 16 nodes, as a
+  deviation from that of sRGB. As a result, the curve always rises, any plausible curve is smooth in
+  the unknowns, and where the bracket has no data, the curve bends as sRGB does;
 * residuals are measured in codes of the darker frame, where their size is known (rounding, noise,
   compression), not in logarithms, where dark codes would weigh hundreds of times too much;
 * the positions are first condensed to matching codes (`brightness_transfer`), so that
@@ -16,13 +16,13 @@ several frames, with a penalty on curvature. The differences are:
 Steps of equal size leave a curve undetermined up to a ripple that repeats with the step (Grossberg
 and Nayar 2003, "fractal ambiguity"); the penalty on curvature selects the curve without it.
 
-Phones choose a tone curve for every frame by appearance. For such frames, `recover_own_curves`
+Phones choose a tone curve for each frame by its appearance. For such frames, `recover_own_curves`
 fits a separate curve for each frame k, log2 radiance = sRGB(z) - stops_k + d_k(z), all in one
-linear least-squares problem. The frames agree only up to a monotone function of the radiance, and a
-flatter function always makes them agree better. So each frame's saturation is kept near its stated
-exposure, and the mean of all d_k near 0, because a camera that brightens one frame and darkens
-another does so around sRGB. Curves that vary across the picture also darken clipped areas to codes
-well under 255, which then count as clipped.
+linear least-squares problem. The frames agree only up to a monotonic function of the radiance, and
+a flatter function always makes them agree better. Each frame's saturation is therefore kept near
+its nominal exposure, and the mean of all d_k is kept near 0, because a camera that brightens one
+frame and darkens another does so around sRGB. Curves that vary across the picture also darken
+clipped areas to codes well under 255, which then count as clipped.
 """
 
 from __future__ import annotations
@@ -59,10 +59,10 @@ class RecoveredCurve:
     """A recovered curve.
 
     Attributes:
-        table: (256,) float64. Linear exposure of each code, rising strictly from 0 at code 0 to 1
-            at code 255.
-        tag_stops: True minus stated exposure of the free frame in stops, or 0 if no frame is free.
-        unknowns: (16,) float64. Log local gamma at the nodes minus that of sRGB.
+        table: (256,) float64. Linear exposure of each code, which increases strictly from 0 at code
+            0 to 1 at code 255.
+        tag_stops: True minus nominal exposure of the free frame in stops, or 0 if no frame is free.
+        unknowns: (16,) float64. Logarithm of the local gamma at the nodes, minus that of sRGB.
     """
 
     table: Float64
@@ -88,10 +88,10 @@ def recover_curve(
     start: Float64 | None = None,
     hold: float = 0.0,
 ) -> RecoveredCurve:
-    """Recover the response curve from matching codes of frames in order of decreasing exposure.
+    """Recover the response curve from matching codes in frames of decreasing exposure.
 
     Args:
-        free_frame: Index of a frame whose exposure is unknown too, or None.
+        free_frame: Index of a frame whose exposure is also unknown, or None.
         start: (16,) float64. `RecoveredCurve.unknowns` to start from, or None for sRGB.
         hold: Strength with which the unknowns are kept near the start.
 
@@ -106,7 +106,7 @@ def recover_curve(
 
 
 class _Problem:
-    """Gauss-Newton fit of the log local gamma, and of one exposure if it is free."""
+    """A Gauss-Newton fit of the log local gamma, and of one exposure if a frame is free."""
 
     def __init__(
         self, matches: CodeMatches, stops: Sequence[float], free_frame: int | None
@@ -127,7 +127,7 @@ class _Problem:
             self.sign = (matches.bright == free_frame) * 1.0 - (matches.dark == free_frame)
 
     def curve(self, gamma: Float64) -> tuple[Float64, Float64]:
-        """Return the log2 exposure of codes 1 to 255, and its derivatives.
+        """Return the log2 exposure of codes 1 to 255 and its derivatives.
 
         The derivatives are with respect to the unknowns.
         """
@@ -155,7 +155,7 @@ class _Problem:
         return self.dark_code - prediction, change / per_code
 
     def penalty(self, hold: float) -> tuple[Float64, Float64]:
-        """Return the quadratic forms of the unknowns, and of their distance from the start."""
+        """Return the quadratic forms of the unknowns and of their distance from the start."""
         size = _NODES + (self.sign is not None)
         bend = np.diff(np.eye(_NODES), 2, axis=0)
         lean = np.diff(np.eye(_NODES), 1, axis=0)
@@ -222,12 +222,12 @@ _LEAST_RISE: Final = 0.2  # minimum rise between two codes, as a fraction of sRG
 def recover_own_curves(
     matches: CodeMatches, stops: Sequence[float]
 ) -> tuple[Float64, tuple[float, ...]]:
-    """Recover a response curve for each frame, in order of decreasing exposure.
+    """Recover a response curve for each frame, given in order of decreasing exposure.
 
     Returns:
-        The linear light of each code of each frame, (K, 3, 256) float64, and the corresponding
-        exposures at which each frame saturates. The light rises from 0 to 1, is equal for all
-        channels, and is 1 from the code in `CodeMatches.whites` on.
+        The linear light of each code in each frame, (K, 3, 256) float64, and the corresponding
+        exposure at which each frame saturates. The light increases from 0 to 1, is the same for all
+        channels, and is 1 from the code in `CodeMatches.whites` upwards.
     """
     frames = len(stops)
     white = np.minimum(matches.whites or [255] * frames, 255)
@@ -251,7 +251,7 @@ def recover_own_curves(
 
 
 def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, Float64, Float64]:
-    """Return the design matrix, (R, unknowns), the right side, (R,), and the variances, (R,)."""
+    """Return the design matrix, (R, unknowns), the right-hand side and the variances, (R,) each."""
     hats, base = _hats(), np.log2(srgb_table()[1:])
     bright = matches.code - 1
     dark = np.clip(matches.dark_code, 1.0, 255.0)
@@ -270,7 +270,7 @@ def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, F
 
 
 def _hats() -> Float64:
-    """Return the weight of each node at each code from 1 on, (255, nodes)."""
+    """Return the weight of each node at each code from 1 upwards, (255, nodes)."""
     codes = np.arange(1, 256) / 255.0
     place = np.log1p(codes / _TOE) / np.log1p(1.0 / _TOE)
     nodes = np.linspace(0.0, 1.0, _OWN_NODES)
@@ -278,7 +278,7 @@ def _hats() -> Float64:
 
 
 def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
-    """Return the prior's quadratic form and pull, for the code at which each frame clips."""
+    """Return the prior's quadratic form and pull, given the code at which each frame clips."""
     frames = len(white)
     bend = np.diff(np.eye(_OWN_NODES), 2, axis=0)
     form = np.kron(np.eye(frames), bend.T @ bend / _BENDS**2 + np.eye(_OWN_NODES) / _DEPARTS**2)
@@ -288,7 +288,7 @@ def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
 
 
 def _rising(logs: Float64, base: Float64) -> Float64:
-    """Make every curve rise, working from the middle towards both ends."""
+    """Force every curve to rise, working from the middle towards both ends."""
     least = _LEAST_RISE * np.diff(base)
     rise = np.maximum(np.diff(logs, axis=1), least)
     middle = logs.shape[1] // 2
