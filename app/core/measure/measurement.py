@@ -25,7 +25,7 @@ from app.core.measure.read.frame import Bracket, MergedLight
 
 
 class WayFacts(Protocol):
-    """Facts that only one way of measuring provides."""
+    """Facts that only one measuring method provides."""
 
     def facts(self) -> dict[str, Any]:
         """Return the facts as a dictionary for JSON."""
@@ -37,19 +37,19 @@ _Facts = TypeVar("_Facts")
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """The light at a place, its reliability and how it was measured.
+    """The light at a place, how reliable it is and how it was measured.
 
     Attributes:
-        way: Key of the way of measuring, as in `ways.WAYS`.
-        bracket: The frames in use, with their true exposures, or no frames for a video.
+        way: Key of the measuring method, as in `ways.WAYS`.
+        bracket: The frames in use, with their true exposures. For a video, there are no frames.
         finished: The light, its lamps and sun, and the answers that depend on clipping.
-        warnings, notes: Possible problems, and a record of the steps that were taken.
+        warnings, notes: Remarks on possible problems, and a record of the steps that were taken.
         display: (h, w, 3) uint8 sRGB. The panorama as measured, or an empty array if the pictures
             do not form a panorama.
-        blind: Fraction of the sphere in gaps, which were filled.
+        blind: Fraction of the sphere that lay in gaps, which were filled.
         left_out: Files that were left out because they do not belong to the series.
-        response, alignments, lays, levelling, motion: Results of the steps of merging.
-        own: Facts that only this way of measuring provides, or None.
+        response, alignments, lays, levelling, motion: Results of the individual steps of the merge.
+        own: Facts that only this measuring method provides, or None.
     """
 
     way: str
@@ -74,7 +74,7 @@ class Measurement:
 
     @property
     def rough(self) -> bool:
-        """Whether the light comes from a single photo, so that clipped light is estimated."""
+        """Whether the light comes from a single photo, in which case clipped light is estimated."""
         return len(self.bracket.frames) == 1
 
     @property
@@ -83,11 +83,11 @@ class Measurement:
         return kept_shares(self.merged.clipped if self.rough else None, self.finished.unseen)
 
     def of(self, kind: type[_Facts]) -> _Facts | None:
-        """Return the facts of one way, or None if the light was measured in another way."""
+        """Return the facts of one method, or None if the light was measured in another way."""
         return self.own if isinstance(self.own, kind) else None
 
     def environment(self, name: str) -> Environment:
-        """Return the light as an environment for solving.
+        """Return the light as an environment that can be solved.
 
         Raises:
             EnvironmentFileError: If the picture is not a panorama or is entirely black.
@@ -102,7 +102,7 @@ class Measurement:
 
 
 Entry: TypeAlias = Callable[[Sequence[Path], MeasureOptions, Token, Report], Measurement]
-"""Function that measures light from files, or from one folder of files.
+"""A function that measures light from files, or from one folder of files.
 
 It raises `ProbeError` (one sentence and a hint) if the files are unsuitable or an option cannot be
 applied, `CoreError` if a file cannot be read, and `Cancelled` if the token is cancelled.

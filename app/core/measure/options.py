@@ -1,4 +1,4 @@
-"""Options of a measurement: those that all ways of measuring share, and those of one way."""
+"""The options of a measurement: those that all methods share and those of a single method."""
 
 from __future__ import annotations
 
@@ -19,36 +19,36 @@ _Own = TypeVar("_Own", bound="WayOptions")
 
 
 class WayOptions:
-    """Base class for the options of one way of measuring."""
+    """Base class for the options of one measuring method."""
 
     __slots__ = ()
 
     @property
     def more_files(self) -> tuple[Path, ...]:
-        """Further files to read."""
+        """Additional files to read."""
         return ()
 
 
 @dataclass(frozen=True, slots=True)
 class MeasureOptions:
-    """Options of a measurement.
+    """The options of a measurement.
 
     Attributes:
-        times: Exposure times in seconds, in the order of the files, to use in place of those in
-            EXIF.
-        response: How to obtain the tone curve: automatically, as sRGB, or recovered from the
-            frames.
+        times: Exposure times in seconds that replace those in EXIF, in the order of the files.
+        response: How to obtain the tone curve: choose automatically, assume sRGB, or recover it
+            from the frames.
         weights: How to weight the frames in the merge.
         full: Whether to merge the frames at full size.
         sun: Sky to assume when restoring a clipped sun, or "leave" to leave the sun clipped.
-        gains, lux: Stops to add to each lamp, and the illuminance of each lamp in lux as measured
-            with a light meter. Both are keyed by the lamp's letter.
+        gains, lux: Stops by which to brighten each lamp, and the illuminance of each lamp in lux as
+            measured with a light meter, respectively. Both are keyed by the lamp's letter.
         masks: Areas to fill.
-        alone: Whether to accept a single panorama, which gives only a rough answer.
-        sort_out: Whether to leave out files that do not belong to the bracket, as for a folder.
+        alone: Whether to accept a single panorama, which yields only a rough answer.
+        sort_out: Whether to leave out files that do not belong to the bracket, as is done in a
+            folder.
         mirrored: Whether the files are mirror images, as selfies from some phones are.
         pack: Styles that the clip audit checks, or None for those of the generic head.
-        own: Options of the chosen way of measuring, or None for its defaults.
+        own: Options of the chosen measuring method, or None for its defaults.
     """
 
     times: tuple[float, ...] | None = None
@@ -71,5 +71,5 @@ class MeasureOptions:
         return self.pack or load_named_pack(HEAD)
 
     def of(self, kind: type[_Own]) -> _Own:
-        """Return the options of one way of measuring, or its defaults if none are set."""
+        """Return the options of one measuring method, or its defaults if none are set."""
         return self.own if isinstance(self.own, kind) else kind()

@@ -1,4 +1,4 @@
-"""The table of ways to measure light, and the function that measures with one of them."""
+"""The table of measuring methods, and the function that measures light with one of them."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from app.core.measure.single import measure as single
 
 @dataclass(frozen=True, slots=True)
 class MeasuringWay:
-    """One way to measure light.
+    """One method of measuring light.
 
     Attributes:
-        endings: File suffixes that the way accepts, in lower case.
+        endings: File suffixes that the method accepts, in lower case.
         most: Maximum number of files.
-        on_wish: Whether the user has to choose this way, because the files do not reveal it.
+        on_wish: Whether the user has to choose this method because the files do not reveal it.
     """
 
     key: str
@@ -37,7 +37,7 @@ class MeasuringWay:
     on_wish: bool = False
 
     def takes(self, file: Path) -> bool:
-        """Return whether this way accepts a file, judging by the suffix."""
+        """Return whether this method accepts a file, judging by the file's suffix."""
         return file.suffix.lower() in self.endings
 
 
@@ -54,15 +54,15 @@ WAYS: Final = {
         MeasuringWay("photos", photos.measure, _PICTURES, 200, on_wish=True),
     )
 }
-"""All ways by key, which is also the name of the package that measures in that way."""
+"""All measuring methods by key. The key is also the name of the package for that method."""
 
 
 def way_of(files: Sequence[Path], wish: str) -> MeasuringWay | None:
-    """Choose a way to measure by the files' names, or return None if no way accepts them.
+    """Choose a measuring method by the files' names, or return None if no method accepts them.
 
     Args:
-        wish: Key of the preferred way, which is chosen if it accepts any of the files. An unknown
-            key is ignored.
+        wish: Key of the preferred method, which is chosen if it accepts any of the files. An
+            unknown key is ignored.
     """
     choice = WAYS.get(wish)
     if choice is not None and any(choice.takes(file) for file in files):

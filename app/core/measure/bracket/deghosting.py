@@ -350,7 +350,7 @@ def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> B
 
 
 def _outvoted(against: Bools) -> tuple[Bools, float]:
-    """Leave out, pixel by pixel, whichever frame contradicts the most others, and repeat.
+    """Repeatedly leave out, pixel by pixel, the frame that contradicts the most others.
 
     Returns:
         A mask of the frames left out, (K, h, w) bool, and the fraction of the contradicting pixels

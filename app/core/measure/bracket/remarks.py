@@ -243,7 +243,7 @@ class FramesContradict(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MovedPart:
-    """Position of a moved part, as azimuth and elevation in degrees, or column and row, 0 to 1."""
+    """Position of a moved part: azimuth and elevation in degrees, or column and row, 0 to 1."""
 
     across: float
     up: float

@@ -48,7 +48,7 @@ class Beside:
 
     @property
     def typical_deg(self) -> int | None:
-        """Median difference of the turns in whole degrees, or None if no style is in both."""
+        """The median difference of the turns in whole degrees, or None if they share no style."""
         apart = np.abs([*self.apart_deg.values()])
         return round(float(np.median(apart))) if self.apart_deg else None
 

@@ -219,7 +219,7 @@ def audit(
 def _verdict(
     changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
 ) -> tuple[Remark, ...]:
-    """Report the styles in doubt, and how much brighter the light would have to be."""
+    """Report the styles in doubt and the extra stops of light that would affect them."""
     names = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
     if bound <= 0:
         if restoration is None or restoration.light is None or not names:

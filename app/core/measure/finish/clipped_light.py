@@ -151,7 +151,7 @@ def rough_audit(
 
 
 def doubts(choice: Choice) -> Float64:
-    """Return how much each style's turn, (S,), under the first light depends on the others."""
+    """Return how much each style's turn under the first light, (S,), depends on the others."""
     turns = choice[0].turns
     loss = given_up(choice[1:], turns)
     areas = loss[_WHOLE:].mean(axis=0) if len(loss) > _WHOLE else np.zeros(len(turns))
@@ -161,7 +161,7 @@ def doubts(choice: Choice) -> Float64:
 
 
 def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
-    """Return alternatives, (h, w, 3) each: likely, as it looks, brighter, glowing, and by area."""
+    """Return the alternatives, (h, w, 3) each: likely, as it looks, brighter, glowing, by area."""
     columns = min(looks.radiance.shape[1], _COLUMNS)
     white, coloured = _shares(looks.radiance, looks.clipped)
     planes = looks.radiance, likely.radiance, white, coloured

@@ -102,7 +102,7 @@ def finish(
     """Apply the user's corrections to a merged panorama and audit the result.
 
     Args:
-        foot: Azimuth and elevation of the foot on which the camera stands, in degrees.
+        foot: Azimuth and elevation, in degrees, of the camera's own downward direction.
         room_stops: How many stops below its darkest frame the camera can go, or None if unknown.
         alone: Name of the photo if there is only one.
         blind: (H, W). Mask that is 1 where the light was filled in because no frame shows it.

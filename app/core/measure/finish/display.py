@@ -1,7 +1,7 @@
 """Render panoramas for display, with marks for clipping and masks.
 
-The tones are those of `app.core.base.colour.tone_map`, computed band by band so that the display of
-a panorama 2,048 pixels wide keeps up with an exposure slider. Pictures here are sRGB bytes.
+The tones are those of `app.core.base.colour.tone_map`, computed band by band. This is fast enough
+for a panorama 2,048 pixels wide to keep up with an exposure slider. Pictures here are sRGB bytes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from app.core.base.colour import FloatImage
 from app.core.measure.read.resampling import wrapped_blur
 
 WIDTH: Final = 2048
-"""Number of columns of a panorama for display."""
+"""Number of columns in a panorama for display."""
 
 _BAND_ROWS: Final = 32
 _STEPS: Final = 32767  # fine enough that the steepest part of the sRGB curve shifts by 0.1 byte
@@ -27,11 +27,11 @@ _HATCH: Final = 12  # distance between lines in pixels, at 2,048 columns
 _INK: Final = (0x10, 0x10, 0x10)
 _PAPER: Final = (0xF5, 0xF5, 0xF5)
 MASK_COLOUR: Final = (0x2E, 0x86, 0xC8)
-"""Colour of masked areas in sRGB."""
+"""The colour of masked areas, in sRGB."""
 
 
 def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
-    """Return the display gain of a linear panorama, (H, W, 3), including an offset in stops."""
+    """Return the display gain for a linear panorama, (H, W, 3), including an offset in stops."""
     # Pick the few thousand texels that the rule itself would use before computing luminance.
     rows = max(radiance.shape[0] // 64, 1)
     columns = max(radiance.shape[1] // 128, 1)
@@ -44,12 +44,13 @@ def display_panorama(
 ) -> Bytes:
     """Convert a linear panorama, (H, W, 3), to sRGB, (rows, width, 3).
 
-    The result is within one step of `app.core.base.colour.tone_map` of the same texels.
+    The result differs by at most one step from that of `app.core.base.colour.tone_map` for the same
+    texels.
 
     Args:
         exposure_stops: Stops by which to brighten (positive) or darken (negative) the picture,
             relative to the automatic exposure.
-        width: Number of columns. The rows follow from the proportions.
+        width: Number of columns. The number of rows follows from the proportions.
     """
     gain = display_gain(radiance, exposure_stops)
     if radiance.shape[1] != width:
@@ -68,12 +69,12 @@ def display_panorama(
 def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) -> Bytes:
     """Return a copy of a picture with the clipped areas hatched in black and white.
 
-    Marks are at least two pixels wide, so that a clipped point is visible too.
+    The hatched marks are at least two pixels wide, so even a single clipped point is visible.
 
     Args:
         display: (h, w, 3) uint8. Picture in sRGB.
-        clipped: (H, W), of any size with the same proportions. Clipped fraction of each texel, 0 to
-            1.
+        clipped: (H, W), of any size with the same proportions. The clipped fraction of each texel,
+            0 to 1.
     """
     picture = display.copy()
     size = (display.shape[1], display.shape[0])
@@ -97,8 +98,8 @@ def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
 
     Args:
         display: (h, w, 3) uint8. Picture in sRGB.
-        mask: (H, W), of any size with the same proportions. Fraction of the light to remove, 0 to
-            1.
+        mask: (H, W), of any size with the same proportions. The fraction of the light to remove, 0
+            to 1.
     """
     size = (display.shape[1], display.shape[0])
     share = cv2.resize(np.asarray(mask, np.float32), size, interpolation=cv2.INTER_AREA)

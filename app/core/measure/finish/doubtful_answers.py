@@ -1,15 +1,15 @@
-"""Find answers that depend on missing light, either clipped or in gaps.
+"""Find the answers that depend on missing light, whether it is clipped or in gaps.
 
 The same rule applies to a photo, a file with a clipped lamp and a stitched panorama with a gap. The
-light is changed in all plausible ways, and a style whose answer changes with the light is in doubt.
+light is changed in every plausible way, and a style whose answer changes with it is in doubt.
 
-Clipped light is assumed brighter as in `measure.finish.clipped_light`: all of it by some stops, the
-middle of each white area more than its edge, and one of the largest areas alone.
+Clipped light is assumed to be brighter, as in `measure.finish.clipped_light`: all of it by several
+stops, the middle of each white area more than its edge, or one of the largest areas alone.
 
-Gaps are filled from their surroundings. In reality they may be dark or several times as bright, or
-hide a lamp in any direction, which below the horizon is a weak one. The strengths were chosen so
-that of the styles whose answer differs from that of the whole panorama, 96% are in doubt (see
-`benchmarks/light/marred_panoramas.py`).
+Gaps are filled from their surroundings. In reality, they may be dark or several times as bright, or
+they may hide a lamp in any direction, although only a weak one below the horizon. The strengths
+were chosen so that 96% of the styles whose answer differs from the answer for the whole panorama
+are in doubt (see `benchmarks/light/marred_panoramas.py`).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _GROUND_ROW: Final = 3  # first row at least 45 degrees below the horizon
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """Styles whose turn or grade depends on clipped light, and those that depend on gaps."""
+    """The styles whose turn or grade depends on clipped light, and those that depend on gaps."""
 
     clipped: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
@@ -63,7 +63,7 @@ def doubt_of(
     pack: StylePack,
     objective: Objective = "picture",
 ) -> Doubt | None:
-    """Return the doubtful styles of an environment, or None if all its light was measured."""
+    """Return the doubtful styles in an environment, or None if all of its light was measured."""
     if environment.clipped is None and environment.unseen is None and not environment.rough:
         return None
     radiance = bounded(environment.radiance, _COLUMNS)
@@ -85,7 +85,7 @@ def doubt_of(
 
 
 def _by_clipping(light: MergedLight, rough: bool, pack: StylePack, objective: Objective) -> Bools:
-    """Return a mask of styles that depend on clipped light; `rough` light is already brightened."""
+    """Return a mask of the styles that depend on clipped light. `rough` is already brightened."""
     shape = pack.header.environment
     if rough:
         lights = guesses(dimmed(light), light)
@@ -99,7 +99,7 @@ def _by_clipping(light: MergedLight, rough: bool, pack: StylePack, objective: Ob
 
 
 def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective) -> Bools:
-    """Return a mask of styles that depend on the gaps, (H, 2 H), 0 to 1."""
+    """Return a mask of the styles that depend on the gaps, given as `unseen`, (H, 2 H), 0 to 1."""
     shape = pack.header.environment
     whole = reduce_light(radiance, shape)
     gap = reduce_light(radiance * unseen[..., None], shape)
@@ -110,11 +110,11 @@ def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: 
 
 
 def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
-    """Return the light that gaps may hide, (h, w) each, everywhere in the gaps and by block.
+    """Return the light that gaps may hide, (h, w) each, throughout the gaps and by block.
 
     Args:
-        cover: (h, w) float32. Fraction of each texel in a gap.
-        light: (h, w, 3) float32. Light of the panorama.
+        cover: (h, w) float32. The fraction of each texel that is in a gap.
+        light: (h, w, 3) float32. The light of the panorama.
     """
     height, width = cover.shape
     areas = np.repeat(solid_angles((height, width))[:, None], width, axis=1)
@@ -133,14 +133,14 @@ def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
 
 
 def _strength(row: int, gap: float) -> float:
-    """Return the fraction of all light that a lamp adds in a block, given the block's gap."""
+    """Return the fraction of all light that a lamp in a block's gap adds."""
     return (_GROUND_LAMP if row >= _GROUND_ROW else _LAMP) * min(
         max(2.0 * gap, _LEAST_STRENGTH), 1.0
     )
 
 
 def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
-    """Return a lamp of a few texels in the middle of a block's gap."""
+    """Return a lamp a few texels in size, in the middle of a block's gap."""
     weight = gap * areas
     row = round(float((weight.sum(axis=1) @ np.arange(len(gap))) / weight.sum()))
     column = round(float((weight.sum(axis=0) @ np.arange(gap.shape[1])) / weight.sum()))

@@ -1,11 +1,11 @@
-"""Find a place's lamps, windows and clipping, for lists and advice.
+"""Find a place's lamps, windows and clipping, for use in lists and advice.
 
-Directions are those of the panorama, as seen by a sitter who faces the photographer (azimuth 0). In
-front is the photographer's side, and right is the sitter's right side.
+Directions are those of the panorama, as seen by a sitter who faces the photographer (azimuth 0).
+The front is the photographer's side, and right is the sitter's right side.
 
-A reopened place, or a panorama from another source, has no clip mask from a merge. If the bracket
-is known, so is the level at which the darkest frame clipped. That level is sufficient, since light
-at that level may have been brighter.
+A reopened place or a panorama from another source has no clip mask from a merge. However, if the
+bracket is known, so is the level at which the darkest frame clipped. That level is sufficient,
+since light at that level may have been brighter.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _SMALL: Final = (64, 128)
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """Properties of the surroundings above and below the horizon, for naming lights."""
+    """Properties of the surroundings above and below the horizon, used to name lights."""
 
     mean: float
     height: int
@@ -86,8 +86,8 @@ def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -
     """Classify a light.
 
     Args:
-        blueness: Blue over red in the light.
-        alone: Whether this light provides most of the light from all lamps in the place.
+        blueness: Ratio of blue to red in the light.
+        alone: Whether this light provides most of the light that comes from lamps in the place.
     """
     width = 2 * place.height
     top = 90.0 - 180.0 * float(light.texels.min() // width) / place.height
@@ -121,7 +121,7 @@ def sources_of(
     sun: Light | None = None,
     grid: LightGrid | None = None,
 ) -> tuple[Source, ...]:
-    """Classify the lights of a place, where `sun` is the one already identified as the sun."""
+    """Classify the lights in a place. `sun` is the light already identified as the sun, if any."""
     grid = light_grid(merged) if grid is None else grid
     place, total = surroundings_of(merged, grid), sum(light.share for light in lights)
     sun_id = None if sun is None else sun.id
@@ -135,7 +135,7 @@ def sources_of(
 
 
 def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
-    """Return blue over red in the middle of a light."""
+    """Return the ratio of blue to red in the middle of a light."""
     rows, columns = radiance.shape[:2]
     height, width = grid.luminance.shape
     row, column = np.divmod(light.texels, width)
@@ -147,10 +147,10 @@ def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
 
 
 def darker_frames(light: Light, merged: MergedLight, kind: str) -> int:
-    """Estimate how many more frames, each 2 EV darker, it would take to capture a clipped light.
+    """Estimate how many more frames, each 2 EV darker, are needed to capture a clipped light.
 
-    If absolute luminance is known, the number follows from the upper limit for such lights,
-    otherwise from experience.
+    If absolute luminance is known, the number follows from the upper limit for lights of this kind.
+    Otherwise, it is based on experience.
     """
     lamp = kind == "lamp" or light.diameter_deg <= 12.0
     if merged.cd_m2 is None:
@@ -166,11 +166,12 @@ def advise(
     room_stops: float | None,
     maybe: str = "",
 ) -> tuple[Remark, ...]:
-    """Return the advice of a clip audit, or nothing if nothing is clipped.
+    """Return the advice from a clip audit, or an empty tuple if nothing is clipped.
 
     Args:
-        room_stops: How many stops darker the camera can go, or None if unknown.
-        maybe: ID of the lamp that would be the sun if the exposure of the frames were known, or "".
+        room_stops: How many stops below its darkest frame the camera can go, or None if unknown.
+        maybe: ID of the lamp that would count as the sun if the exposure of the frames were known,
+            or "" if there is none.
     """
     clipped = [light for light in lights if light.clipped]
     if not clipped:
@@ -219,7 +220,7 @@ class LampFinding:
         kind: Kind of source, from `source_of`.
         azimuth_deg, elevation_deg: Centre of the light, in degrees.
         diameter_deg: Diameter of the disc with the same solid angle, in degrees.
-        share: Fraction of the place's light, 0 to 1, which is a lower bound if the lamp is clipped.
+        share: Fraction of the place's light, 0 to 1. This is a lower bound if the lamp is clipped.
     """
 
     letter: str
@@ -233,12 +234,12 @@ class LampFinding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
-    """Lamps and clipping of a place.
+    """The lamps and the clipping in a place.
 
     Attributes:
         clipped: (512, 1024) float32. Clipped fraction of each texel, or None if no clipping is
             known.
-        map: (h, w) int8. Index of each texel's lamp, or -1 for none.
+        map: (h, w) int8. Index of each texel's lamp, or -1 where there is none.
     """
 
     lamps: tuple[LampFinding, ...] = ()
@@ -268,12 +269,12 @@ class Findings:
 
     @property
     def clipped_lamps(self) -> tuple[LampFinding, ...]:
-        """The clipped lamps, largest share first."""
+        """The clipped lamps, in descending order of their share of the light."""
         return tuple(lamp for lamp in self.lamps if lamp.clipped)
 
     @property
     def light(self) -> str:
-        """Main kind of light: "sun", "lamp", "lamps", "window" or "soft"."""
+        """The main kind of light: "sun", "lamp", "lamps", "window" or "soft"."""
         shares = dict.fromkeys(("sun", "lamp", "window"), 0.0)
         for lamp in self.lamps:
             if lamp.kind in shares:
@@ -286,13 +287,13 @@ class Findings:
 
 
 def clip_level(stops: Sequence[float]) -> float | None:
-    """Return the radiance at which a bracket's darkest frame clips, or None for no frames.
+    """Return the radiance at which a bracket's darkest frame clips, or None without frames.
 
     Args:
         stops: True exposures in stops, relative to any common exposure.
 
     Returns:
-        The radiance in the unit of the bracket's merge.
+        The radiance, in the unit of the bracket's merged light.
 
     >>> clip_level([2.0, 0.0, -2.0])
     4.0
@@ -303,7 +304,7 @@ def clip_level(stops: Sequence[float]) -> float | None:
 
 
 def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
-    """Return a mask, (H, W), of clipped texels of a panorama, (H, W, 3).
+    """Return a mask, (H, W), of the clipped texels in a panorama, (H, W, 3).
 
     Args:
         level: Result of `clip_level`, or None if nothing is clipped. Texels whose largest channel
@@ -320,11 +321,11 @@ def find(
     cd_m2: float | None = None,
     clipped: Float32 | None = None,
 ) -> Findings:
-    """Find the lamps and the clipping of a place, (H, 2 H, 3) linear Rec. 709.
+    """Find the lamps and the clipping in a place, (H, 2 H, 3) in linear Rec. 709.
 
     Args:
-        level: Radiance at which the light clips (`clip_level`), or None if unknown.
-        cd_m2: Luminance of radiance 1, or None if unknown.
+        level: Radiance at which the light clips (see `clip_level`), or None if unknown.
+        cd_m2: Luminance of a radiance of 1, in cd/m2, or None if unknown.
         clipped: (H, 2 H) float32. Clipped fraction of each texel, or None if unknown.
     """
     clipping = clipped_share(radiance, level) if clipped is None else clipped

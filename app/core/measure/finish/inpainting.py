@@ -1,6 +1,6 @@
 """Fill masked areas from the surrounding light.
 
-Under a mask, the radiance becomes a membrane, which is the harmonic function with the values around
+Under a mask, the radiance becomes a membrane: the harmonic function that takes on the values around
 the mask (Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is
 solved on a stereographic chart of the sphere, where harmonic functions stay harmonic, so the poles
 and the panorama's seam need no special treatment. A harmonic function is nowhere brighter or darker
@@ -25,7 +25,7 @@ from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
 FEATHER_DEG: Final = 1.5
-"""Width outside the mask, in degrees, over which the picture fades into the filling."""
+"""Width of the band outside the mask, in degrees, over which the picture fades into the filling."""
 
 _MOST: Final = 0.9
 _TOUCHED: Final = 0.02
@@ -41,14 +41,14 @@ _LAMP_RATIO: Final = 2.0
 def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> MergedLight:
     """Replace masked light, (H, W) float32, with light interpolated from its surroundings.
 
-    The light is removed completely where the mask is 1. Texels masked by more than 2% are replaced
-    at least in proportion to the mask, which fades out over `FEATHER_DEG` around them. So that a
-    lamp that touches the mask does not spread into it, the surrounding light is limited to
-    `lamp_ratio` times its own upper quartile, keeping the hue. Filled areas count as neither
+    The light is removed completely where the mask is 1. Texels that are masked by more than 2% are
+    replaced at least in proportion to the mask, which fades out over `FEATHER_DEG` around them. To
+    prevent a lamp that touches the mask from spreading into it, the surrounding light is limited to
+    `lamp_ratio` times its own upper quartile, keeping its hue. Filled areas count as neither
     clipped nor dark. An empty mask changes nothing.
 
     Raises:
-        ProbeError: If the light is not a full panorama, the mask has another size, or the mask
+        ProbeError: If the light is not a full panorama, the mask has a different size, or the mask
             leaves less than a tenth of the sphere to fill from.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
@@ -74,7 +74,7 @@ def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO)
 def components(area: Bools) -> list[Bools]:
     """Split an area of a panorama, (H, W), into connected parts, largest first.
 
-    Parts that meet at the seam or at a pole count as one.
+    Parts that meet at the seam or at a pole count as one part.
     """
     count, labels = cv2.connectedComponents(area.astype(np.uint8), connectivity=8)
     pairs = {(int(a), int(b)) for a, b in zip(labels[:, 0], labels[:, -1], strict=True)}
@@ -127,7 +127,7 @@ def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatIma
 
 
 def _coarse(mask: FloatImage) -> Bools:
-    """Reduce a mask to at most `_COARSE` columns, including every texel that it touches."""
+    """Reduce a mask to at most `_COARSE` columns, including every texel that the mask touches."""
     near_mask = (mask > _TOUCHED).astype(np.float32)
     step = -(-near_mask.shape[1] // _COARSE)
     if step == 1:
@@ -137,7 +137,7 @@ def _coarse(mask: FloatImage) -> Bools:
 
 
 def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
-    """Choose a chart around a masked part with some of its surroundings."""
+    """Choose a chart that covers a masked part and some of its surroundings."""
     size = (part.shape[0], part.shape[1])
     every = directions(size).astype(np.float64)
     inside = every[part]
@@ -226,7 +226,7 @@ def _blend(
     mask: FloatImage,
     arrays: tuple[FloatImage, FloatImage, FloatImage],
 ) -> None:
-    """Blend the filling into the panorama's arrays, in place."""
+    """Blend the filling into the panorama's arrays, which are changed in place."""
     shape = (mask.shape[0], mask.shape[1])
     for rows in _row_bands(chart, shape):
         column, row = chart.place(shape, rows)
@@ -243,7 +243,7 @@ def _blend(
 
 
 def _row_bands(chart: Chart, shape: tuple[int, int]) -> list[slice]:
-    """Return the rows that the chart covers, in bands."""
+    """Return the rows of the panorama that the chart covers, in bands."""
     top_deg = min(chart.centre[1] + chart.reach_deg * 1.05, 90.0)
     low_deg = max(chart.centre[1] - chart.reach_deg * 1.05, -90.0)
     first = int((90.0 - top_deg) / 180.0 * shape[0])

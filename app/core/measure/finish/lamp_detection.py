@@ -1,9 +1,10 @@
 """Detect a place's lamps, which are bright regions of the panorama, named A, B, C ...
 
-A lamp is a connected region that is more than four times as bright as the mean of the sphere, and
-within a factor of eight of its own peak, so that the sun does not include the glow around it. Light
-that is clipped in every frame belongs to a lamp regardless of the threshold. The panorama is first
-reduced to 512 x 256 texels (of 0.7 degrees), and wraps at its seam.
+A lamp is a connected region that is more than four times as bright as the mean of the sphere and
+within a factor of eight of its own peak. The second condition keeps the glow around the sun from
+counting as part of the sun. Light that is clipped in every frame belongs to a lamp regardless of
+the threshold. The panorama is first reduced to 512 x 256 texels of 0.7 degrees each, and it wraps
+around at its seam.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from app.core.text import tr
 Int32: TypeAlias = NDArray[np.int32]
 
 MAX_LIGHTS: Final = 12
-"""Maximum number of named lamps. The others count as the place's general light."""
+"""Maximum number of named lamps. All others count as part of the place's general light."""
 
 _GRID: Final = (256, 512)
 _ABOVE_MEAN: Final = 4.0
@@ -39,15 +40,15 @@ _HIDDEN: Final = 64.0  # six stops by which a clipped lamp may be brighter than 
 
 
 Source: TypeAlias = Literal["sun", "lamp", "window", "wall", "ground", "sky", "above", "area"]
-"""Kind of light. "above" is sky or ceiling, and "area" is not identified by its direction."""
+"""Kind of light. "above" is sky or a ceiling, and "area" is not identified by its direction."""
 
 
 @dataclass(frozen=True, slots=True)
 class LightGrid:
-    """A panorama reduced to (h, w), at most 256 x 512, for finding lamps.
+    """A panorama reduced to (h, w), at most 256 x 512, in which lamps are detected.
 
     Attributes:
-        luminance: (h, w) float32. Luminance in the unit of the panorama.
+        luminance: (h, w) float32. Luminance, in the unit of the panorama.
         clipped: (h, w) float32. Fraction of each texel that is clipped in every frame.
         loss: (h, w) float32. Luminance that clipping may have lost.
         solid_angle: (h, 1) float64. Solid angle of one texel in each row, in steradians.
@@ -60,12 +61,12 @@ class LightGrid:
 
     @property
     def energy(self) -> Float64:
-        """Luminance times solid angle, (h, w) float64."""
+        """The product of luminance and solid angle, (h, w) float64."""
         return self.luminance * self.solid_angle
 
     @property
     def total(self) -> float:
-        """Luminance integrated over the sphere."""
+        """The luminance, integrated over the sphere."""
         rows = self.luminance.sum(axis=1, dtype=np.float64)
         return float(rows @ self.solid_angle[:, 0])
 
@@ -78,10 +79,10 @@ class Light:
         id: "A" for the lamp with the most light, then "B" ...
         azimuth_deg, elevation_deg: Centre of the light, in degrees.
         diameter_deg: Diameter of the disc with the same solid angle, in degrees.
-        roundness: 1 for a disc, less for a long or scattered shape. It is the second moment of a
-            disc with the same solid angle, divided by that of the light.
+        roundness: The second moment of a disc with the same solid angle, divided by that of the
+            light. The value is 1 for a disc and less for an elongated or scattered shape.
         share: Fraction of the place's light, 0 to 1.
-        surround: Luminance around the light.
+        surround: Luminance of the area around the light.
         texels: (N,) int32. Flat indices into the grid of `light_grid`.
     """
 
@@ -123,7 +124,7 @@ def light_grid(merged: MergedLight) -> LightGrid:
 
 
 def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Light, ...]:
-    """Return a place's lamps, at most `MAX_LIGHTS`, by descending share of the light.
+    """Return at most `MAX_LIGHTS` of a place's lamps, in descending order of their light.
 
     There are none if no direction stands out.
 
@@ -157,7 +158,7 @@ def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Lig
 
 
 def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
-    """Return a mask, (H, W), of a light's texels on the panorama in which it was found."""
+    """Return a mask, (H, W), of a light's texels in the panorama in which it was detected."""
     height, width = shape[0], shape[1]
     grid = np.zeros((min(height, _GRID[0]), min(width, _GRID[1])), np.uint8)
     grid.reshape(-1)[light.texels] = 1
@@ -167,7 +168,7 @@ def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
 def spread_of(
     shape: tuple[int, int], texels: NDArray[np.integer[Any]], weights: Float64
 ) -> tuple[float, float, float]:
-    """Return the centre and spread of weighted texels, (N,) flat indices, on a panorama.
+    """Return the centre and the spread of weighted texels, (N,) flat indices, in a panorama.
 
     Args:
         shape: Rows and columns of the panorama.
@@ -175,8 +176,8 @@ def spread_of(
 
     Returns:
         The azimuth and elevation, in degrees, of the weighted sum of the unit vectors, and the mean
-        squared distance from that direction in steradians, including the size of the texels. For an
-        even disc, it is half the squared radius.
+        squared distance from that direction in steradians, including the size of the texels. For a
+        uniform disc, this is half the squared radius.
     """
     height, width = shape
     row, column = np.divmod(texels, width)
@@ -201,7 +202,7 @@ def spread_of(
 
 
 def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
-    """Label the regions 1 .. count, with 0 for no lamp."""
+    """Label the regions from 1 to `count`, with 0 where there is no lamp."""
     level = _ABOVE_MEAN * total / (4.0 * np.pi)
     loss = grid.clipped > 0
     bright, count = components((grid.luminance > level) | loss)
@@ -221,7 +222,8 @@ def components(mask: Bools) -> tuple[Int32, int]:
         mask: (H, W) bool.
 
     Returns:
-        The labels, (H, W) int32, counted from 1 with 0 outside the mask, and the number of labels.
+        The labels, (H, W) int32, which start at 1 and are 0 outside the mask, and the number of
+        labels.
     """
     bridged = cv2.morphologyEx(
         wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
@@ -241,12 +243,12 @@ def components(mask: Bools) -> tuple[Int32, int]:
 
 
 def _sums(labels: Int32, values: Float64, count: int) -> Float64:
-    """Return the sum of the values for each label, with entry k for label k + 1."""
+    """Return the sum of the values for each label. Entry k is for label k + 1."""
     return np.asarray(np.bincount(labels.ravel(), values, count + 1)[1:], np.float64)
 
 
 def _members(labels: Int32, count: int) -> list[Int32]:
-    """Return the flat indices of each label's texels, with entry k for label k + 1."""
+    """Return the flat indices of each label's texels. Entry k is for label k + 1."""
     flat = labels.ravel()
     texels = np.flatnonzero(flat)
     order = texels[np.argsort(flat[texels], kind="stable")].astype(np.int32)

@@ -40,9 +40,9 @@ class MaskSpec:
     """The description of a mask.
 
     Attributes:
-        numbers: Angles in degrees: a cap's elevation, or a box's start and end azimuth (clockwise)
-            and its lowest and highest elevation.
-        path: File of a mask picture.
+        numbers: Angles in degrees: the elevation of a cap, or the start and end azimuth (clockwise)
+            and the lowest and highest elevation of a box.
+        path: Path of a mask picture, if any.
     """
 
     kind: MaskKind
@@ -51,7 +51,7 @@ class MaskSpec:
 
 
 def parse_mask(text: str) -> MaskSpec:
-    """Parse a mask option, without opening a mask picture yet.
+    """Parse a mask option without opening a mask picture yet.
 
     >>> parse_mask("nadir:-65")
     MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
@@ -59,7 +59,7 @@ def parse_mask(text: str) -> MaskSpec:
     Args:
         text: ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation),
             ``box:-20,20,-90,-40`` (start and end azimuth, clockwise, and lowest and highest
-            elevation), both in degrees, ``suggested``, or the name of a picture.
+            elevation), ``suggested``, or the name of a picture. All angles are in degrees.
 
     Raises:
         ProbeError: If the text is none of these, or a number is out of range.
@@ -78,10 +78,10 @@ def parse_mask(text: str) -> MaskSpec:
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
-    """Draw a mask at a panorama's size, (H, W) float32, which is 1 where light is removed.
+    """Draw a mask at a panorama's size, (H, W) float32. It is 1 where light is removed.
 
     Raises:
-        ProbeError: If a picture cannot be read, or for the kind ``suggested``.
+        ProbeError: If a picture cannot be read, or if the kind is ``suggested``.
     """
     if spec.kind == "nadir":
         return cap_mask(spec.numbers[0], shape)
@@ -96,7 +96,7 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
 
 
 def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
-    """Return the fraction of each texel's height, (H, W), that is below an elevation."""
+    """Return the fraction of each texel's height, (H, W), that lies below an elevation."""
     return box_mask(-180.0, 180.0, -90.0, elevation_deg, shape)
 
 
@@ -118,7 +118,7 @@ def box_mask(
 
 
 def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
-    """Read a mask, (H, W) float32 in 0..1, from a picture of any size. White areas are masked.
+    """Read a mask, (H, W) float32, 0 to 1, from a picture of any size. White areas are masked.
 
     The brightest colour channel counts, and transparency is ignored.
 
@@ -149,7 +149,7 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
 
 def check_picture_mask(path: Path) -> None:
-    """Check a mask picture's header early, with the same errors as `picture_mask`."""
+    """Check the header of a mask picture early, raising the same errors as `picture_mask`."""
     _open(path).close()
 
 
@@ -231,7 +231,7 @@ def _numbers(words: Sequence[str], spec_text: str) -> tuple[float, ...]:
 
 
 def _overlap(start: float, stop: float, count: int) -> FloatImage:
-    """Return the fraction of each unit cell 0..count between two positions."""
+    """Return the fraction of each unit cell from 0 to `count` that lies between two positions."""
     edges = np.arange(count)
     shared = np.minimum(edges + 1.0, stop) - np.maximum(edges, start)
     return np.asarray(np.clip(shared, 0.0, 1.0), np.float32)

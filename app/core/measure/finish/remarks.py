@@ -1,4 +1,4 @@
-"""Remarks about merged light: lamps, clipping and corrections."""
+"""Remarks on merged light: lamps, clipping and corrections."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.core.measure.finish.lamp_detection import Source
 
 
 class Remedy(StrEnum):
-    """A way to determine a clipped lamp's brightness."""
+    """A way to determine the brightness of a clipped lamp."""
 
     SKY = "sky"  # for the sun: set the clearness of the sky
     GAIN = "gain"  # set a gain, since the camera cannot go darker
@@ -23,11 +23,11 @@ Effect: TypeAlias = Literal["turn", "into reach", "out of reach"]
 
 @dataclass(frozen=True, slots=True)
 class LampClipped(Remark):
-    """A lamp is clipped in every frame, which calls for a remedy.
+    """A lamp is clipped in every frame, which requires a remedy.
 
     Attributes:
         frames: Number of darker frames to shoot, 1 to 4.
-        room_stops: How many stops darker the camera can go if that limits `frames`, otherwise None.
+        room_stops: How many stops darker the camera can go if this limits `frames`, otherwise None.
     """
 
     lamp: str
@@ -57,11 +57,12 @@ class MoreLampsClipped(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ClippingMatters(Remark):
-    """Some styles would change in brighter light.
+    """Some styles would change if the light were brighter.
 
     Attributes:
-        soon: Whether they change with up to three more stops, rather than with six or more.
-        others: Styles that brighter light does not affect.
+        soon: Whether the styles change with up to three more stops, rather than only with six or
+            more.
+        others: Styles that brighter light would not affect.
     """
 
     soon: bool
@@ -72,7 +73,7 @@ class ClippingMatters(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ClippingSafe(Remark):
-    """Some styles do not depend on clipped light, or none does (`every`)."""
+    """Some styles, or all of them if `every` is true, do not depend on clipped light."""
 
     count: int
     every: bool = False
@@ -80,7 +81,7 @@ class ClippingSafe(Remark):
 
 @dataclass(frozen=True, slots=True)
 class RestoredRange(Remark):
-    """Some styles change within the likely range of a restored lamp, and others do not."""
+    """Some styles change within the likely range of a restored lamp, while others do not."""
 
     lamp: str
     names: tuple[str, ...]
@@ -89,7 +90,7 @@ class RestoredRange(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BlindMatters(Remark):
-    """Twice as much light in the gaps would change some styles, but not the others."""
+    """Doubling the light in the gaps would change some styles but not others."""
 
     names: tuple[str, ...]
     others: tuple[str, ...]
@@ -104,7 +105,7 @@ class RoughLight(Remark):
 
 @dataclass(frozen=True, slots=True)
 class RoughTurns(Remark):
-    """The turn of some styles depends on clipped light in a single photo."""
+    """The turns of some styles depend on clipped light in a single photo."""
 
     names: tuple[str, ...]
 
@@ -123,7 +124,7 @@ class SunRestored(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LampMetered(Remark):
-    """A lamp was set to the illuminance that a light meter measured."""
+    """A lamp was set to the illuminance measured with a light meter."""
 
     lamp: str
     lux: float
@@ -132,7 +133,7 @@ class LampMetered(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LampGained(Remark):
-    """A lamp was brightened or darkened by a number of stops."""
+    """A lamp was brightened or darkened by the given number of stops."""
 
     lamp: str
     stops: float
@@ -145,7 +146,7 @@ class NoClutter(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CostlyChange:
-    """The style that masking changes most, with its turns and the loss at the old turn, 0 to 1."""
+    """The style that masking changes most, with its turns and the old turn's loss, 0 to 1."""
 
     title: str
     before_deg: float
@@ -155,15 +156,15 @@ class CostlyChange:
 
 @dataclass(frozen=True, slots=True)
 class MaskingChanges(Remark):
-    """The effect of filling the masked areas on the answers.
+    """How filling the masked areas affects the answers.
 
     Attributes:
-        styles: Number of styles within reach before or after filling.
-        changed: Number of these styles whose turn changes at a cost.
+        styles: Number of styles that are within reach before or after filling.
+        changed: Number of these styles whose old turn now comes at a cost.
         worst: The style that changes most, or None if none does.
-        moved_deg: Largest change of a turn without a cost, in degrees.
-        gained, lost: Titles of the styles that come within reach, and of those that go out of
-            reach.
+        moved_deg: Largest change in a turn that comes at no cost, in degrees.
+        gained, lost: Titles of the styles that come within reach and of those that go out of reach,
+            respectively.
     """
 
     styles: int

@@ -3,7 +3,7 @@
 The position of a clipped sun survives in the panorama. Its solid angle is known, and its
 illuminance is known to within a factor, so the disc is redrawn (after Debevec, "Rendering synthetic
 objects into real scenes", 1998, and Stumpfel et al., "Direct HDR capture of the sun and sky", 2004,
-who measure the sun instead).
+who measured the sun instead).
 """
 
 from __future__ import annotations
@@ -42,8 +42,9 @@ class Restoration:
 
     Attributes:
         light: ID of the light, or None if nothing was restored.
-        illuminance_lux, range_lux: The new illuminance and its likely range, in lux.
-        disc: (N, 2) float64. Flat indices of the changed texels, and the luminance added to each.
+        illuminance_lux, range_lux: The new illuminance and its likely range, respectively, in lux.
+        disc: (N, 2) float64. Flat indices of the changed texels, and the luminance added to each of
+            them.
         held_lux: Illuminance before the restoration, in lux.
     """
 
@@ -62,7 +63,7 @@ def restore(
     sky: SkyWord | Literal["leave"],
     grid: LightGrid | None = None,
 ) -> Restoration:
-    """Restore the sun's light, if one of the lights is the sun.
+    """Restore the sun's light if one of the lights is the sun.
 
     The disc is drawn at the centre of the clipped area, with a solid angle of 6.8e-5 sr. All light
     within 2.5 degrees of it (the aperture of a pyrheliometer: WMO-No. 8, 2018, I.7.2.1) then sums
@@ -83,12 +84,12 @@ def restore(
 def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoration:
     """Scale a lamp to the illuminance that a light meter measured.
 
-    Only the lamp's clipped texels are scaled, or all of them if none is clipped. Colours stay the
-    same.
+    Only the lamp's clipped texels are scaled, or all of its texels if none is clipped. Colours stay
+    the same.
 
     Raises:
-        ProbeError: If `lux` is not a positive number, absolute luminance is unknown, or the lamp
-            already has a higher illuminance.
+        ProbeError: If `lux` is not a positive number, absolute luminance is unknown, or the lamp's
+            illuminance is already higher.
     """
     if not (math.isfinite(lux) and lux > 0):
         raise ProbeError(
@@ -133,7 +134,7 @@ def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoratio
 
 
 def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
-    """Return the added luminance, reduced to (rows, columns), in the panorama's unit."""
+    """Return the added luminance, reduced to `shape`, in the panorama's unit."""
     size = restoration.merged.clipped.shape
     lone = np.zeros((size[0], size[1], 1), np.float32)
     lone.reshape(-1)[restoration.disc[:, 0].astype(np.int64)] = restoration.disc[:, 1]
@@ -142,7 +143,7 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class _SunTarget:
-    """Illuminance of a restored light, its range, and its colour, or None for the texels' own."""
+    """Illuminance of a restored light, its range and its colour, or None for the texels' own."""
 
     lux: float
     near: tuple[float, float]
@@ -150,7 +151,7 @@ class _SunTarget:
 
 
 def _draw_sun(merged: MergedLight, core: Core, target: _SunTarget) -> tuple[Float64, float]:
-    """Return the disc's texels and the luminance to add, (N, 2), and the illuminance so far."""
+    """Return the disc's texels with the luminance to add, (N, 2), and the previous illuminance."""
     assert merged.cd_m2 is not None
     height, width = merged.clipped.shape
     texels, share = _disc((height, width), core)
@@ -170,7 +171,7 @@ def _restoration(
     energy: float,
     remark: SunRestored | LampMetered,
 ) -> Restoration:
-    """Add luminance to a light's texels, so that the light no longer counts as clipped."""
+    """Add luminance to a light's texels, after which the light no longer counts as clipped."""
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
     flat, texels = radiance.reshape(-1, 3), extra_light[:, 0].astype(np.int64)
     if target.colour is None:
@@ -185,7 +186,7 @@ def _restoration(
 
 
 def _texels_of(light: Light, merged: MergedLight) -> tuple[Int64, Float64]:
-    """Return a light's texels on the panorama, and the fraction of each that may be brightened."""
+    """Return a light's texels in the panorama and the fraction of each that may be brightened."""
     mask = upsampled(light, merged.clipped.shape)
     if light.clipped:
         mask &= merged.clipped > 0
@@ -197,7 +198,7 @@ def _texels_of(light: Light, merged: MergedLight) -> tuple[Int64, Float64]:
 def _disc(
     shape: tuple[int, int], core: Core, diameter_deg: float = SUN_DIAMETER_DEG
 ) -> tuple[Int64, Float64]:
-    """Return the texels that a disc covers, and each texel's fraction of the disc (sum 1)."""
+    """Return the texels that a disc covers and each texel's fraction of the disc, summing to 1."""
     height, width = shape
     fine = max(1, round(32 * SUN_DIAMETER_DEG / diameter_deg))
     step = 180.0 / height

@@ -42,9 +42,9 @@ _MOST_GLOW_DEG: Final = 5.0  # if the clip level is unknown
 
 @dataclass(frozen=True, slots=True)
 class Core:
-    """The clipped middle of a light at full resolution.
+    """The clipped middle of a light, at full resolution.
 
-    The radius is that of a disc with the same solid angle.
+    Its radius is that of a disc with the same solid angle.
     """
 
     azimuth_deg: float
@@ -68,9 +68,9 @@ def is_sun(light: Light, merged: MergedLight, grid: LightGrid | None = None) -> 
 
     All of the following must hold. The light is clipped in every frame, at a luminance that only
     daylight reaches. The clipped core is small, round and above the horizon, and nothing else of
-    that size is clipped. The sky just above the core is bright and even, as an aureole is and a
-    wall is not. The rest of the sky is far below the clip level, and the ground is as bright as
-    ground in sunlight.
+    that size is clipped. The sky just above the core is bright and even, which is true of an
+    aureole but not of a wall. The rest of the sky is far below the clip level, and the ground is as
+    bright as sunlit ground.
     """
     if not light.clipped or merged.cd_m2 is None:
         return False
@@ -88,7 +88,7 @@ def is_sun(light: Light, merged: MergedLight, grid: LightGrid | None = None) -> 
 
 
 def may_be_sun(light: Light, merged: MergedLight, grid: LightGrid) -> bool:
-    """Decide whether a light in frames of unknown exposure may be the sun."""
+    """Decide whether a light might be the sun when the exposure of the frames is unknown."""
     if not light.clipped or merged.cd_m2 is not None:
         return False
     core = sun_core(light, merged)
@@ -128,7 +128,7 @@ def sun_core(light: Light, merged: MergedLight) -> Core:
 
 
 def _alone(core: Core, grid: LightGrid) -> bool:
-    """Return whether nothing else of the core's size is clipped."""
+    """Return whether nothing else as large as the core is clipped."""
     height, width = grid.luminance.shape
     texels = np.flatnonzero(grid.clipped > 0)
     sun = direction(core.azimuth_deg, core.elevation_deg)
@@ -139,7 +139,7 @@ def _alone(core: Core, grid: LightGrid) -> bool:
 
 
 def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: float) -> bool:
-    """Return whether a clipped core is surrounded by sky, above ground that it lights.
+    """Return whether a clipped core is surrounded by sky, above ground that the core lights.
 
     If the exposure is unknown, only criteria that do not depend on the exposure are checked.
     """
@@ -172,7 +172,7 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: floa
 
 
 def _window(light: Light, merged: MergedLight) -> tuple[slice, Indices]:
-    """Return the panorama's rows and (wrapped) columns around a light, with a margin."""
+    """Return the panorama's rows and (wrapped) columns around a light, including a margin."""
     height, width = merged.clipped.shape
     grid_width = min(width, 512)
     step = width / grid_width

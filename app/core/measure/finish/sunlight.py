@@ -3,17 +3,17 @@
 The illuminance follows IES Calculation Procedures Committee, "Recommended practice for the
 calculation of daylight availability" (RP-21), Journal of the IES 13(4), 1984, 381-392. The direct
 normal illuminance is E = 127.5 klx exp(-c m), with an extinction c of 0.21 for a clear sky and 0.80
-for a partly cloudy one. In that paper m = 1 / sin(elevation), which is infinite at the horizon.
+for a partly cloudy one. In that paper, m = 1 / sin(elevation), which is infinite at the horizon.
 Here the relative optical air mass is that of Kasten and Young, "Revised optical air mass tables and
 approximation formula", Applied Optics 28(22), 1989, 4735-4738, which agrees with 1 / sin(elevation)
-within 1% above 20 degrees.
+to within 1% above 20 degrees.
 
 Haze follows Navvab, Karayel, Ne'eman and Selkowitz, "Analysis of atmospheric turbidity for daylight
 calculations", Energy and Buildings 6, 1984, 293-303: E = E0 exp(-a m T) with a = 0.1 / (1 + 0.0045
 m) and an illuminance turbidity T, which is about 2.5 in the country and 5 in industrial air
 (Tregenza and Sharples, Daylight Algorithms, 1993, algorithm 1.21). T = 5 gives c = 0.50, which is
-"hazy" here, and T = 2.1 gives the 0.21 of the clear sky. The model is a mean over many days; single
-readings vary by a factor of about 0.6 to 1.6.
+"hazy" here, and T = 2.1 gives the 0.21 of the clear sky. The model is a mean over many days, and
+single readings vary by a factor of about 0.6 to 1.6.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from app.core.base.colour import LUMINANCE_WEIGHTS
 SkyWord: TypeAlias = Literal["clear", "hazy", "thin cloud"]
 
 SPREAD: Final = (0.6, 1.6)
-"""Usual range of the true illuminance, as factors relative to the model's."""
+"""Usual range of the true illuminance, as factors of the model's illuminance."""
 
 SUN_SOLID_ANGLE_SR: Final = 6.8e-5
 """Solid angle of the sun's disc at its mean distance, in sr (angular radius 0.00465 rad)."""
@@ -59,7 +59,7 @@ def air_mass(elevation_deg: float) -> float:
 def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
     """Return the mean illuminance in lux from direct sunlight on a surface facing the sun (RP-21).
 
-    `SPREAD` is the usual range around this mean.
+    `SPREAD` gives the usual range around this mean.
 
     >>> round(direct_normal_lux(60.0)), round(direct_normal_lux(60.0, "hazy"))
     (100061, 71602)
@@ -68,7 +68,7 @@ def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
 
 
 def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> Float64:
-    """Return the colour of direct sunlight at the ground, (3,) linear Rec. 709 of luminance 1.
+    """Return the colour of direct sunlight at the ground, (3,) linear Rec. 709 with luminance 1.
 
     Rayleigh scattering follows Leckner, "The spectral distribution of solar radiation at the
     earth's surface", Solar Energy 20, 1978, 143-150, and is 0.008735 w^-4.08 per air mass (w in

@@ -1,11 +1,11 @@
 """Detect clutter below the camera in a panorama, such as a stick, a tripod or a person.
 
 An object at the camera's own foot is detected by its difference from the ground around it. The
-colours of a ring around the foot are counted in a smoothed histogram of log luminance and two log
-colour ratios. Texels at the foot with colours that are rare in the ring, and similar to one
-another, are followed outward as long as they are connected. A strip, a mosaic or a shadow that
-crosses both the foot and the ring is not rare, so it is not suggested. A person away from the
-camera cannot be distinguished from a statue or a tree in this way, and needs a manual mask.
+colours in a ring around the foot are counted in a smoothed histogram of log luminance and two log
+colour ratios. Texels at the foot whose colours are rare in the ring and similar to one another are
+followed outwards for as long as they are connected. A strip, a mosaic or a shadow that crosses both
+the foot and the ring has common colours, so it is not suggested. A person further away from the
+camera cannot be distinguished from a statue or a tree in this way and needs a manual mask.
 
 OpenCV's stock people detector (Dalal and Triggs 2005) was tried and rejected: on 25 panoramas it
 detected one of several people, along with a potted plant, a kitchen and a stone post.
@@ -90,7 +90,7 @@ class Clutter:
 
 @dataclass(frozen=True, slots=True)
 class _Detection:
-    """A region on the chart, with its measurements."""
+    """A region on the chart, together with its measurements."""
 
     area: Bools
     inside: float
@@ -101,12 +101,12 @@ def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clu
     """Suggest a mask for the stick, tripod or person connected to the camera's foot.
 
     There is at most one suggestion. There is none if the ground at the foot looks like its
-    surroundings, or the picture is not a panorama. A suggestion comes with a confidence, and may
-    not include everybody.
+    surroundings or the picture is not a panorama. A suggestion comes with a confidence value, and
+    it may not cover everybody in the picture.
 
     Args:
-        foot: Azimuth and elevation of the camera's own foot in degrees, which is the nadir unless
-            the camera was tilted and the picture levelled.
+        foot: Azimuth and elevation of the camera's own foot, in degrees. This is the nadir unless
+            the camera was tilted and the picture was levelled.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if shape[1] != 2 * shape[0]:
@@ -130,7 +130,8 @@ def foot_of(rotation: Float64 | None) -> tuple[float, float]:
     """Return the azimuth and elevation, in degrees, of a camera's foot after levelling.
 
     Args:
-        rotation: (3, 3). Rotation that moved the panorama's content, or None if it was not rotated.
+        rotation: (3, 3). Rotation that was applied to the panorama's content, or None if it was not
+            rotated.
     """
     if rotation is None:
         return NADIR
@@ -140,7 +141,7 @@ def foot_of(rotation: Float64 | None) -> tuple[float, float]:
 def resolve(
     specs: Sequence[MaskSpec], merged: MergedLight, foot: tuple[float, float] = NADIR
 ) -> tuple[Clutter, ...]:
-    """Draw the user's masks, and create the suggestions that were requested.
+    """Draw the user's masks and create the suggestions that were requested.
 
     Raises:
         ProbeError: If a mask's picture cannot be read, or the light is not a full panorama.
@@ -160,7 +161,7 @@ def resolve(
 
 
 def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
-    """Return the largest of several masks at each texel, (H, W)."""
+    """Return the maximum of several masks at each texel, (H, W)."""
     whole = np.zeros(shape, np.float32)
     for each in clutter:
         np.maximum(whole, each.mask, out=whole)
@@ -179,7 +180,7 @@ def _features(light: FloatImage) -> FloatImage:
 
 
 def _find(features: FloatImage, chart: Chart) -> _Detection | None:
-    """Follow an object outward from the foot, where its colours are rare in the surroundings."""
+    """Follow an object outwards from the foot while its colours are rare in the surroundings."""
     away_deg = chart.distances()
     cells = _cells(features, _ring(away_deg))
     rare = _rare_in_ring(cells, away_deg)
@@ -210,8 +211,8 @@ def _find(features: FloatImage, chart: Chart) -> _Detection | None:
 def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
     """Limit an area far from the foot to the directions in which it also lies near the foot.
 
-    This is needed because the walls and the sky beyond the ground differ from the ground all
-    around.
+    This is necessary because the walls and the sky beyond the ground differ from the ground on
+    every side.
     """
     sector = _sectors(24)
     near = area & (away_deg > _NEAR_DEG / 2.0) & (away_deg < _NEAR_DEG)
@@ -248,7 +249,7 @@ def _ring(away_deg: FloatImage) -> Bools:
 
 
 def _cells(features: FloatImage, ring: Bools) -> Indices:
-    """Return each texel's cell in the histogram, with the ring's median in the middle."""
+    """Return each texel's cell in the histogram, with the median of the ring in the middle."""
     middle = np.median(features[ring], axis=0)
     steps = (features - middle) / np.array(_STEP, np.float32) + _BINS / 2.0
     cells = np.clip(steps, 0.0, _BINS - 1).astype(np.intp)
@@ -271,10 +272,10 @@ def _rarity(counts: FloatImage) -> FloatImage:
 
 
 def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
-    """Return each texel's rarity in the ring, without the ring's part on the texel's own side.
+    """Return each texel's rarity in the ring, ignoring the part of the ring on the texel's side.
 
-    A person standing on that side takes up part of the ring, and their colours would be common in
-    it. At the foot, which has no side, the side with the largest rarity counts.
+    A person standing on that side takes up part of the ring, so their colours would be common in
+    it. The foot itself is on no side, so there the side with the greatest rarity counts.
     """
     sector = _sectors(_SECTORS)
     ring = _ring(away_deg)
@@ -292,7 +293,7 @@ def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
 
 
 def _hanging_together(area: Bools, seeds: Bools) -> Bools:
-    """Return the parts of an area with enough seeds, closing gaps of a degree or two."""
+    """Return the parts of an area that contain enough seeds, closing gaps of a degree or two."""
     joint = cv2.morphologyEx(area.astype(np.uint8), cv2.MORPH_CLOSE, _disc(2.0))
     _, labels = cv2.connectedComponents(joint, connectivity=8)
     counts = np.bincount(labels[seeds & (joint > 0)], minlength=int(labels.max()) + 1)
@@ -331,7 +332,7 @@ def _on_panorama(area: Bools, chart: Chart, shape: tuple[int, int]) -> FloatImag
 
 
 def _suggestion(area: Bools, chart: Chart) -> Suggestion:
-    """Measure the reach of a region, and its azimuth if it is a person."""
+    """Measure the reach of a region, and its azimuth if the region is a person."""
     away = chart.distances()[area]
     far = float(np.percentile(away, 98.0))
     if far < _NEAR_DEG:

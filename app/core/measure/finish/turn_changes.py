@@ -23,12 +23,13 @@ _FREE: Final = 0.01  # fraction of a curve's range; a turn that loses no more co
 class Change:
     """The change in a style's answer.
 
-    Turns are refined, in degrees in (-180, 180], positive clockwise.
+    Turns are refined and given in degrees in (-180, 180], positive clockwise.
 
     Attributes:
-        change_deg: Change of the turn in degrees, the shorter way around.
-        given_up: Loss of the old turn under the new light, 0 to 1. It is the objective's value at
-            the new turn minus that at the old one, divided by the range of the objective's curve.
+        change_deg: Change in the turn, in degrees, taking the shorter way around.
+        given_up: Loss of the old turn under the new light, 0 to 1. This is the objective's value at
+            the new turn minus its value at the old one, divided by the range of the objective's
+            curve.
     """
 
     style: str
@@ -50,11 +51,11 @@ def changes(
     """Compare the answers of all styles under two lights.
 
     Args:
-        before, after: (H, W, 3). Linear Rec. 709 radiance at turn 0 in the pack's size, at any
+        before, after: (H, W, 3). Linear Rec. 709 radiance at turn 0, in the pack's size and at any
             exposure.
 
     Raises:
-        EnvironmentFileError: If a light is black, not finite or of another size.
+        EnvironmentFileError: If a light is black, is not finite or has a different size.
     """
     old = solve_all(pack, before, objective)
     new = solve_all(pack, after, objective)

@@ -1,6 +1,7 @@
-"""Equalise two lenses where their views overlap, and find the seam between them.
+"""Equalise two lenses where their views overlap and find the seam between them.
 
-One gain per channel and one falloff equalise the lenses. The seam runs where the two agree best.
+The lenses are equalised by one gain per channel and one falloff. The seam runs where the two agree
+best.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ from app.core.measure.fisheye.lens_pair import (
 _MOST_FALLOFF: Final = 0.5
 
 BLEND_DEG: Final = 0.6
-"""Width across the seam over which one lens fades into the other, in degrees."""
+"""Width of the band across the seam over which one lens fades into the other, in degrees."""
 
 
 def equalise(light: Float32, clipped: Float32, pair: Pair) -> Pair:
-    """Measure the relative brightness of the lenses in each channel, and their falloff."""
+    """Measure the relative brightness of the lenses in each channel and their falloff."""
     one, two, toward = _overlap(np.dstack([light, clipped]), pair)
     valid = (one[..., 3] < 0.01) & (two[..., 3] < 0.01)
     level = float(np.median(one[..., :3]))
@@ -58,7 +59,7 @@ def equalise(light: Float32, clipped: Float32, pair: Pair) -> Pair:
 
 
 def find_seam(light: Float32, pair: Pair) -> Float64:
-    """Find the path along which both lenses agree best, by dynamic programming, twice around."""
+    """Find the path along which the lenses agree best, by dynamic programming, twice around."""
     one, two, toward = _overlap(light, pair)
     one, two = one * pair.gains[0].astype(np.float32), two * pair.gains[1].astype(np.float32)
     floor = 0.02 * float(np.median(one)) + 1e-9

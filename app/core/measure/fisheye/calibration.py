@@ -1,7 +1,7 @@
-"""Calibrate two back-to-back fisheye lenses from their own light.
+"""Calibrate two back-to-back fisheye lenses from their own pictures.
 
-The circles come from the rim, and focal length, roll and tilt from the area beyond 90 degrees that
-both lenses see. The residual is parallax.
+The circles follow from the rim. The focal length, the roll and the tilt follow from the area beyond
+90 degrees that both lenses see. The residual is parallax.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _BACK: Final = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 def calibrate(merged: MergedLight, circles: Circles, model: FisheyeModel) -> Pair:
-    """Calibrate the lenses of an unstitched picture from its merged light."""
+    """Calibrate the lenses of an unstitched picture, using its merged light."""
     light = np.ascontiguousarray(merged.radiance)
     tones = _tones(light, circles)
     pair = _nominal(tones, circles, model)
@@ -66,7 +66,7 @@ def calibrate(merged: MergedLight, circles: Circles, model: FisheyeModel) -> Pai
 
 
 def _tones(light: Float32, circles: Circles) -> Float32:
-    """Return locally normalised log luminance, in which objects look alike in both lenses."""
+    """Return locally normalised log luminance, in which objects look alike through both lenses."""
     level = np.maximum(luminance(light), 0.0)
     height, width = level.shape
     side = min(height, width)
@@ -86,7 +86,7 @@ def _tones(light: Float32, circles: Circles) -> Float32:
 
 
 def _nominal(tones: Float32, circles: Circles, model: FisheyeModel) -> Pair:
-    """Choose field and roll so that most positions around the seam look alike in both lenses."""
+    """Choose field and roll to make most positions around the seam look alike in both lenses."""
     fields = (model.field_deg,) if model.focal is not None else _FIELDS
     pairs = []
     for field_deg in fields:
@@ -139,7 +139,7 @@ def _strip(picture: Float32, lens: FisheyeLens, rows: int = 12) -> Float32:
 
 
 def _roll(one: Float32, two: Float32) -> float:
-    """Correlate two strips all around, and return the best quarter turn in radians."""
+    """Correlate two strips all the way around and return the best quarter turn, in radians."""
     middle, core = len(one) // 2, 4
     base = one[middle - core : middle + core + 1]
     spectrum = np.conj(np.fft.rfft(base - base.mean(), axis=1))
@@ -158,7 +158,7 @@ def _roll(one: Float32, two: Float32) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Matches:
-    """Matches around the seam: position, shifts sideways and to the front in samples, and trust."""
+    """Matches around the seam: position, sideways and forward shifts in samples, and trust."""
 
     around: Float64
     sideways: Float64
@@ -167,7 +167,7 @@ class _Matches:
 
 
 def _matches(tones: Float32, pair: Pair) -> _Matches:
-    """Match the front lens's strip with the back lens's, block by block."""
+    """Match the front lens's strip with the back lens's strip, block by block."""
     rows = seam_rows(pair.field_deg)
     search = min(_SEARCH, rows - 2)
     strips = [_strip(tones, lens, rows) for lens in pair.lenses]
@@ -203,14 +203,14 @@ def _matches(tones: Float32, pair: Pair) -> _Matches:
 
 
 def _peak(three: NDArray[Any]) -> float:
-    """Return how far the peak of a parabola through three values is from the middle, -1 to 1."""
+    """Return how far the peak of the parabola through three values is from the middle, -1 to 1."""
     left, middle, right = (float(value) for value in three)
     bow = left - 2.0 * middle + right
     return 0.0 if bow >= 0.0 else max(-1.0, min(1.0, 0.5 * (left - right) / bow))
 
 
 def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
-    """Fit focal length, roll and tilt to the matches, leaving parallax as the residual."""
+    """Fit the focal length, roll and tilt to the matches, leaving parallax as the residual."""
     if not len(matches.around):
         return pair
     toward, sideways = (
@@ -235,7 +235,7 @@ def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
 
 
 def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
-    """Correct the misalignment: the field of both lenses, and half of the tilt and roll in each."""
+    """Correct the misalignment: each lens's field, and half of the tilt and roll in each lens."""
     first, second = pair.lenses
     # A direction seen at 90 degrees by both lenses is at 90 degrees plus half the common shift.
     angles = np.array([math.pi / 2.0, (math.pi + shift[0]) / 2.0])
@@ -252,7 +252,7 @@ def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
 def _parallax_of(matches: _Matches) -> Float64:
     """Smooth the residuals of the matches into a curve around the seam, in degrees.
 
-    The curve is 0 where nothing is known.
+    The curve is 0 where the parallax is unknown.
     """
     around = np.arange(AROUND)
     if not len(matches.around):

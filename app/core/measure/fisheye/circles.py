@@ -2,14 +2,14 @@
 
 A full 2:1 panorama and an unstitched picture have the same size, and merging an unstitched picture
 as a panorama gives a completely wrong result. An unstitched picture is recognised by two circles of
-equal size, dark all around, in every frame of a bracket, regardless of brightness. The first row of
-a panorama is a single point in the sky, so it cannot be dark at the corners and in the middle but
-bright in between.
+equal size, with darkness all around them, in every frame of a bracket, regardless of brightness.
+The first row of a panorama is a single point in the sky, so it cannot be dark at the corners and in
+the middle but bright in between.
 
 A fisheye maps the angle t from its axis to a distance from the circle's centre, r = f (t + b3 t^3 +
-b5 t^5 ...), and is equidistant without the distortion terms. `MODELS` contains cameras with
-published data from makers or users. By default a model is assumed to be equidistant, 200 degrees
-wide, upright in the file, and calibrated from the frame.
+b5 t^5 ...), and is equidistant without the distortion terms. `MODELS` contains the cameras for
+which makers or users have published data. By default, a model is assumed to be equidistant, 200
+degrees wide and upright in the file, and it is calibrated from the frame.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class FisheyeLens:
     """One fisheye lens.
 
     Attributes:
-        centre: Centre of the circle, (x, y) in pixels, with whole numbers at pixel centres.
+        centre: Centre of the circle, (x, y) in pixels, where whole numbers are pixel centres.
         focal: Focal length, in pixels per radian on the axis.
         axes: (3, 3) float64. The right, up and forward vectors of the lens's picture as rows, in
-            the panorama's axes (`app.core.base.sphere`).
+            the panorama's coordinate system (see `app.core.base.sphere`).
         bends: Distortion terms b3, b5, ...
     """
 
@@ -48,7 +48,7 @@ class FisheyeLens:
     bends: tuple[float, ...] = ()
 
     def radius(self, angles: Float64) -> Float64:
-        """Return the distance from the centre, in pixels, for angles from the axis, in radians."""
+        """Return the distances from the centre, in pixels, for angles from the axis, in radians."""
         return self.focal * bent(angles, self.bends)
 
     def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
@@ -71,13 +71,16 @@ def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class FisheyeModel:
-    """Default lens data of a camera model.
+    """The default lens data for a camera model.
 
     Attributes:
-        field_deg: Angle that the image circle spans, which is not used if `focal` is known.
-        focal: Focal length relative to the side of one half of the picture, which has one circle.
-        turns_deg: Clockwise rotation of each of the two stored circles, or None if unknown.
-        front: Index of the circle that looks forward, by default the left or upper one.
+        field_deg: Angle that the image circle spans, in degrees. It is not used if `focal` is
+            known.
+        focal: Focal length divided by the side of one half of the picture, which contains one
+            circle.
+        turns_deg: Clockwise rotation of each of the two stored circles, in degrees, or None if
+            unknown.
+        front: Index of the circle that faces forward, which is the left or upper one by default.
     """
 
     names: tuple[str, ...]
@@ -117,7 +120,7 @@ _UNKNOWN: Final = FisheyeModel(())
 
 
 def model_of(camera: str) -> FisheyeModel:
-    """Return the lens data for the camera model in a file."""
+    """Return the lens data for the camera model recorded in a file."""
     name = camera.upper()
     matches = (model for model in MODELS if any(part in name for part in model.names))
     return next(matches, _UNKNOWN)
@@ -164,12 +167,12 @@ class Circles:
 
     @property
     def names(self) -> tuple[str, str]:
-        """Names of the two circles."""
+        """The names of the two circles."""
         return ("upper", "lower") if self.stacked else ("left", "right")
 
 
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
-    """Return the circles in a bracket's small, encoded frames, or None if these are stitched.
+    """Return the circles in a bracket's small encoded frames, or None if these are stitched.
 
     Raises:
         ProbeError: If some frames are unstitched and others are not.
@@ -196,16 +199,16 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
 
 
 def may_be_circles(shape: tuple[int, int]) -> bool:
-    """Return whether a picture has the proportions of two circles."""
+    """Return whether a picture has the proportions of two fisheye circles."""
     return max(shape) / min(shape) <= _WIDEST
 
 
 def find_circles(frame: Bytes) -> Circles | None:
-    """Return the two image circles of a frame, (h, w, 3) uint8, or None if there are none.
+    """Return the two image circles in a frame, (h, w, 3) uint8, or None if there are none.
 
     The circles may be side by side or stacked, anywhere in a frame of any proportions up to 2.6:1,
     and whole or slightly cut off. The result is also None if the frame is too dark to show enough
-    of a rim.
+    of the rim.
     """
     if not may_be_circles(frame.shape[:2]):
         return None
@@ -247,7 +250,7 @@ _Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom; in pixe
 
 
 def _boxes(bright: Bytes) -> list[_Box]:
-    """Return the box of the part of a picture that is not dark, and that of the whole picture."""
+    """Return the box of the whole picture and, if smaller, that of the part that is not dark."""
     height, width = bright.shape
     whole = (0, 0, width, height)
     bright_mask = bright > min(float(np.quantile(bright, 0.02)), _DARKEST) + 2 * _STEP
@@ -260,7 +263,7 @@ def _boxes(bright: Bytes) -> list[_Box]:
 
 
 def _layouts(box: _Box) -> list[bool]:
-    """Return the arrangements that may be in a box: False for side by side, True for stacked."""
+    """Return the arrangements that a box may contain: False for side by side, True for stacked."""
     ratio = (box[2] - box[0]) / max(box[3] - box[1], 1)
     fits = (_ASPECT[0] <= ratio <= _ASPECT[1], _ASPECT[0] <= 1.0 / max(ratio, 1e-9) <= _ASPECT[1])
     return [stacked for stacked, one in zip((False, True), fits, strict=True) if one]
@@ -301,7 +304,7 @@ class _Rim:
     """A circle in one half of a picture, in pixels of that half.
 
     Attributes:
-        share: Fraction of the angles at which the rim is visible.
+        share: Fraction of the angles at which the rim is visible, 0 to 1.
     """
 
     x: float
@@ -311,7 +314,7 @@ class _Rim:
 
 
 def _rim(half: Bytes) -> _Rim | None:
-    """Fit the circle beyond which one half of a picture is dark."""
+    """Fit the circle outside which one half of a picture is dark."""
     height, width = half.shape
     size, centre = min(height, width) / 2.0, ((width - 1) / 2.0, (height - 1) / 2.0)
     angles: Float64 = np.arange(_ANGLES, dtype=np.float64) * (2.0 * math.pi / _ANGLES)
@@ -341,7 +344,7 @@ def _rim(half: Bytes) -> _Rim | None:
 
 
 def _crossings(codes: Bytes, last: Indices, limit: float, radii: Float64) -> Float64:
-    """Refine the outermost bright point at each angle to where the brightness drops by half."""
+    """Move the outermost bright point at each angle to where the brightness drops by half."""
     rows = np.arange(len(codes))
     back = codes[rows[:, None], np.clip(last[:, None] - np.arange(2, 10), 0, None)]
     half = np.maximum(np.median(back, axis=1) / 2.0, limit)
@@ -403,14 +406,14 @@ def _fits(frame: Bytes, circles: Circles) -> bool:
 
 
 def _filled(frame: Bytes, circles: Circles) -> bool:
-    """Return whether a frame has content, not just stray light, around the given circles."""
+    """Return whether the area around the given circles has content rather than just stray light."""
     away, light = _away(frame, circles), srgb_decode(worst(frame) / 255.0)
     outside, inside = light[away > _AROUND], light[(away > 0.8) & (away < 0.97)]
     return float(np.quantile(outside, 0.9)) > _PICTURE and outside.mean() > 0.3 * inside.mean()
 
 
 def _away(frame: Bytes, circles: Circles) -> Float64:
-    """Return the distance of each pixel from the nearer circle's centre, in radii."""
+    """Return each pixel's distance from the nearer circle's centre, in radii."""
     side = min(frame.shape[:2])
     y, x = np.mgrid[: frame.shape[0], : frame.shape[1]]
     away = [

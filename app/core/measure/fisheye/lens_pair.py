@@ -1,8 +1,8 @@
 """A calibrated pair of fisheye lenses: the mapping of directions to pixels, and the seam.
 
 The lenses are a few centimetres apart, so they see nearby objects in different directions. This
-parallax runs along the meridians of the lenses' common axis. Half of it is attributed to each lens,
-fading out away from the seam.
+parallax runs along the meridians of the lenses' common axis. Half of the parallax is attributed to
+each lens, and it fades out away from the seam.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ _FADE_DEG: Final = 30.0  # distance from the seam at which the parallax has fade
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two calibrated lenses, front first, and their seam.
+    """Two calibrated lenses, the front one first, and their seam.
 
     Attributes:
-        field_deg: Angle that each image circle spans.
-        blocks: Number of positions around the seam where the lenses agreed.
-        parallax: (1440,) float64. Angle between the two lenses' views of an object, in degrees,
-            around the seam, clockwise from the top as seen by the front lens.
+        field_deg: Angle that each image circle spans, in degrees.
+        blocks: Number of positions around the seam at which the lenses agreed.
+        parallax: (1440,) float64. Angle between the two lenses' views of an object, in degrees. The
+            entries run around the seam, clockwise from the top as seen by the front lens.
         seam: (1440,) float64. Position of the seam in degrees towards the front, in the same order.
         gains: (2, 3) float64. Factors for each lens and channel.
         falloff: Logarithm of a lens's light loss at 90 degrees from its axis. The loss is assumed
-            to grow with the cube of the angle, between the square of plain optics and the effect of
-            hoods and stops.
+            to grow with the cube of the angle, which lies between the square law of simple optics
+            and the effect of hoods and stops.
     """
 
     lenses: tuple[FisheyeLens, FisheyeLens]
@@ -56,12 +56,12 @@ class Pair:
 
     @property
     def parallax_deg(self) -> float:
-        """Median parallax of the two lenses at the seam."""
+        """The median parallax of the two lenses at the seam, in degrees."""
         return float(np.median(np.abs(self.parallax)))
 
 
 def upright(pair: Pair, up_deg: float) -> Pair:
-    """Rotate both lenses so that `up_deg`, clockwise from the top of the front one, becomes up."""
+    """Rotate both lenses to make `up_deg`, clockwise from the top of the front one, point up."""
     turn = about_axis(math.radians(-up_deg))
     first, second = pair.lenses
     samples = round(up_deg / 360.0 * AROUND)
@@ -79,12 +79,12 @@ def upright(pair: Pair, up_deg: float) -> Pair:
 def looked_up(
     pair: Pair, index: int, vectors: Float32, toward: Float32, around: Float32
 ) -> tuple[Float32, Float32, Float32]:
-    """Map directions to the picture of a lens, with half of the parallax removed.
+    """Map directions to the picture from a lens, with half of the parallax removed.
 
     Args:
         index: 0 for the front lens, 1 for the back lens.
-        vectors: (..., 3) float32. Directions in the frame of the pair.
-        towards, around: (...) float32. Positions of the directions, from `about_seam`.
+        vectors: (..., 3) float32. Directions in the coordinate system of the pair.
+        toward, around: (...) float32. Positions of the directions, as returned by `about_seam`.
 
     Returns:
         The columns, the rows and the factors that correct the falloff, (...) float32 each.
@@ -99,14 +99,14 @@ def looked_up(
 
 
 def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
-    """Return the position of directions relative to the seam.
+    """Return the positions of directions relative to the seam.
 
     Args:
-        vectors: (..., 3) float32. Unit directions in the frame of the pair.
+        vectors: (..., 3) float32. Unit directions in the coordinate system of the pair.
 
     Returns:
-        Degrees towards the front from the seam's plane, and samples around the seam from the top,
-        (...) float32 each.
+        The degrees from the seam's plane towards the front, and the samples around the seam from
+        the top, (...) float32 each.
     """
     toward = np.degrees(np.arcsin(np.clip(vectors[..., 2], -1.0, 1.0)))
     around = np.arctan2(-vectors[..., 0], vectors[..., 1]) * (AROUND / (2.0 * math.pi))
@@ -124,11 +124,11 @@ def _tipped(vectors: Float32, angles: Float32) -> Float32:
 
 
 def around_seam(curve: Float64, around: Float32) -> Float32:
-    """Interpolate a periodic curve of samples around the seam.
+    """Interpolate a periodic curve that is sampled around the seam.
 
     Args:
-        curve: (n,) float64. One value per sample.
-        around: float32, any shape. Positions in samples, from the top.
+        curve: (n,) float64. One value per sample around the seam.
+        around: float32, any shape. Positions in samples, counted from the top.
     """
     base = np.floor(around)
     first = base.astype(np.intp) % AROUND
@@ -138,9 +138,9 @@ def around_seam(curve: Float64, around: Float32) -> Float32:
 
 
 def about_axis(angle: float) -> Float64:
-    """Return the rotation by an angle in radians about the front axis.
+    """Return the rotation about the front axis by an angle in radians.
 
-    The rotation is clockwise as the front lens sees it.
+    The rotation is clockwise as seen by the front lens.
     """
     return from_vector(np.array([0.0, 0.0, angle]))
 

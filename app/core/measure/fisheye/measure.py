@@ -18,9 +18,9 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure the light from one or more exposures of two circles, merging and then stitching them.
+    """Measure the light from one or more exposures of two circles, merging, then stitching them.
 
-    Frames that a camera has stitched are measured as a bracket. The errors are those of
+    Frames that the camera has already stitched are measured as a bracket. The errors are those of
     `measurement.Entry`.
     """
     options = replace(options or MeasureOptions(), alone=True)

@@ -1,4 +1,4 @@
-"""Remarks about two fisheye circles."""
+"""Remarks on pictures with two fisheye circles."""
 
 from __future__ import annotations
 

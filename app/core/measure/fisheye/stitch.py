@@ -1,8 +1,8 @@
 """Stitch the pictures of two back-to-back fisheye lenses into a panorama.
 
-The frames of an unstitched bracket are merged as they are, circle on circle, so that clipping and
-noise are those of the sensor. Only the merged light is resampled, and only once, so all frames stay
-aligned as shot.
+The frames of an unstitched bracket are merged as they are, circle on circle, so clipping and noise
+are those of the sensor. Only the merged light is resampled, and only once, so all frames stay
+aligned as they were shot.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _CLEARLY: Final = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Stitching:
-    """The calibration and stitching of the lenses.
+    """How the lenses were calibrated and their pictures stitched.
 
     Attributes:
         up_deg: Upward direction in degrees, clockwise from the top of the front lens's circle.
@@ -77,7 +77,7 @@ class Stitching:
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """Remarks about the circles used, and about a failed calibration of the lenses."""
+        """Remarks on the circles used and on a failed calibration of the lenses."""
         stitched = CirclesStitched(self.front, self.up_deg)
         return (stitched,) if self.pair.measured else (stitched, SeamUnsure())
 
@@ -85,7 +85,7 @@ class Stitching:
 def circle_size(
     shape: tuple[int, int], circles: Circles, size: tuple[int, int] | None
 ) -> tuple[int, int]:
-    """Return the rows and columns at which to merge unstitched frames for a panorama of `size`."""
+    """Return the size, in rows and columns, at which to merge frames for a panorama of `size`."""
     share = _LONGEST / max(shape)
     if size is not None:
         # Twice as fine as the panorama, for circles that are about 200 degrees wide.
@@ -95,7 +95,7 @@ def circle_size(
 
 
 def panorama_size(shape: tuple[int, int], circles: Circles, field_deg: float) -> tuple[int, int]:
-    """Return the rows and columns of a panorama with the resolution of the circles."""
+    """Return the size, in rows and columns, of a panorama with the circles' resolution."""
     columns = 2.0 * circles.radius * min(shape) * 360.0 / field_deg
     rows = max(round(columns / 16.0), 1) * 8
     return rows, 2 * rows
@@ -129,8 +129,8 @@ def _up(merged: MergedLight, pair: Pair, model: FisheyeModel) -> tuple[float, st
 
     Cameras store their circles upright or rotated by a quarter turn, and the overlap does not
     reveal which. A known model decides. Otherwise, the rotation of the two circles relative to each
-    other decides, unless upright edges all around clearly contradict it. Which end is up follows
-    from the light: in each of twenty panoramas, more came from above than from below.
+    other decides, unless upright edges all around clearly contradict it. The light shows which end
+    is up: in each of twenty panoramas, more light came from above than from below.
     """
     if model.turns_deg is not None:
         return model.turns_deg[model.front], "model"
@@ -147,7 +147,7 @@ def _up(merged: MergedLight, pair: Pair, model: FisheyeModel) -> tuple[float, st
 
 
 def _lit(radiance: Float32, up_deg: float) -> float:
-    """Return a direction or its opposite, whichever has more light coming from it."""
+    """Return a direction or its opposite, whichever more light comes from."""
     angle = math.radians(up_deg)
     toward = directions(_LOOKED_AT) @ np.array([-math.sin(angle), math.cos(angle), 0.0], np.float32)
     light = luminance(radiance) * solid_angles(_LOOKED_AT)[:, None]
@@ -155,7 +155,7 @@ def _lit(radiance: Float32, up_deg: float) -> float:
 
 
 def _upright_edges(radiance: Float32, axis: int) -> float:
-    """Sum the edges along an axis, limiting the weight of each sector around the axis."""
+    """Sum the edges along an axis, limiting the weight of each sector around it."""
     level = luminance(radiance)
     level *= np.float32(0.25 / max(float(np.median(level)), 1e-9))
     picture = np.rint(255.0 * srgb_encode(np.clip(level, 0.0, 1.0))).astype(np.uint8)
@@ -171,7 +171,7 @@ def _upright_edges(radiance: Float32, axis: int) -> float:
 def stitch(
     merged: MergedLight, pair: Pair, size: tuple[int, int], token: Token | None = None
 ) -> MergedLight:
-    """Resample merged light to a panorama of the given even numbers of rows and columns.
+    """Resample merged light to a panorama whose numbers of rows and columns are given and even.
 
     Fractions of an area are preserved, and clipped light stays clipped.
     """
@@ -199,7 +199,7 @@ def stitch(
 
 
 def _coarse(shape: tuple[int, int], rows: tuple[int, int]) -> Float32:
-    """Return the directions to the centres of blocks of texels, with an extra block per side."""
+    """Return the directions to the centres of blocks of texels, plus one block on each side."""
     row = np.arange(rows[0] // _COARSE - 1, rows[1] // _COARSE + 1) + 0.5
     column = np.arange(-1, shape[1] // _COARSE + 1) + 0.5
     elevation = np.pi * (0.5 - row * _COARSE / shape[0])[:, None]
@@ -210,7 +210,7 @@ def _coarse(shape: tuple[int, int], rows: tuple[int, int]) -> Float32:
 
 
 def _refine(coarse: Float32) -> Float32:
-    """Interpolate the values of blocks to their texels, and drop the extra blocks."""
+    """Interpolate the values of blocks at their texels and drop the extra blocks."""
     size = (coarse.shape[1] * _COARSE, coarse.shape[0] * _COARSE)
     fine = cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR)
     return np.ascontiguousarray(fine[_COARSE:-_COARSE, _COARSE:-_COARSE], np.float32)

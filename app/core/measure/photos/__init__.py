@@ -1,1 +1,1 @@
-"""Build a panorama from photos taken all around."""
+"""Build a panorama from photos taken in all directions."""

@@ -1,11 +1,11 @@
-"""Measure the light from photos taken all around from one spot.
+"""Measure the light from photos taken in all directions from one spot.
 
     files -> pictures -> matches -> directions -> curve, exposures -> merged
           -> gaps filled -> lamps, sun, corrections -> audit
 
-Exposures of one bracket face nearly the same direction, so only the best one is compared with other
-photos. Exposures in EXIF are only a starting point. The overlaps decide, since phones process
-exposures as they like.
+The exposures of one bracket face nearly the same direction, so only the best one is compared with
+other photos. The exposures in EXIF are only a starting point. The overlaps decide, since phones
+process their photos unpredictably.
 """
 
 from __future__ import annotations
@@ -76,12 +76,13 @@ class Photograph:
     Attributes:
         pixels: (h, w, 3) uint8. The photo.
         small: A tiny copy of the photo.
-        points: Feature points of a copy whose longer side is at most `LONGEST`.
+        points: Feature points of a copy whose longer side is at most `LONGEST` pixels.
         stated_focal_px: Focal length from EXIF, in pixels of that copy.
         rotation: (3, 3) float64. Rotation from camera to panorama axes, or None if it could not be
-            found.
+            determined.
         focal_px: Focal length, in pixels of `pixels`.
-        bracket: Number of the photo's bracket. All photos of a bracket have the same direction.
+        bracket: Number of the bracket to which the photo belongs. All photos in a bracket have the
+            same direction.
         wide_deg: Horizontal angle of a panorama, in degrees.
     """
 
@@ -97,29 +98,29 @@ class Photograph:
 
     @property
     def stops(self) -> float | None:
-        """Exposure from EXIF in stops, or None if it is not stated."""
+        """The exposure from EXIF in stops, or None if it is not recorded."""
         return None if self.frame.exposure is None else self.frame.exposure.ev
 
     @property
     def fov_deg(self) -> float:
-        """Horizontal field of view, in degrees."""
+        """The horizontal field of view, in degrees."""
         return self.wide_deg or math.degrees(
             2.0 * math.atan(self.pixels.shape[1] / 2.0 / self.focal_px)
         )
 
     @property
     def angles_deg(self) -> tuple[float, float, float] | None:
-        """Azimuth, elevation and clockwise roll in degrees, or None if there is no rotation."""
+        """The azimuth, elevation and clockwise roll in degrees, or None if there is no rotation."""
         return None if self.rotation is None else angles_of(self.rotation @ _AXES)
 
 
 @dataclass(frozen=True, slots=True)
 class PhotosOptions(WayOptions):
-    """Options for photos taken all around.
+    """Options for photos taken in all directions.
 
     Attributes:
         fov_deg: Horizontal angle of a single wide panorama, or None to estimate it.
-        unstitched: Whether to measure pictures with two fisheye circles as such.
+        unstitched: Whether to measure pictures with two fisheye circles as unstitched pictures.
     """
 
     fov_deg: float | None = None
@@ -152,12 +153,12 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure the light from photos taken all around, or from one folder of them.
+    """Measure the light from photos taken in all directions, or from one folder of them.
 
     Azimuth 0 is the direction of the first photo that could be placed. A single file is treated as
-    a panorama that a phone has stitched. Pictures of two fisheye circles are measured as such. The
-    errors are those of `measurement.Entry`, plus a `ProbeError` if the photos do not belong
-    together or show too little.
+    a panorama that a phone has stitched. Pictures with two fisheye circles are measured as
+    unstitched pictures. The errors are those of `measurement.Entry`, plus a `ProbeError` if the
+    photos do not belong together or show too little.
     """
     options, token = options or MeasureOptions(), token or Token()
     own = options.of(PhotosOptions)
@@ -185,7 +186,7 @@ def measure(
 
 @dataclass(frozen=True, slots=True)
 class _PhotoLight:
-    """Light before its gaps are filled: radiance, mask of known texels and clipped fractions."""
+    """Light before its gaps are filled: radiance, a mask of known texels and clipped fractions."""
 
     photographs: list[Photograph]
     stops: tuple[float, ...]
@@ -195,7 +196,7 @@ class _PhotoLight:
 
 
 def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Measurement:
-    """Fill the gaps, and finish the light as for all measurements."""
+    """Fill the gaps and finish the light as in all measurements."""
     (radiance, coverage, clipped), stops, remarks = light.planes, light.stops, light.remarks
     oriented = [photograph for photograph in light.photographs if photograph.rotation is not None]
     exposures_known = all(p.frame.exposure is not None and p.frame.exposure.known for p in oriented)
@@ -230,7 +231,7 @@ def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Meas
 
 
 def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
-    """Map a phone's stitched panorama onto the sphere, using GPano or as a cylinder."""
+    """Map a phone's stitched panorama onto the sphere, according to GPano or as a cylinder."""
     photograph = replace(_read_one(token, file, _PANORAMA), rotation=_AXES)
     pixels, area = photograph.pixels, photograph.frame.area_deg
     height, width = pixels.shape[:2]
@@ -274,13 +275,13 @@ def _width_deg(pixels: Bytes, name: str) -> float:
 
 
 def _circled(files: Sequence[Path], token: Token) -> bool:
-    """Return whether pictures show two fisheye circles each, judging by three of them."""
+    """Return whether the pictures show two fisheye circles each, judging by three of them."""
     some = {files[k] for k in (0, len(files) // 2, len(files) - 1)} if files else set()
     return any(shows_circles(file, token) for file in sorted(some))
 
 
 def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograph]:
-    """Decode the photos and find their feature points."""
+    """Decode the photos and detect their feature points."""
     if not _COUNTS[0] <= len(files) <= _COUNTS[1]:
         few = tr("A full panorama needs 12–40 photos (you chose {count}).", count=len(files))
         raise ProbeError(few, _OVER)
@@ -305,7 +306,7 @@ def _read_one(token: Token, file: Path, most: int = _MERGE_SIDE) -> Photograph:
 
 
 def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
-    """Divide photos into brackets if all brackets have the same exposure steps.
+    """Divide the photos into brackets if all brackets have the same exposure steps.
 
     Otherwise, each photo is a bracket of its own.
     """
@@ -323,7 +324,7 @@ def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
 def _place(
     photographs: Sequence[Photograph], token: Token, report: Report
 ) -> tuple[list[Photograph], list[Remark]]:
-    """Find the directions of the photos, and remark on those that have none."""
+    """Determine the directions of the photos, with remarks on those that have none."""
     size = len(photographs) // (photographs[-1].bracket + 1)
     dull = [abs(float(np.median(photograph.small)) - _MIDDLE_CODE) for photograph in photographs]
     # Index of the best exposure in every bracket.
@@ -360,7 +361,7 @@ def _place(
 
 
 def _middle(oriented: Sequence[Photograph]) -> float:
-    """Return the middle of the exposures that EXIF states."""
+    """Return the middle of the exposures recorded in EXIF."""
     return float(np.median([p.stops for p in oriented if p.stops is not None] or [0.0]))
 
 
@@ -368,7 +369,7 @@ def _look_up(oriented: Sequence[Photograph]) -> tuple[Bytes, Bools]:
     """Sample the same directions in small copies of all photos.
 
     Returns:
-        The codes, (K, N, 3) uint8, and whether each is visible, (K, N) bool.
+        The codes, (K, N, 3) uint8, and a mask of the codes that are visible, (K, N) bool.
     """
     scales = [max(p.small.shape) / max(p.pixels.shape) for p in oriented]
     looks = [
@@ -397,10 +398,11 @@ def _curve(oriented: Sequence[Photograph], codes: Bytes, visible: Bools) -> Resp
 def _layers(
     oriented: Sequence[Photograph], codes: Bytes, visible: Bools, table: Float64
 ) -> list[OrientedPicture]:
-    """Find the light that the codes of each photo stand for.
+    """Determine the light that the codes in each photo stand for.
 
-    Exposures are fitted by least squares of logarithms, so that overlaps that are unclipped in both
-    photos become equal, and exposures stay close to those in EXIF, very close within a bracket.
+    Exposures are fitted by least squares of logarithms. The fit makes overlaps that are unclipped
+    in both photos equal, and it keeps the exposures close to those in EXIF, and very close within a
+    bracket.
     """
     middle = _middle(oriented)
     start = np.array([0.0 if p.stops is None else middle - p.stops for p in oriented])
@@ -431,7 +433,7 @@ def _layers(
 def _filled(
     merged: MergedLight, coverage: Bools, remarks: list[Remark]
 ) -> tuple[MergedLight, float]:
-    """Fill areas that no photo shows, and report where they are and how much they cover."""
+    """Fill the areas that no photo shows, and report where they are and how much they cover."""
     gaps = (
         (~coverage).mean(axis=1) * solid_angles(coverage.shape) * coverage.shape[1] / (4.0 * np.pi)
     )

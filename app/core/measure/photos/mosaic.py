@@ -1,10 +1,10 @@
 """Merge photos with known directions into a panorama of light.
 
-Each photo is a pinhole picture, and all are taken from one point. Texels are sampled several times.
-Each sample is merged from all photos that show it, like the frames of a bracket (`merge_band`):
-photos are weighted by noise, with no weight for clipped pixels and more weight away from a photo's
-edge, so that no seam is visible. The merged samples are averaged rather than the codes, so a lamp
-keeps its light.
+Each photo is a pinhole picture, and all are taken from one point. Each texel is sampled several
+times. Each sample is merged from all photos that show it, like the frames of a bracket
+(`merge_band`): photos are weighted by noise, clipped pixels have no weight, and the weight
+increases away from a photo's edge, which hides the seams. It is the merged samples, not the codes,
+that are averaged, so a lamp keeps its light.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ class OrientedPicture:
 
     Attributes:
         pixels: (h, w, 3) uint8 codes, or float32 linear light in which 1 is saturated.
-        rotation: (3, 3) float64. Rotation from camera axes (right, down, front) to those of a
-            panorama (`app.core.base.sphere`).
-        gains: Radiance of linear red, green and blue values of 1. For linear pictures, the mean is
-            used.
-        mask: (h, w) bool. Usable area, or None if the whole picture is usable.
+        rotation: (3, 3) float64. Rotation from camera axes (right, down and forward) to those of a
+            panorama (see `app.core.base.sphere`).
+        gains: Radiance that corresponds to linear red, green and blue values of 1. For linear
+            pictures, the mean is used.
+        mask: (h, w) bool. Mask of the usable area, or None if the whole picture is usable.
     """
 
     pixels: NDArray[Any] = field(repr=False)
@@ -55,15 +55,15 @@ class OrientedPicture:
 
     @property
     def stops(self) -> float:
-        """Exposure in stops, relative to one that a radiance of 1 saturates."""
+        """The exposure in stops, relative to an exposure that a radiance of 1 saturates."""
         return -math.log2(sum(self.gains) / 3.0)
 
     def look(self, rays: Float32) -> tuple[NDArray[Any], Float32]:
-        """Sample the photo at directions, (h, w, 3), in the panorama's axes.
+        """Sample the photo in the given directions, (h, w, 3), in panorama coordinates.
 
         Returns:
-            The pixels, (h, w, 3), and their distance from the picture's edge as a fraction of half
-            a side, (h, w) float32, which is 0 outside the picture.
+            The pixels, (h, w, 3), and their distances from the picture's edge as fractions of half
+            a side, (h, w) float32, which are 0 outside the picture.
         """
         local = rays @ self.rotation.astype(np.float32)
         scale = np.float32(self.focal_px) / np.maximum(local[..., 2], np.float32(_AHEAD))
@@ -96,9 +96,9 @@ def light_around(
         table: (3, 256) float64. Linear light of each code, or None for sRGB.
 
     Returns:
-        The radiance, (H, W, 3) float32 in the unit of the gains, which is 0 where unknown; the mask
-        of known texels, (H, W); and the fraction of each texel that is clipped in all photos that
-        show it, (H, W) float32.
+        The radiance, (H, W, 3) float32 in the unit of the gains, which is 0 where it is unknown; a
+        mask of the known texels, (H, W); and the fraction of each texel that is clipped in every
+        photo that shows it, (H, W) float32.
 
     Raises:
         Cancelled: If the token is cancelled.
@@ -117,7 +117,7 @@ def light_around(
 
 
 def _lights(pictures: Sequence[OrientedPicture], table: Float64) -> list[FrameLight]:
-    """Build the tables that convert photos to weights and light."""
+    """Build the tables that convert the photos to weights and light."""
     stops = [picture.stops for picture in pictures]
     lights = []
     for index, picture in enumerate(pictures):
@@ -138,7 +138,7 @@ def _fill_tile(
     token: Token,
     corner: tuple[int, int],
 ) -> None:
-    """Merge the samples of a tile from the photos that show it, and average them."""
+    """Merge the samples in a tile from the photos that show it, and average them."""
     token.check()
     height, width = (side * samples for side in planes[0].shape[:2])
     rows, columns = (np.arange(c * samples, (c + _TILE) * samples) for c in corner)

@@ -1,4 +1,4 @@
-"""Remarks about stitched photos."""
+"""Remarks on stitched photos."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class OneExposure(Remark):
-    """The photos have only one exposure, so lamps and windows are clipped."""
+    """All photos have the same exposure, so lamps and windows are clipped."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,13 +1,14 @@
-"""Estimate rotations and focal lengths of photos taken from one point.
+"""Estimate the rotations and focal lengths of photos taken from one point.
 
-Photos from a turning camera are related by homographies. Pairs are found by RootSIFT points and
+Photos from a turning camera are related by homographies. Pairs are matched by RootSIFT points and
 accepted as in M. Brown and D. Lowe, "Automatic Panoramic Image Stitching using Invariant Features",
-IJCV 2007. The focal length is the one for which all pairs are rotations. Then all rotations and
-focal lengths are adjusted together, by Gauss-Newton with Cauchy's weights and without outliers. Up
-is the direction for which the cameras' right sides are level (section 5 of that paper).
+IJCV 2007. The focal length is the one for which all pairs are related by rotations. All rotations
+and focal lengths are then adjusted together, by Gauss-Newton with Cauchy's weights and without
+outliers. Up is the direction for which the cameras' right vectors are level (section 5 of that
+paper).
 
-Camera axes are right, down and front. Rotations convert them to a common system, which in the end
-is that of a panorama.
+The camera axes point right, down and forward. Rotations convert them to a common coordinate system,
+which in the end is that of a panorama.
 """
 
 from __future__ import annotations
@@ -46,17 +47,17 @@ _LEAN: Final = 0.005
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PhotoPair:
-    """Matching points of two photos, (M, 2) float64 each, relative to the picture centres."""
+    """Matching points in two photos, (M, 2) float64 each, relative to the picture centres."""
 
     numbers: tuple[int, int]
     points: tuple[Float64, Float64] = field(repr=False)
 
     def rays(self, focals: Float64 | Mapping[int, float]) -> list[Float64]:
-        """Return unit vectors in both cameras' axes, (M, 3) each.
+        """Return unit vectors in the axes of both cameras, (M, 3) each.
 
         Args:
-            focals: Focal length of each photo, in pixels. If they are (N, K, 1), the results are
-                (K, M, 3).
+            focals: Focal length of each photo, in pixels. If the array is (N, K, 1), the results
+                are (K, M, 3).
         """
         pairs = zip(self.points, self.numbers, strict=True)
         return [unit_rays(points, 1.0 / focals[k]) for points, k in pairs]
@@ -104,7 +105,7 @@ def _link(views: Sequence[Features], token: Token, numbers: tuple[int, int]) -> 
 
 
 def groups(count: int, links: Iterable[PhotoPair]) -> list[list[int]]:
-    """Return the connected groups of photos, largest first."""
+    """Return the connected groups of photos, largest group first."""
     name = np.arange(count)
     for link in links:
         first, second = name[list(link.numbers)]
@@ -118,11 +119,11 @@ def turn(
     """Return the rotations, (3, 3), and the focal lengths, in pixels, of matching photos.
 
     Args:
-        stated: Focal length of each photo in EXIF, in pixels, or None if it is not stated.
+        stated: Focal length of each photo from EXIF, in pixels, or None if it is not recorded.
 
     Returns:
-        The rotations and the focal lengths in the largest group, keyed by the photos' numbers, and
-        the typical error of matching points, in pixels.
+        The rotations and the focal lengths for the largest group, each keyed by the photos'
+        numbers, and the typical error of matching points, in pixels.
     """
     good, focals = list(links), _focals(stated, links)
     while good:
@@ -137,7 +138,7 @@ def turn(
 
 
 def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float64:
-    """Return the stated focal lengths in pixels, scaled so that pairs become rotations."""
+    """Return the focal lengths from EXIF, in pixels, scaled to make the pairs rotations."""
     usual = float(np.median([focal for focal in stated if focal] or [LONGEST]))
     base, cost = np.array([focal or usual for focal in stated]), np.abs(np.log(_FOCALS)) * 1e-6
     motions = [np.median(np.linalg.norm(np.subtract(*link.points), axis=1)) for link in links]
@@ -153,7 +154,7 @@ def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float
 def _chained(
     members: Sequence[int], links: Sequence[PhotoPair], focals: Float64
 ) -> dict[int, Float64]:
-    """Chain the rotations of all photos along the pairs with the most points."""
+    """Chain the rotations of all photos along the pairs with the most matching points."""
     rotations = {members[0]: np.eye(3)}
     rest = sorted(links, key=lambda link: -len(link.points[0]))
     while len(rotations) < len(members):
@@ -172,7 +173,7 @@ def _adjusted(
     rotations: dict[int, Float64],
     focals: Float64,
 ) -> tuple[dict[int, Float64], dict[int, float]]:
-    """Adjust all rotations and focal lengths, which are four unknowns per photo.
+    """Adjust all rotations and focal lengths, with four unknowns per photo.
 
     The zoom is assumed to be nearly the same in all photos. A very weak prior fixes the overall
     rotation.
@@ -202,7 +203,7 @@ def _adjusted(
 def _equations(
     link: PhotoPair, rotations: Mapping[int, Float64], focals: Mapping[int, float]
 ) -> tuple[Float64, Float64]:
-    """Linearise the errors of a pair's points, as slopes (M, 3, 8) and errors (M, 3) in pixels.
+    """Linearise the errors of a pair's points: slopes, (M, 3, 8), and errors, (M, 3), in pixels.
 
     The slope of R exp(w) u with respect to w is -R [u]x. With respect to the logarithm of the focal
     length, the slope is the part of -(x, y, 0) / f that is perpendicular to u.
@@ -220,11 +221,12 @@ def _equations(
 
 
 def upright(rotations: Mapping[int, Float64], first: int) -> dict[int, Float64]:
-    """Rotate all photos so that the mean camera is level and one photo is at azimuth 0.
+    """Rotate all photos to make the mean camera level and put one photo at azimuth 0.
 
     Args:
-        rotations: Rotation of each photo, (3, 3) float64, from camera axes to a common system.
-        first: Number of the photo at azimuth 0.
+        rotations: Rotation of each photo, (3, 3) float64, from camera axes to a common coordinate
+            system.
+        first: Number of the photo to put at azimuth 0.
     """
     every = np.array(list(rotations.values()))
     sides, mean = every[:, :, 0], -every[:, :, 1].mean(axis=0)

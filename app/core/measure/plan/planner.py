@@ -1,12 +1,12 @@
-"""Plan a bracket from a metered exposure and the limits of a camera.
+"""Plan a bracket, given a metered exposure and the limits of a camera.
 
-ISO and aperture are fixed for the whole bracket, and only the shutter changes. Cameras offer
-nominal thirds of a stop, so a target exposure is rounded to the logarithmically nearest one. From
-then on, the exposure actually sent is used, never the target.
+ISO and aperture are fixed for the whole bracket, and only the shutter speed changes. Cameras offer
+nominal thirds of a stop, so a target exposure is rounded to the logarithmically nearest setting.
+From then on, the exposure actually sent is used, never the target.
 
-A camera reports its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the
-manual program). For cameras that cannot be queried, `app.core.camera_catalogue` has the lists
-of Ricoh's Web API v2.1.
+A camera reports its own lists of settings in the manual program (`shutterSpeedSupport`,
+`isoSupport` and `apertureSupport`). For cameras that cannot be queried, `app.core.camera_catalogue`
+has the lists of Ricoh's Web API v2.1.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from app.core.measure.read.frame import Exposure
 from app.core.text import tr
 
 STEP_EV: Final = 2.0
-"""Step between neighbouring frames in stops, as in the paper."""
+"""Step between neighbouring frames, in stops, as in the paper."""
 
 LONGEST_S: Final = 4.0
-"""Default limit for a planned exposure time, in seconds."""
+"""Default limit on a planned exposure time, in seconds."""
 
 OVERHEAD_S: Final = 2.4
-"""Time that a Theta Z1 takes for a frame of its bracket besides the exposure, in seconds."""
+"""Time that a Theta Z1 takes for one frame of its bracket besides the exposure, in seconds."""
 
 MAX_SHOTS: Final = 19
-"""Maximum number of frames that any Theta takes in one bracket."""
+"""Maximum number of frames that any Theta can take in one bracket."""
 
 _TOLERANCE_EV: Final = 1.0 / 6.0
 _WORTH_EV: Final = 0.5
@@ -53,11 +53,11 @@ class Plan:
     """A bracket to shoot, in order.
 
     The metered exposure comes first, since cameras apply the stitching and levelling of the first
-    frame to all frames. The brighter one follows, and then the darker ones, each darker than the
+    frame to all frames. The brighter frame follows, and then the darker ones, each darker than the
     last.
 
     Attributes:
-        expected_s: Duration, including the camera's overhead.
+        expected_s: Expected duration in seconds, including the camera's overhead.
     """
 
     kind: Literal["paper", "full"]
@@ -78,19 +78,19 @@ def plan(
     """Plan a bracket around a metered exposure.
 
     "paper" is 0, +2 and -2 EV, at the aperture nearest to the metered one and the lowest ISO at
-    which +2 EV takes no longer than `longest_s`. If even -2 EV would need a shorter exposure than
-    the camera has, the aperture is closed down.
+    which +2 EV takes no longer than `longest_s`. If even -2 EV would need a shorter exposure time
+    than the camera offers, the lens is stopped down.
 
-    "full" is 0, +2, and then darker in steps of 2 EV, down to the camera's darkest exposure.
+    "full" is 0, +2, and then darker in steps of 2 EV, down to the camera's darkest exposure. The
     ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the aperture is the
-    smallest for which that still holds. The last step is shorter if the range is not a multiple of
+    smallest for which this still holds. The last step is shorter if the range is not a multiple of
     2 EV, or up to 0.5 EV longer if one more frame would not be worth its time. If the range needs
     more frames than `shots`, the dark frames are spread evenly over the range, since a wider step
     only costs accuracy where two frames meet, whereas a missing dark frame loses the lamps.
 
     If the camera cannot make the metered exposure, the bracket is centred on the nearest exposure
-    that the camera can make. An offset that is out of reach is replaced with the nearest possible
-    one, with a remark, and equal frames are shot only once.
+    that it can make. An offset that is out of reach is replaced with the nearest possible one,
+    which is reported in a remark. Identical frames are shot only once.
 
     Raises:
         ProbeError: If the metered exposure lacks an ISO or f-number, `shots` or `longest_s` is out
@@ -122,19 +122,19 @@ def plan(
 
 @dataclass(frozen=True, slots=True)
 class _Settings:
-    """The camera's settings, judged by their offsets from the metered exposure."""
+    """The settings of the camera, judged by their offsets from the metered exposure."""
 
     auto_exposure: Exposure
     times: tuple[float, ...]
     limits: CameraLimits
 
     def time(self, iso: float, aperture: float, offset: float) -> float:
-        """Return the exact exposure time for an offset, whether or not the camera has that time."""
+        """Return the exact exposure time for an offset, whether or not the camera offers it."""
         gain = (self.auto_exposure.iso / iso) * (aperture / self.auto_exposure.aperture) ** 2
         return self.auto_exposure.shutter_s * gain * float(2.0**offset)
 
     def darkest(self, iso: float, aperture: float) -> float:
-        """Return the offset of the darkest exposure at these settings, in stops."""
+        """Return the offset, in stops, of the darkest exposure at these settings."""
         return Exposure(self.times[0], iso, aperture).ev - self.auto_exposure.ev
 
     def middle(self, iso: float, aperture: float) -> float:
@@ -145,12 +145,12 @@ class _Settings:
         return min(max(self.darkest(iso, aperture), 0.0), lightest)
 
     def outside(self, iso: float, aperture: float, offset: float) -> float:
-        """Return how many stops an offset is beyond the camera's times; negative means within."""
+        """Return how many stops an offset is outside the camera's times; negative means within."""
         time = self.time(iso, aperture, offset)
         return max(math.log2(time / self.times[-1]), math.log2(self.times[0] / time))
 
     def miss(self, iso: float, aperture: float, offsets: Sequence[float]) -> float:
-        """Return by how many stops in total the offsets are out of reach, after rounding."""
+        """Return by how many stops, in total, the offsets are out of reach after rounding."""
         total = 0.0
         for offset in offsets:
             total += max(self.outside(iso, aperture, offset) - _TOLERANCE_EV, 0.0)
@@ -185,7 +185,7 @@ class _Settings:
         ]
 
     def shot(self, iso: float, aperture: float, offset: float) -> PlannedShot:
-        """Return a shot with the logarithmically nearest exposure time.
+        """Return a shot whose exposure time is the logarithmically nearest one.
 
         If two times are equally near, the shorter one is used.
         """
@@ -225,7 +225,7 @@ def _check(auto_exposure: Exposure, limits: CameraLimits, shots: int, longest_s:
 
 
 def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float], list[Remark]]:
-    """Return the offsets in shooting order: the middle, 2 EV above it, and down to the floor."""
+    """Return the offsets in shooting order: the middle, 2 EV above it, then down to the floor."""
     notes: list[Remark] = []
     if -STEP_EV + _TOLERANCE_EV < floor <= 0.0:
         notes.append(DarkestExposure(floor))

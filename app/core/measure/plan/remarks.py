@@ -1,4 +1,4 @@
-"""Remarks about a planned bracket."""
+"""Remarks on a planned bracket."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class OffsetMissed(Remark):
     """An exposure that the camera cannot make was replaced with the nearest possible one.
 
     Attributes:
-        wanted_ev, nearest_ev: Both exposures, in EV from the metered one.
+        wanted_ev, nearest_ev: Target and actual exposure, in EV relative to the metered exposure.
     """
 
     wanted_ev: float
@@ -21,7 +21,7 @@ class OffsetMissed(Remark):
 
 @dataclass(frozen=True, slots=True)
 class DarkestExposure(Remark):
-    """The camera's darkest exposure, in EV from the metered one."""
+    """The camera's darkest exposure, in EV relative to the metered one."""
 
     floor_ev: float
 
@@ -37,10 +37,10 @@ class WiderSteps(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BracketShifted(Remark):
-    """The whole bracket is shifted from the metered exposure.
+    """The whole bracket is offset from the metered exposure.
 
     Attributes:
-        middle_ev: Shift in EV, positive if the bracket is brighter.
+        middle_ev: Offset in EV, which is positive if the bracket is brighter.
     """
 
     middle_ev: float

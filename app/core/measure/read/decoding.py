@@ -1,11 +1,12 @@
 """Decode frames, and read their rows from memory, from the file or from a temporary file.
 
-All formats are read with OpenImageIO. It reads a JPEG as fast as OpenCV, keeps the stored
-orientation and the order red, green, blue, and reads rows without loading the whole picture. Unlike
-OpenCV, it reports truncated files (libjpeg fills the missing part with grey).
+All formats are read with OpenImageIO. It reads a JPEG as fast as OpenCV does, keeps the stored
+orientation and the channel order red, green, blue, and reads rows without loading the whole
+picture. Unlike OpenCV, it reports truncated files (libjpeg fills the missing part with grey).
 
-`open_frame` makes the first pass. A frame that may be kept in memory is decoded once; any other is
-read by rows, and again for the merge. Either way, the first pass produces a thumbnail and samples.
+`open_frame` makes the first pass. A frame that may be kept in memory is decoded once. Any other
+frame is read by rows, and then again for the merge. Either way, the first pass produces a thumbnail
+and samples.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ Pixels: TypeAlias = NDArray[Any]
 """Rows of a frame as stored, (rows, W, 3), either encoded uint8 or uint16, or linear float32."""
 
 READ_ROWS: Final = 64
-"""Number of rows read at a time, a multiple of a JPEG's blocks that still fits in the cache."""
+"""Number of rows read at a time, a multiple of a JPEG's block size that still fits in the cache."""
 
 _TYPES: Final = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float32, "float": np.float32}
 _LAST_ROWS: Final = 16
@@ -59,9 +60,9 @@ class MemoryRows:
 
 
 class RawRows:
-    """A copy of a frame in a temporary file, because the frame cannot be read by rows.
+    """A copy, in a temporary file, of a frame that cannot be read by rows.
 
-    The file has no name and is deleted together with the object.
+    The file has no name, and it is deleted together with the object.
 
     Raises:
         ProbeError: If the disk is full.
@@ -106,9 +107,9 @@ class RawRows:
 
 
 class FileRows:
-    """A frame read from its file by rows, from top to bottom, repeatedly if necessary.
+    """A frame that is read from its file by rows, from top to bottom, repeatedly if necessary.
 
-    The frame's size and kind must be those of the file. Rows are returned as stored.
+    The frame's size and kind must match the file. Rows are returned as stored.
     """
 
     __slots__ = ("_frame", "_next", "_source", "_tiles")
@@ -163,7 +164,7 @@ class FileRows:
         return tiles[1][start - tiles[0] : stop - tiles[0]], ""
 
     def close(self) -> None:
-        """Close the file, which the next call of `rows` opens again."""
+        """Close the file. The next call to `rows` reopens it."""
         self._tiles = None
         if self._source is not None:
             self._source.close()
@@ -172,18 +173,18 @@ class FileRows:
 
 
 RowSource: TypeAlias = MemoryRows | RawRows | FileRows
-"""The read-only rows of one frame, to be read from top to bottom."""
+"""The read-only rows of one frame, which are read from top to bottom."""
 
 
 def decode(frame: Frame, token: Token) -> Pixels:
-    """Decode a whole frame, (H, W, 3), and turn it upright according to `Frame.orientation`.
+    """Decode a whole frame, (H, W, 3), and rotate it upright according to `Frame.orientation`.
 
     Returns:
-        Encoded uint8 or uint16, or linear float32. Grey is repeated in three channels, and alpha is
-        dropped.
+        Encoded uint8 or uint16 pixels, or linear float32 pixels. Greyscale is repeated in three
+        channels, and alpha is dropped.
 
     Raises:
-        ProbeError: If the file is missing, damaged, truncated, or contradicts `Frame`.
+        ProbeError: If the file is missing, damaged or truncated, or contradicts `Frame`.
     """
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
@@ -226,11 +227,11 @@ def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
 
 
 def decode_half(frame: Frame, token: Token) -> Pixels:
-    """Decode a JPEG at half its size, (H / 2, W / 2, 3) codes, for little more than half the work.
+    """Decode a JPEG at half size, (H / 2, W / 2, 3) codes, in little more than half the time.
 
-    Every pixel is the mean code of four, which the decoder computes from a block's lower
-    frequencies. OpenCV does not report damaged files, so check `halvable` first, and `is_whole` if
-    in doubt.
+    Every pixel is the mean code of four pixels, which the decoder computes from the lower
+    frequencies of a block. OpenCV does not report damaged files, so check `halvable` first, and
+    `is_whole` if in doubt.
 
     Raises:
         ProbeError: If the file cannot be read or the picture's size has changed.
@@ -249,7 +250,7 @@ def decode_half(frame: Frame, token: Token) -> Pixels:
 
 
 def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
-    """Divide rows into bands ``(start, stop)`` from top to bottom. The last may be shorter.
+    """Divide rows into bands ``(start, stop)``, from top to bottom. The last band may be shorter.
 
     >>> row_bands(10, 4)
     [(0, 4), (4, 8), (8, 10)]
@@ -258,10 +259,10 @@ def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
 
 
 def needs_whole_decode(path: Path) -> bool:
-    """Return whether a reader must decode the whole picture for its first row.
+    """Return whether a reader must decode the whole picture to get its first row.
 
-    This is the case for progressive JPEG, whose decoder keeps all coefficients (three times the
-    picture's size), and for interlaced PNG. Everything else is read row by row.
+    This is the case for progressive JPEGs, whose decoder keeps all coefficients (three times the
+    picture's size), and for interlaced PNGs. All other files are read row by row.
     """
     with contextlib.suppress(OSError), open_file(path) as stream:
         head = stream.read(29)
@@ -278,7 +279,7 @@ def damaged(path: Path) -> ProbeError:
 
 
 def _progressive(stream: BinaryIO) -> bool:
-    """Return whether the first frame header of a JPEG is a progressive one."""
+    """Return whether the first frame header in a JPEG marks the file as progressive."""
     place = 2
     while True:
         stream.seek(place)
@@ -306,7 +307,7 @@ def _open(frame: Frame) -> ImageInput:
 
 
 def _read(source: ImageInput, frame: Frame, start: int, stop: int) -> tuple[Pixels | None, str]:
-    """Read rows, and return them with the error, which is "" on success."""
+    """Read rows and return them together with the error, which is "" on success."""
     kind = "float" if frame.kind == "half" else frame.kind
     channels = 3 if source.spec().nchannels >= 3 else 1
     pixels: Any = read_rows(source, (start, stop), (0, channels), kind)
@@ -319,7 +320,7 @@ def _read(source: ImageInput, frame: Frame, start: int, stop: int) -> tuple[Pixe
 
 
 def _harmless(error: str, at_end: bool) -> bool:
-    """Return whether a JPEG is complete except for its end marker or stray bytes."""
+    """Return whether a JPEG is complete apart from its end marker or stray bytes."""
     lowered = error.lower()
     if "premature end" in lowered:
         return at_end

@@ -14,10 +14,10 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """The exposure of a frame, given as time in seconds, ISO and f-number.
+    """The exposure of a frame, given as the time in seconds, the ISO and the f-number.
 
     Attributes:
-        known: Whether ISO and f-number are stated rather than assumed.
+        known: Whether the ISO and the f-number are recorded rather than assumed.
     """
 
     shutter_s: float
@@ -32,13 +32,13 @@ class Exposure:
 
     @property
     def ev(self) -> float:
-        """Exposure in stops. One stop more is twice as bright."""
+        """The exposure in stops. One stop more is twice as bright."""
         return math.log2(self.factor)
 
 
 @dataclass(frozen=True, slots=True)
 class LensExposure:
-    """The exposure of one lens (Ricoh maker note 0x0101, 0x0103)."""
+    """The exposure of one lens (Ricoh maker notes 0x0101 and 0x0103)."""
 
     shutter_s: float
     iso: float
@@ -46,7 +46,7 @@ class LensExposure:
 
 @dataclass(frozen=True, slots=True)
 class XmpPose:
-    """Orientation from XMP (GPano), in degrees. The compass heading is never used."""
+    """The orientation from XMP (GPano), in degrees. The compass heading is never used."""
 
     pitch_deg: float
     roll_deg: float
@@ -55,21 +55,22 @@ class XmpPose:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The metadata of a bracket's frame, without pixels.
+    """The metadata of a frame in a bracket, without its pixels.
 
     Attributes:
-        shape: Rows and columns.
+        shape: Numbers of rows and columns.
         kind: "uint8", "uint16", "half" or "float".
-        exposure: Exposure from EXIF or the user, or None if neither states it.
-        area_deg: Area of a partial panorama from XMP (GPano), as the azimuths of its left and right
-            edges and the elevations of its top and bottom. None if it is not stated.
-        zenith_corrected: Whether the camera levelled the picture, or None if not stated.
-        lenses: Exposures of the two lenses, or an empty tuple if not stated.
-        fisheye: Whether the file states that the picture is unstitched.
+        exposure: Exposure from EXIF or from the user, or None if neither provides it.
+        area_deg: Area of a partial panorama from XMP (GPano), given as the azimuths of its left and
+            right edges and the elevations of its top and bottom edges, in degrees, or None if not
+            recorded.
+        zenith_corrected: Whether the camera levelled the picture, or None if this is not recorded.
+        lenses: Exposures of the two lenses, or an empty tuple if these are not recorded.
+        fisheye: Whether the file is marked as unstitched.
         orientation: EXIF orientation, 1 to 8.
-        primaries: The x and y of red, green, blue and white, or an empty tuple for those of
-            Rec. 709.
-        focal_mm: Focal length in mm on 24 x 36.
+        primaries: The x and y chromaticities of red, green, blue and white, or an empty tuple for
+            those of Rec. 709.
+        focal_mm: Focal length as a 35 mm equivalent, in mm.
     """
 
     path: Path
@@ -89,12 +90,12 @@ class Frame:
 
     @property
     def decoded_bytes(self) -> int:
-        """Size of the decoded frame in memory in bytes, with half floats converted to floats."""
+        """The size of the decoded frame in memory, in bytes. Half floats are stored as floats."""
         return self.shape[0] * self.shape[1] * 3 * {"uint8": 1, "uint16": 2}.get(self.kind, 4)
 
     @property
     def as_stored(self) -> Frame:
-        """The frame with its rows and columns as stored, before it is turned upright."""
+        """The frame with its rows and columns as stored, before it is rotated upright."""
         rows, columns = self.shape
         shape = (columns, rows) if self.orientation >= 5 else self.shape
         return replace(self, shape=shape, orientation=1)
@@ -102,11 +103,11 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """The frames shot at one place and time.
+    """The frames that were shot at one place and time.
 
     Attributes:
-        frames: The frames, brightest first, without copies, all of one shape. Each has an exposure
-            unless it is the only one.
+        frames: The frames, brightest first, without duplicates and all of the same shape. Each has
+            an exposure unless it is the only frame.
         stops: Exposure of each frame (`Exposure.ev`), in descending order.
         unstitched: Whether the frames show two fisheye circles.
     """
@@ -118,7 +119,7 @@ class Bracket:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of every frame."""
+        """The numbers of rows and columns of every frame."""
         return self.frames[0].shape
 
     @property
@@ -129,14 +130,14 @@ class Bracket:
 
 @dataclass(frozen=True, slots=True)
 class MergedLight:
-    """The linear light of a bracket, with its clipped and dark fractions.
+    """The linear light from a bracket, with its clipped and dark fractions.
 
     Attributes:
-        radiance: (H, W, 3) float32. Linear Rec. 709 light, finite and non-negative, in a unit that
-            saturates a frame with exposure `reference_ev`. It is a lower bound where all frames are
-            clipped.
+        radiance: (H, W, 3) float32. Linear Rec. 709 light, which is finite and non-negative. One
+            unit saturates a frame with the exposure `reference_ev`. The value is a lower bound
+            where all frames are clipped.
         clipped, dark: (H, W) float32. Fraction of each texel's area that every frame clips in its
-            worst channel, or shows as black.
+            worst channel or shows as black, respectively.
         reference_ev: Exposure that defines the unit, in stops.
         clip_level: Radiance at which the darkest frame clips.
         cd_m2: Luminance of one unit in cd/m2, or None if the absolute exposure is unknown.
@@ -157,6 +158,6 @@ class MergedLight:
         return np.dstack([self.clipped, self.dark])
 
     def moved(self, radiance: Float32, shares: Float32) -> MergedLight:
-        """Return resampled light with new fractions, which are limited to 0..1."""
+        """Return resampled light with new fractions, which are limited to the range from 0 to 1."""
         clipped, dark = (np.clip(shares[..., part], 0.0, 1.0) for part in (0, 1))
         return replace(self, radiance=np.ascontiguousarray(radiance), clipped=clipped, dark=dark)

@@ -1,8 +1,8 @@
 r"""Read the Ricoh maker note of a Theta.
 
-A Theta sets the sensitivity of its two lenses separately, and may already have levelled the picture
-or compressed its range. Only the maker note, which OpenImageIO ignores, states this.
-These tags are read. They follow theta-api-specs, "THETA Metadata Spec", and from 0x0101 on,
+A Theta sets the sensitivity of its two lenses separately, and it may already have levelled the
+picture or compressed its range. Only the maker note, which OpenImageIO ignores, records this. The
+following tags are read. They follow theta-api-specs, "THETA Metadata Spec", and from 0x0101 on,
 ExifTool's table `Ricoh::ThetaSubdir`:
 
 ====== ============================ ==========================================================
@@ -19,9 +19,10 @@ tag    type, count                  meaning
 ====== ============================ ==========================================================
 
 Types and counts are those in files from the S (firmware 1.11), V (3.30.1) and X (1.00.1, 2.00.0).
-All are big-endian. The EXIF segment comes first, or second after a JFIF segment (the X reductions).
-The note starts with ``Ricoh\0\0\0`` and a directory, whose entry 0x4001 (LONG, 1) contains the
-offset of the Theta directory. All offsets count from the TIFF header, not from the note.
+All are big-endian. The EXIF segment comes first in the file, or second after a JFIF segment (as in
+the X reductions). The note starts with ``Ricoh\0\0\0`` and a directory, whose entry 0x4001 (LONG,
+1) contains the offset of the Theta directory. All offsets count from the TIFF header, not from the
+note.
 
 Files are untrusted, so only the EXIF segment's own bytes (at most 64 KiB) are read, each offset is
 checked against the segment's end, and at most four directories of 256 entries are read one after
@@ -66,7 +67,7 @@ _TIME_LIMITS: Final = (1e-7, 1e5)
 
 @dataclass(frozen=True, slots=True)
 class RicohNote:
-    """The values in a Theta's maker note, each of which is empty or None if missing."""
+    """The values in a Theta's maker note. A missing value is empty or None."""
 
     lens_isos: tuple[float, ...] = ()
     lens_shutters_s: tuple[float, ...] = ()
@@ -109,7 +110,7 @@ def exif_segment(stream: BinaryIO) -> bytes | None:
 
 
 def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
-    """Return a segment's marker and size after the length field, or None at the picture's data."""
+    """Return a segment's marker and remaining size, or None at the start of the picture data."""
     marker = stream.read(2)
     for _ in range(_MAX_FILL):  # A marker may be preceded by any number of fill bytes.
         if marker != b"\xff\xff":
@@ -127,7 +128,7 @@ def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
 
 
 def parse_ricoh_note(exif: bytes) -> RicohNote | None:
-    """Read a Ricoh maker note's Theta directory, or return None for other or damaged bytes."""
+    """Read the Theta directory in a Ricoh maker note, or return None for other or damaged bytes."""
     order = {b"MM\x00*": ">", b"II*\x00": "<"}.get(exif[:4])
     if order is None:
         return None
@@ -145,7 +146,7 @@ def parse_ricoh_note(exif: bytes) -> RicohNote | None:
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """One entry of a directory, where `offset` is the offset of the entry's values."""
+    """One entry in a directory. Its values start at `offset`."""
 
     kind: int
     count: int
@@ -154,24 +155,24 @@ class _Entry:
 
 @dataclass(frozen=True, slots=True)
 class _Tiff:
-    """Bounds-checked reads in the bytes of a TIFF structure (TIFF 6.0, section 2)."""
+    """Bounds-checked reading from the bytes of a TIFF structure (TIFF 6.0, section 2)."""
 
     data: bytes
     order: str
 
     def unpack(self, form: str, offset: int) -> tuple[int, ...]:
-        """Return the integers at an offset, or none if they are not within the data."""
+        """Return the integers at an offset, or an empty tuple if they are not within the data."""
         form = self.order + form
         if offset < 0 or offset + struct.calcsize(form) > len(self.data):
             return ()
         return struct.unpack_from(form, self.data, offset)
 
     def long_at(self, offset: int) -> int:
-        """Return the offset stored at an offset, or 0 (no directory) if that is beyond the data."""
+        """Return the offset stored at an offset, or 0 (no directory) if it is beyond the data."""
         return next(iter(self.unpack("I", offset)), 0)
 
     def directory(self, offset: int) -> dict[int, _Entry]:
-        """Return the entries by tag of the directory at an offset, or none if it is incomplete."""
+        """Return the directory at an offset as entries by tag, or none if it is incomplete."""
         count = next(iter(self.unpack("H", offset)), 0)
         whole = offset + 2 + 12 * count <= len(self.data)
         if offset < 8 or not whole or count > _MAX_ENTRIES:
@@ -184,7 +185,7 @@ class _Tiff:
         return entries
 
     def pointer(self, entries: dict[int, _Entry], tag: int) -> int:
-        """Return the offset in an entry, or 0 if the entry has none."""
+        """Return the offset stored in an entry, or 0 if the entry contains none."""
         entry = entries.get(tag)
         if entry is None or (entry.kind, entry.count) != (_LONG, 1):
             return 0
@@ -207,7 +208,7 @@ class _Tiff:
 
 
 def _fits_inside(kind: int, count: int) -> bool:
-    """Return whether an entry's values fit in the entry itself, taking at most four bytes."""
+    """Return whether an entry's values fit in the entry itself, that is, in at most four bytes."""
     size = {1: 1, 2: 1, _SHORT: 2, _LONG: 4, 6: 1, _UNDEFINED: 1, 8: 2, 9: 4, 11: 4}.get(kind, 8)
     return size * count <= 4
 
@@ -230,7 +231,7 @@ def _flag(tiff: _Tiff, theta: dict[int, _Entry], tag: int) -> bool | None:
 
 
 def _pair(values: tuple[float, ...], limits: tuple[float, float]) -> tuple[float, ...]:
-    """Return two plausible values, or none."""
+    """Return two plausible values, or an empty tuple if they are implausible."""
     if len(values) == 4 and values[1] == values[3] == 0.0:
         values = values[::2]
     plausible = len(values) == 2 and all(limits[0] <= value <= limits[1] for value in values)

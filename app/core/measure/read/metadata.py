@@ -1,8 +1,8 @@
 """Read the metadata of a frame.
 
-Size, number type and EXIF come from the header as OpenImageIO reads it, and a Theta's maker note
-comes from `measure.read.makernote`. Files are untrusted, so a file that cannot be a frame raises a
-`ProbeError` with one sentence, and tags with impossible values count as absent.
+The size, the number type and EXIF come from the header as read by OpenImageIO, and a Theta's maker
+note comes from `measure.read.makernote`. Files are untrusted, so a file that cannot be a frame
+raises a `ProbeError` with a one-sentence message, and tags with impossible values count as absent.
 """
 
 from __future__ import annotations
@@ -35,25 +35,25 @@ if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec
 
 ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
-"""Suffixes of the files used in a folder. Insta360 uses .insp for unstitched JPEGs."""
+"""Suffixes of the files that are used in a folder. Insta360 uses .insp for unstitched JPEGs."""
 
 FRAME_ENDINGS: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
 """Suffixes of photos that may be frames of a bracket."""
 
 MAX_SIDE: Final = 16384
-"""Maximum side of a frame in pixels, as in a panorama of 16384 x 8192."""
+"""Maximum length of a frame's side in pixels, as in a panorama of 16384 x 8192."""
 
 MIN_WIDTH: Final = 16
-"""Minimum width of a frame in pixels, and twice the minimum height, at 22.5 degrees per pixel."""
+"""Minimum width of a frame in pixels, twice the minimum height, at 22.5 degrees per pixel."""
 
 SHUTTER_LIMITS_S: Final = (1e-7, 1e5)
-"""Plausible exposure times in seconds."""
+"""Range of plausible exposure times, in seconds."""
 
 ISO_LIMITS: Final = (0.5, 1e7)
-"""Plausible sensitivities."""
+"""Range of plausible ISO values."""
 
 APERTURE_LIMITS: Final = (0.3, 1000.0)
-"""Plausible f-numbers. Cameras write 0 for an unknown lens."""
+"""Range of plausible f-numbers. Cameras record 0 for an unknown lens."""
 
 # Maximum pixels in a row of tiles, one of which is in memory per frame.
 _MOST_TILED: Final = 1 << 21
@@ -89,10 +89,10 @@ _FOCAL_MM: Final = (6.0, 2000.0)
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with its EXIF tags for time in seconds, ISO and f-number, each None if not stated.
+    """A frame with its EXIF time in seconds, ISO and f-number, each None if not recorded.
 
     Attributes:
-        part: Whether the frame shows only part of the sphere (GPano's cropped area).
+        part: Whether the frame shows only part of the sphere (a cropped area in GPano).
     """
 
     frame: Frame
@@ -106,14 +106,14 @@ class Header:
 
 
 def read_header(path: Path | str) -> Header:
-    """Read the exposure and orientation of a picture file without decoding its pixels.
+    """Read the exposure and the orientation of a picture file without decoding its pixels.
 
-    `Frame.exposure` is None if no exposure time is stated. If only the ISO or the f-number is
-    missing, it is assumed to be 100 or 1, and the exposure is marked as unknown.
+    `Frame.exposure` is None if no exposure time is recorded. If only the ISO or the f-number is
+    missing, it is assumed to be 100 or 1, respectively, and the exposure is marked as unknown.
 
     Raises:
-        ProbeError: If the file is missing, empty, damaged or a folder, or the picture is of another
-            kind, too large or too small.
+        ProbeError: If the file is missing, empty, damaged or a folder, or the picture is of an
+            unsupported kind, too large or too small.
     """
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
@@ -139,7 +139,7 @@ def _unread(file: Path) -> ProbeError:
 
 
 def _check_signature(file: Path) -> bytes:
-    """Check the file's first bytes before any decoder reads it."""
+    """Check the first bytes of a file before any decoder reads it."""
     start = first_bytes(
         file,
         ProbeError,
@@ -302,7 +302,7 @@ def _iso(spec: ImageSpec) -> float | None:
 def _apex_doubts(
     spec: ImageSpec, name: str, shutter: float | None, aperture: float | None
 ) -> tuple[Remark, ...]:
-    """Compare the plain values in EXIF with the logarithmic ones next to them."""
+    """Compare the plain values in EXIF with the logarithmic values stored next to them."""
     doubts: list[Remark] = []
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     if shutter and apex and abs(math.log2(shutter) + apex) > _APEX_TOLERANCE:
@@ -314,7 +314,7 @@ def _apex_doubts(
 
 
 def _phone_doubts(spec: ImageSpec, name: str) -> tuple[Remark, ...]:
-    """Detect a phone's HDR rendering (EXIF CustomRendered, with Apple's values)."""
+    """Detect HDR rendering by a phone (EXIF CustomRendered, with Apple's values)."""
     rendered = _number(spec, "Exif:CustomRendered", (0.0, 99.0)) in _PHONE_HDR
     return (PhoneRendered(name),) if rendered else ()
 
@@ -340,7 +340,7 @@ def _pose(spec: ImageSpec) -> XmpPose | None:
 
 
 def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
-    """Return the part of the sphere according to GPano. Its sizes refer to the original picture."""
+    """Return the part of the sphere given by GPano, whose sizes refer to the original picture."""
     sides = ("ImageWidthPixels", "ImageHeightPixels", "LeftPixels", "TopPixels")
     names = (
         *(f"CroppedArea{side}" for side in sides),
@@ -382,13 +382,13 @@ def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | 
 
 
 def _shortest(value: float) -> float:
-    """Undo the rounding of fractions to 32 bits, so that 0.0020000000949949026 is 0.002."""
+    """Undo the rounding of fractions to 32 bits, which turns 0.0020000000949949026 into 0.002."""
     single = np.float32(value)
     return float(str(single)) if float(single) == value else value
 
 
 def _text(spec: ImageSpec, name: str) -> str:
-    """Return a tag as text, without the spaces and zeros with which cameras pad it."""
+    """Return a tag as text, without the spaces and null characters that cameras pad it with."""
     return " ".join(str(stated_value(spec, name) or "").replace("\0", " ").split())
 
 
@@ -399,7 +399,7 @@ def pictures_in(folder: Path) -> list[Path]:
     """List the pictures in a folder, sorted by name.
 
     Raises:
-        ProbeError: If there are none or too many, or the folder cannot be read.
+        ProbeError: If there are no pictures or too many, or the folder cannot be read.
     """
     sentence = tr("The folder {folder} cannot be read: {reason}.")
     with os_errors_as(ProbeError, sentence, folder=folder):

@@ -1,4 +1,4 @@
-"""Open a frame to get its rows, a small copy, and a sample of its pixels."""
+"""Open a frame to get its rows, a small copy and a sample of its pixels."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ _LEAST_PLATEAU: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class OpenedFrame:
-    """A frame after its first pass. Its owner has to close `source`.
+    """A frame after its first pass. The owner of the frame has to close `source`.
 
     Attributes:
-        proxy: (h, w, 3). Thumbnail of area means, in the frame's own type.
-        samples: (N, 3). Pixels at the positions that all frames of one shape share.
+        proxy: (h, w, 3). Thumbnail that consists of area means, in the frame's own data type.
+        samples: (N, 3). Pixels at fixed positions, which all frames of the same shape share.
         top: Level at which linear pixels saturate, or 0 if they do not.
     """
 
@@ -59,7 +59,7 @@ class OpenedFrame:
 
 
 class Opener(Protocol):
-    """Opens a frame, or returns one that is already open."""
+    """Opens a frame or returns one that is already open."""
 
     def __call__(
         self, frame: Frame, *, hold: bool, token: Token, half: bool = False
@@ -68,9 +68,10 @@ class Opener(Protocol):
 
 
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of thumbnails of frames of the given shape.
+    """Return the size of the thumbnails for frames of the given shape.
 
-    They are an eighth as wide as the frames, but at least 256 columns if the frames have as many.
+    Thumbnails are an eighth as wide as the frames, but at least 256 columns wide if the frames have
+    that many.
 
     >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
     ((336, 672), (128, 256), (100, 200))
@@ -81,7 +82,7 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Open a frame, keeping it in memory (`hold`) or preparing it for reading by rows.
+    """Open a frame, keeping it in memory (`hold`) or preparing it to be read by rows.
 
     Raises:
         ProbeError: If the file is damaged or truncated, or the disk is full.
@@ -106,7 +107,7 @@ def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) ->
 
 
 def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> OpenedFrame:
-    """Read a frame once by rows without keeping it."""
+    """Read a frame once by rows, without keeping it in memory."""
     height = frame.shape[0]
     small = proxy_shape(frame.shape)
     # Compute whole rows of the thumbnail per step, each from the rows that it covers.
@@ -135,7 +136,7 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
 
 @lru_cache(maxsize=4)
 def sample_places(shape: tuple[int, int]) -> Indices:
-    """Return rows and columns, (n, 2), of the samples on a fixed jittered grid, top to bottom."""
+    """Return the rows and columns, (n, 2), of samples on a fixed jittered grid, top to bottom."""
     height, width = shape
     step = max(1.0, np.sqrt(height * width / SAMPLES))
     rows, columns = max(1, int(height / step)), max(1, int(width / step))
@@ -164,7 +165,7 @@ def _top(pixels: Pixels) -> float:
 
 
 def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
-    """Return area means of pixels at another size."""
+    """Return the area means of pixels at a smaller size."""
     if pixels.shape[:2] == shape:
         return pixels.copy()
     if pixels.dtype == np.uint8:
@@ -175,7 +176,7 @@ def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
 
 
 def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: Float32) -> Pixels:
-    """Return area means of blocks of bytes, equal to OpenCV's but in two thirds of the time."""
+    """Return area means of blocks of bytes, as OpenCV does but in two thirds of the time."""
     small = np.empty((*shape, 3), np.uint8)
     for start, stop in row_bands(shape[0], READ_ROWS // size):
         rows = pixels[start * size : stop * size]

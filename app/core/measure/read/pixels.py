@@ -1,8 +1,8 @@
-"""Read the pixels of a bracket, with thumbnails and samples for the analyses.
+"""Read the pixels of a bracket, along with thumbnails and samples for the analyses.
 
-A bracket that fits is decoded once and kept in memory. A larger one is read again row by row for
-the merge, so the size of the pictures hardly matters. Either way, the analyses (response, alignment
-and motion) use the same thumbnails and the same samples.
+A bracket that fits in memory is decoded once and kept there. A larger one is read again, row by
+row, for the merge, so the size of the pictures hardly matters. Either way, the analyses (response,
+alignment and motion) use the same thumbnails and the same samples.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from app.core.measure.read.remarks import FrameUnread
 from app.core.text import tr
 
 MEMORY_BYTES: Final = 640 << 20
-"""Total size in bytes up to which decoded frames are kept in memory."""
+"""Total size, in bytes, up to which decoded frames are kept in memory."""
 
 _DECODERS: Final = 4
 _LEAST_FRAMES: Final = 2
@@ -57,16 +57,16 @@ class FrameStack:
     Use the stack as a context manager or call `close`, since large brackets keep files open.
 
     Attributes:
-        stops: Nominal exposures in stops.
-        proxies: One thumbnail per frame, (h, w, 3) uint8, of size `proxy_shape`. Area means of the
-            encoded values, with 16-bit codes rounded to 8 bits, and linear frames encoded by the
-            sRGB curve below `top` or below 1.
-        samples: (K, N, 3) uint8. The same N pixels of every frame, encoded in the same way but not
-            averaged.
+        stops: Nominal exposures, in stops.
+        proxies: One thumbnail per frame, (h, w, 3) uint8, of size `proxy_shape`. It consists of
+            area means of the encoded values, with 16-bit codes rounded to 8 bits, and linear frames
+            encoded by the sRGB curve below `top` or below 1.
+        samples: (K, N, 3) uint8. The same N pixels from every frame, encoded in the same way but
+            not averaged.
         sample_places: (N, 2). Row and column of each sample in the full frames.
         visibility: One mask per frame, (h, w) float32 at the size of the proxies, which is 1 where
             a moved frame has pixels and 0 elsewhere, or None for a frame that fills the picture.
-            Empty if no frame was moved.
+            The tuple is empty if no frame was moved.
     """
 
     frames: tuple[Frame, ...]
@@ -81,12 +81,12 @@ class FrameStack:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of every frame."""
+        """The numbers of rows and columns of every frame."""
         return self.frames[0].shape
 
     @property
     def whole(self) -> tuple[bool, ...]:
-        """Whether each frame is at full size, rather than at half size."""
+        """Whether each frame is at full size rather than at half size."""
         return tuple(
             not isinstance(source, MemoryRows) or source.pixels.shape[:2] == self.shape
             for source in self.sources
@@ -98,7 +98,7 @@ class FrameStack:
         return all(isinstance(source, MemoryRows) for source in self.sources)
 
     def close(self) -> None:
-        """Close the open files. The method may be called more than once."""
+        """Close the open files. This method may be called more than once."""
         for source in self.sources:
             source.close()
 
@@ -125,8 +125,8 @@ def open_frames(
 ) -> FrameStack:
     """Read the pixels of a bracket once.
 
-    Frames are kept in memory if they take no more than `memory_bytes` together. Otherwise, they are
-    read again by rows. Damaged frames are left out, and each is named in a warning.
+    Frames are kept in memory if together they take up no more than `memory_bytes`. Otherwise, they
+    are read again by rows. Damaged frames are left out, and each one is named in a warning.
 
     Raises:
         ProbeError: If fewer than two frames can be read.
@@ -191,7 +191,7 @@ def relaid(
         visibility: As in `FrameStack`.
 
     Raises:
-        ProbeError: If a file has been damaged in the meantime, or the disk is full.
+        ProbeError: If a file has become damaged in the meantime, or the disk is full.
         Cancelled: If the token is cancelled.
     """
     token = token or Token()
@@ -231,7 +231,7 @@ def _seen_by_all(stack: FrameStack, visibility: Sequence[Float32 | None]) -> Boo
 
 
 def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
-    """Return all frames, (h, w, 3) encoded uint8, reduced to a given longer side in pixels."""
+    """Return all frames, (h, w, 3) encoded uint8, scaled to a given longer side in pixels."""
     share = min(1.0, longest / max(stack.shape))
     size = (max(1, round(share * stack.shape[0])), max(1, round(share * stack.shape[1])))
     return [
@@ -246,7 +246,7 @@ def _in_threads(
     threads: int,
     report: Report,
 ) -> list[OpenedFrame | ProbeError]:
-    """Run one task per frame, and if any task fails, close the frames of the others."""
+    """Run one task per frame. If any task fails, close the frames from the others."""
     results: list[OpenedFrame | ProbeError] = []
     with ThreadPoolExecutor(threads) as pool:
         # The darkest frame, which is decoded in full, takes longest and starts first.
@@ -274,7 +274,7 @@ def _too_few(errors: Sequence[ProbeError], count: int) -> ProbeError:
 
 
 def _unsound(frame: Frame, frame_data: OpenedFrame) -> ProbeError | None:
-    """Return an error if too many samples of a floating-point frame are not numbers."""
+    """Return an error if too many samples in a floating-point frame are not numbers."""
     share = 1.0 - float(np.isfinite(frame_data.samples).all(axis=1).mean())
     if share <= _MOST_UNKNOWN:
         return None
@@ -290,7 +290,7 @@ def _unsound(frame: Frame, frame_data: OpenedFrame) -> ProbeError | None:
 
 
 def _let_go(future: Future[OpenedFrame | ProbeError]) -> None:
-    """Close the frame of a task after another one failed."""
+    """Close the frame of a task after another task has failed."""
     if future.cancelled():
         return
     try:

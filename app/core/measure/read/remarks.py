@@ -1,4 +1,4 @@
-"""Remarks about a picture file."""
+"""Remarks on a picture file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class TwoTimes(Remark):
-    """EXIF states two exposure times."""
+    """EXIF contains two conflicting exposure times."""
 
     name: str
     shutter_s: float
@@ -18,7 +18,7 @@ class TwoTimes(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TwoApertures(Remark):
-    """EXIF states two f-numbers."""
+    """EXIF contains two conflicting f-numbers."""
 
     name: str
     aperture: float
@@ -27,13 +27,13 @@ class TwoApertures(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PhoneRendered(Remark):
-    """A phone's HDR rendering changed every pixel."""
+    """A phone's HDR rendering altered every pixel."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class FrameUnread(Remark):
-    """A frame was left out because it cannot be read. `message` is the error's message."""
+    """A frame was left out because it cannot be read. `message` is the text of the error."""
 
     message: str

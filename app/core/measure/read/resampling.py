@@ -1,14 +1,15 @@
 """Resample pictures of the sphere.
 
-A `Reduction` shrinks panoramas band by band while they are being created, preserving energy. It
+A `Reduction` scales down panoramas band by band while they are being created, preserving energy. It
 computes the same means as `environment.environment.reduce_radiance`, weighted by solid angle along
 a column and by width along a row, for any pair of sizes. A band of rows contributes to the rows of
 the result that it overlaps, and the contributions add up.
 
-A `Chart` is a square picture centred on a direction, for work that a panorama's poles and edges
-would spoil. The stereographic kind preserves angles (it is conformal), so a function that is
-harmonic on it is harmonic on the sphere; in the equidistant kind, the distance from the middle is
-the angle from the centre. Directions are in the axes of `app.core.base.sphere`.
+A `Chart` is a square picture centred on a direction, for operations that a panorama's poles and
+edges would disturb. The stereographic kind preserves angles (it is conformal), so a function that
+is harmonic on it is also harmonic on the sphere. In the equidistant kind, the distance from the
+middle is the angle from the centre. Directions are in the coordinate system of
+`app.core.base.sphere`.
 """
 
 from __future__ import annotations
@@ -35,9 +36,9 @@ _BAND_PIXELS: Final = 400_000
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """A reduction from one size (rows, columns) to another.
+    """A reduction from one size to another, each given as rows and columns.
 
-    Create one with `Reduction.between`.
+    Create a reduction with `Reduction.between`.
     """
 
     source: tuple[int, int]
@@ -63,7 +64,7 @@ class Reduction:
 
     @property
     def whole(self) -> bool:
-        """Whether the two sizes are equal, so that nothing is reduced."""
+        """Whether the two sizes are equal, in which case nothing is reduced."""
         return self.source == self.target
 
     def band_rows(self, pixels: int) -> int:
@@ -73,12 +74,12 @@ class Reduction:
         return rows // period * period if period <= rows else rows
 
     def rows(self, start: int, stop: int) -> tuple[int, Float32]:
-        """Return the contribution of input rows ``start..stop`` to the rows of the result.
+        """Return how input rows ``start..stop`` contribute to the rows of the result.
 
         Returns:
-            The first row of the result, and the weights for `reduced`, (k, n, m) float32. Each of k
-            blocks of m rows, in whole periods, contributes to n rows. Over all bands, the weights
-            of one row of the result sum to 1.
+            The first row of the result, and the weights for `reduced`, (k, n, m) float32. Each of
+            the k blocks of m rows, in whole periods, contributes to n rows. Over all bands, the
+            weights for one row of the result sum to 1.
         """
         height, rows = self.source[0], self.target[0]
         first, last = start * rows // height, -(-stop * rows // height)
@@ -129,10 +130,10 @@ def light_in_bands(
     """Build a panorama of light, (*size, 3), and fractions, (*size, 2), band by band.
 
     Args:
-        samples: Number of rows and columns of a band per row and column of the result.
+        samples: Number of rows and columns in a band per row and column of the result.
         whole: Number by which a band's row count must be divisible.
-        band: Function that computes rows ``start..stop`` of light and fractions, `samples` times as
-            fine.
+        band: Function that computes rows ``start..stop`` of the light and the fractions at
+            `samples` times the resolution.
 
     Raises:
         Cancelled: If the token is cancelled.
@@ -157,12 +158,12 @@ def light_in_bands(
 
 
 def _sines(rows: int) -> Float64:
-    """Return the sine of the elevation at the rows' edges, from 1 down to -1."""
+    """Return the sine of the elevation at each edge between rows, from 1 down to -1."""
     return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
 
 
 def _overlaps(source: int, target: int) -> Float64:
-    """Return the weights, (target, source), of equal cells in fewer ones. Each row sums to 1."""
+    """Return the weights, (target, source), of equal cells in fewer cells. Each row sums to 1."""
     start = np.arange(target)[:, None] * (source / target)
     cell = np.arange(source)
     overlap = np.minimum(start + source / target, cell + 1) - np.maximum(start, cell)
@@ -187,7 +188,7 @@ class Chart:
 
     Attributes:
         centre: Azimuth and elevation of the middle, in degrees.
-        reach_deg: Angle from the middle to the middle of each edge, below 180.
+        reach_deg: Angle from the middle to the midpoint of each edge, in degrees, below 180.
     """
 
     centre: tuple[float, float]
@@ -197,9 +198,9 @@ class Chart:
 
     @property
     def axes(self) -> Float64:
-        """Unit vectors pointing right, up and outward on the chart, (3, 3), one per row.
+        """Unit vectors that point right, up and outwards on the chart, (3, 3), one per row.
 
-        Up points towards the zenith, or at the nadir towards the chart's own azimuth.
+        Up points towards the zenith or, if the chart is at the nadir, towards its own azimuth.
         """
         azimuth, elevation = np.radians(self.centre[0]), np.radians(self.centre[1])
         right = direction(self.centre[0] + 90.0, 0.0)
@@ -215,7 +216,8 @@ class Chart:
     def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
         """Sample a panorama, (H, W) or (H, W, C), at the chart's pixels.
 
-        Sampling is bilinear and crosses the seam. The result is float32 or uint8, like the input.
+        Sampling is bilinear and crosses the seam. The result is float32 or uint8, matching the
+        input.
         """
         height, width = panorama.shape[:2]
         x, y = self._grid()
@@ -236,7 +238,7 @@ class Chart:
         """Return the positions of a panorama's rows on the chart.
 
         Returns:
-            The columns and rows, (rows, W) float32 each, with whole numbers at pixel centres.
+            The columns and rows, (rows, W) float32 each, where whole numbers are pixel centres.
             Texels that are not on the chart have positions outside its edges.
         """
         x, y, z = self._coordinates(shape, rows)
@@ -251,7 +253,7 @@ class Chart:
         return x * scale + half, half - y * scale
 
     def _coordinates(self, shape: tuple[int, int], rows: slice) -> list[FloatImage]:
-        """Return the components of the texels' directions along the axes."""
+        """Return the components of the texels' directions along the chart's axes."""
         height, width = shape
         elevation = np.pi * (0.5 - (np.arange(height)[rows] + 0.5) / height)
         azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -268,7 +270,7 @@ class Chart:
         return float(np.tan(reach / 2.0)) if self.kind == "stereographic" else reach
 
     def _grid(self) -> tuple[FloatImage, FloatImage]:
-        """Return the pixels' coordinates, to the right and up, in the unit of `_edge`."""
+        """Return the pixels' coordinates, to the right and upwards, in the unit of `_edge`."""
         steps = (2.0 * (np.arange(self.side) + 0.5) / self.side - 1.0) * self._edge()
         x, y = np.meshgrid(steps.astype(np.float32), -steps.astype(np.float32))
         return x, y
@@ -281,7 +283,7 @@ class Chart:
 
 
 def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
-    """Blur a panorama, (H, W) or (H, W, C), across its seam, with `sigma` in pixels."""
+    """Blur a panorama, (H, W) or (H, W, C), across its seam. `sigma` is in pixels."""
     room = min(int(np.ceil(3.0 * sigma)) + 1, picture.shape[1])
     border = cv2.BORDER_REPLICATE
     soft = cv2.GaussianBlur(wrapped(picture, room), (0, 0), sigma, borderType=border)
@@ -292,17 +294,17 @@ def log_light(light: Float32) -> Float32:
     """Return the logarithm of luminance, in stops, with a floor that depends on the picture.
 
     Args:
-        light: (H, W) float32. Luminance on any scale.
+        light: (H, W) float32. Luminance on an arbitrary scale.
     """
     floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
     return np.asarray(np.log2(light + np.float32(floor)), np.float32)
 
 
 def likeness(looks: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
-    """Return the correlation of two panoramas over the area they share, with the second rotated.
+    """Return the correlation of two panoramas over their shared area, with the second rotated.
 
     Args:
-        looks, weights: The pictures and the weights of both panoramas, (H, W) float32 each.
+        looks, weights: One pair of pictures and one pair of weights, (H, W) float32 each.
         shift: Rotation of the second panorama, in columns.
     """
     weight = weights[0] * np.roll(weights[1], shift, axis=1)

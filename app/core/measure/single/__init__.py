@@ -1,1 +1,1 @@
-"""Estimate light from a single 360 photo."""
+"""Estimate the light from a single 360 photo."""

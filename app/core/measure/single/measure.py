@@ -1,4 +1,4 @@
-"""Measure the light from a single 360 photo, estimating the clipped light."""
+"""Measure the light from a single 360 photo, estimating the clipped part."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Estimate light from live preview pictures.
+"""Estimate the light from live preview pictures.
 
 Automatic exposure clips the most important light: in 23 panoramas metered like a Theta S, the
-preview loses between a tenth and nine tenths of the light. Clipped areas count as three stops
-brighter, the value for which the turns of the three best styles lose least. An alternative light
-shows which of these turns depend on that value: small clipped patches count as lamps that are
-5 / sqrt(solid angle) times as bright, which is a fit to the same panoramas. A turn that loses more
-than the audit's limit in the alternative light needs the bracket.
+preview loses between a tenth and nine tenths of the light. Clipped areas are taken to be three
+stops brighter, the value at which the turns of the three best styles lose the least. An alternative
+light shows which of these turns depend on that value. In this light, small clipped patches count as
+lamps that are 5 / sqrt(solid angle) times as bright, a formula fitted to the same panoramas. A turn
+that loses more than the audit's limit in the alternative light needs the bracket.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ _BEST: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class PreviewLight:
-    """The likely light of a preview, and an alternative with small clipped patches as lamps.
+    """The likely light in a preview, and an alternative with small clipped patches as lamps.
 
     Attributes:
-        light, lamps: (H, W, 3) float32. Linear Rec. 709, on any scale.
-        clipped_share: Clipped fraction of the likely light.
+        light, lamps: (H, W, 3) float32. Linear Rec. 709, on an arbitrary scale.
+        clipped_share: Fraction of the likely light that is clipped.
     """
 
     light: Float32 = field(repr=False)
@@ -61,10 +61,10 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
 
     Args:
         picture: (h, 2 h, 3) uint8. Full panorama in sRGB.
-        shape: Rows and columns of the result, those of the transport.
+        shape: Rows and columns of the result, which are those of the transport.
 
     Returns:
-        The light, or None if the picture is not a full panorama, not stitched, or black.
+        The light, or None if the picture is not a full panorama, is not stitched or is black.
     """
     height, width = picture.shape[:2]
     if width != 2 * height or height < shape[0] or find_circles(picture) is not None:
@@ -99,6 +99,6 @@ def rough_answers(preview: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, 
 
 
 def answers_of(picture: Bytes | None, pack: StylePack) -> tuple[RoughAnswer, ...] | None:
-    """Return the best styles for a thumbnail, or None if it is unusable."""
+    """Return the best styles for a thumbnail, or None if the thumbnail is unusable."""
     preview = None if picture is None else preview_light(picture, pack.header.environment)
     return None if preview is None else rough_answers(preview, pack)
