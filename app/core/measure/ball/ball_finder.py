@@ -3,9 +3,9 @@
 Seen in perspective, a sphere fills a cone of rays. Its outline is the outermost of many edges,
 beyond which the background is smooth, since a mirror compresses the scene behind it into rings
 along its rim. A coarse-to-fine search finds the cone with the most such edges (as Daugman finds an
-iris, "High confidence visual recognition of persons", PAMI 1993). What lies inside the outline
-proves that the sphere is a mirror: the reflection contains all directions, so its contrast is high,
-and it is compressed along the radius by 1 - r^2 at radius r.
+iris, "High confidence visual recognition of persons", PAMI 1993). The reflection inside the outline
+proves that the sphere is a mirror: it contains all directions, so its contrast is high, and it is
+compressed along the radius by 1 - r^2 at radius r.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def focal_px(mm: float, shape: tuple[int, int]) -> float:
 
 
 def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
-    """Return the approximate luminance of a set of small encoded frames, (h, w), for detection."""
+    """Return the approximate luminance, (h, w), of small encoded frames, for use in detection."""
     total = weights = np.float32(0.0)
     for picture, stop in zip(pictures, stops, strict=True):
         # Only the darkest frame has information where all others clip.

@@ -188,7 +188,7 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
     Nothing is filled if there are too few specks to distinguish from small objects in the place.
 
     Args:
-        camera: (3,) float32. Position of the lens, as from `_camera`.
+        camera: (3,) float32. Position of the lens, as returned by `_camera`.
     """
     light, rows = side.texels[..., :3], side.weight.shape[0]
     tones, square = np.log(np.maximum(light, np.float32(1e-6) * light.mean())), np.ones((3, 3))
@@ -283,8 +283,8 @@ def _behind(
 def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
     """Remove the tint of a ball that is not chrome by comparing its rim with the background.
 
-    Coloured glass has almost the same tint from the middle to the rim. Chrome does not, and is left
-    unchanged.
+    Coloured glass has almost the same tint from the middle to the rim. Chrome does not, so it is
+    left unchanged.
     """
     both = (np.minimum(side.weight, visible) > 0.0) & (background[..., :3].min(axis=-1) > 0.0)
     both &= (side.texels[..., 3] + background[..., 3]) == 0.0
@@ -306,7 +306,7 @@ def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
 def _past(
     picture: Float32, ball: Ball, axes: Float64, shape: tuple[int, int], far: float
 ) -> tuple[Float32, Float32]:
-    """Return the scene at `far` radii from the ball as a panorama, and a mask of what it shows."""
+    """Return the scene `far` radii from the ball as a panorama, and a mask of the visible part."""
     rays = np.float32(far) * directions(shape) - _camera(ball, axes)
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)) @ axes.T.astype(np.float32)
     x, y = ball.project(rays)
@@ -401,7 +401,7 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
             panoramas.
 
     Raises:
-        ProbeError: If the two sides have nothing in common, or are the same side.
+        ProbeError: If the two sides have nothing in common or show the same side.
     """
     angle, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
     # The scene past the ball has a different parallax from the other side.

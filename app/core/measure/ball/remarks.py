@@ -1,4 +1,4 @@
-"""Remarks about a mirror ball."""
+"""Remarks on a mirror ball."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
     opened -> aligned -> response -> motion -> merged -> (stitched) -> levelled
 
-Frames that show two fisheye circles are not aligned; they are stitched after merging.
+Frames that show two fisheye circles are not aligned but are stitched after merging.
 
 Each step is a module in this package or in `measure.fisheye`. This module only defines the order of
 the steps.
@@ -230,7 +230,7 @@ def _open(
 ) -> tuple[FrameStack, Circles | None]:
     """Open the frames, decoding them in full if they show two circles.
 
-    Two such circles cover only about half of each frame.
+    Each of the two circles fills only half of a frame.
     """
     frame_stack = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
     if not whole:
@@ -264,7 +264,7 @@ def _circles(stack: FrameStack) -> Circles | None:
 
 
 def _halves(bracket: Bracket) -> tuple[bool, ...]:
-    """Choose the frames to decode at half size, at which they are still larger than the result."""
+    """Choose the frames to decode at half size, provided that is still larger than the result."""
     fits = bracket.panorama and bracket.shape[0] >= 2 * SIZE[0]
     if not fits or not all(halvable(frame) for frame in bracket.frames):
         return ()
@@ -331,7 +331,7 @@ def _aligned_by_hand(
 
 
 def _levelled(merged: MergedLight, level: Levelling) -> MergedLight:
-    """Rotate merged light so that the horizon is level."""
+    """Rotate merged light to make the horizon level."""
     if level.rotation is None:
         return merged
     light, clipping = (

@@ -78,7 +78,7 @@ class Predictions:
 
     Args:
         table: (3, 256) or (K, 3, 256) float64. Linear light of each code, which is monotonic,
-            either for all frames or for each frame.
+            either shared by all frames or given for each frame.
         stops: Exposures of the frames, in stops.
     """
 
@@ -215,7 +215,7 @@ def fill_hidden(
     Args:
         frames: Encoded frames, (h, w, 3) uint8 each, which are replaced in the list.
         hidden: Mask of each frame, (h, w) float32, which is 0 where the frame has no pixels, or
-            None if the frame has no missing pixels.
+            None if no pixels are missing.
     """
     result = list(frames)
     for index, mask in enumerate(hidden):

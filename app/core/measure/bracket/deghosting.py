@@ -325,7 +325,7 @@ def _closed(pixels: Bools, closing: int, inside: Bools) -> Bytes:
 
 
 def _widened(usable: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
-    """Leave frames out for one more pixel, for the masks' slope and for edges within a pixel."""
+    """Widen the left-out areas by a pixel, for the masks' slope and for edges within a pixel."""
     limits = inside.astype(np.uint8)
     wide = [1 - (_box(1 - use, cv2.MORPH_DILATE, 3) & limits) for use in usable]
     nowhere = np.maximum.reduce(wide) == 0

@@ -24,7 +24,7 @@ from app.core.measure.read.metadata import Header
 from app.core.text import tr, tr_plural
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
-"""Difference beyond which two recorded exposures conflict, in stops: half of a third."""
+"""Difference beyond which two recorded exposures conflict: half of a third of a stop."""
 
 LENS_STOPS: Final = 0.05
 """Difference in stops from which a camera's two lenses count as exposed differently."""

@@ -55,7 +55,7 @@ _KIND_WORDS: Final = {
 
 _Value = TypeVar("_Value", bound="Hashable")
 _Listed: TypeAlias = tuple[Header, float | None]
-"""A file of the bracket, and the exposure time in seconds that the user gave for it, or None."""
+"""A file in the bracket, and the exposure time in seconds that the user gave for it, or None."""
 
 
 def read_bracket(

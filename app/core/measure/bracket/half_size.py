@@ -110,12 +110,12 @@ class AnchorTables:
     """Tables for an anchor's full-size pixels, indexed by two neighbouring codes as 16 bits.
 
     Attributes:
-        exact: (3, 65536) float32. A quarter of the radiance of both codes together, plus half of
-            that of `_DARK_CODE`.
+        exact: (3, 65536) float32. A quarter of the sum of the two codes' radiances, plus half the
+            radiance of `_DARK_CODE`.
         codes: (3, 65536) uint16. Sum of the two codes as they would be in the brightest frame that
-            the anchor serves, never clipped. The unit is such that four times the maximum fits in
-            16 bits. The codes follow the power law of the response, extended beyond its straight
-            foot.
+            the anchor serves if that frame never clipped. The unit is chosen so that four times the
+            maximum fits in 16 bits. The codes follow the response's power law, extended beyond its
+            straight foot.
         mean: (3, 65536) float32. Radiance of the mean of four such codes, indexed by their sum.
     """
 

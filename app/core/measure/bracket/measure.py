@@ -135,7 +135,7 @@ def finished(
 
 
 def room_below(bracket: Bracket) -> float | None:
-    """Return by how many stops the camera can go below the darkest frame, or None if unknown."""
+    """Return how many stops below the darkest frame the camera can go, or None if unknown."""
     facts = camera_facts(bracket.frames[0].camera)
     if facts is None:
         return None

@@ -212,7 +212,7 @@ def _doubts(
 ) -> tuple[float, ...]:
     """Return the doubts in order, or none unless all frames are 8-bit and weighted by noise.
 
-    Nor are there any for frames at half size.
+    Frames at half size have no doubts either.
     """
     coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
     return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()

@@ -97,6 +97,7 @@ def merge_band(
     """Merge the same rows of all frames, brightest first.
 
     Args:
+        bands: The rows of each frame, (rows, W, 3) each, as stored.
         trusts: Trust map of each frame, (rows, W) float32, 0 to 1, or None for a frame that is
             trusted everywhere.
     """

@@ -138,7 +138,7 @@ class ForeignFrame(Remark):
 
 @dataclass(frozen=True, slots=True)
 class WrongTag(Remark):
-    """A frame was measured to be brighter than its tags state by `stops`, or darker if negative.
+    """A frame was measured to be `stops` brighter than its tags state, or darker if negative.
 
     Attributes:
         suspects: Frames whose tags may be the wrong ones instead.
@@ -178,7 +178,7 @@ class OwnCurves(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TwoFramesAlone(Remark):
-    """With two frames, another tone curve and a wrong tag cannot be distinguished."""
+    """With two frames, a different tone curve cannot be distinguished from a wrong tag."""
 
 
 @dataclass(frozen=True, slots=True)

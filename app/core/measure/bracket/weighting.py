@@ -13,15 +13,15 @@ and exposure t has the variance
     v(z) / t^2,   v(z) = g(z) / W + (r / W)^2 + (g'(z) c)^2 + b^2
 
 from shot noise with a full well of W electrons, read noise of r electrons, an error of c codes from
-quantisation and JPEG, scaled by the slope of the response, and an uncertainty b of black (from
-glare in the lens, the film base or a black level that is not 0). The mean with the least noise has
-weights t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear digital cameras";
-Hasinoff, Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography"). v is
-evaluated at the frame's own noisy code, which lowers the mean slightly where v rises with z
-(Aguerrebere et al. 2014, "Best algorithms for HDR image generation", section 4). v is flattest at
-the smallest of the three codes. Weights proportional to t instead of t^2 would avoid the bias, but
-then additions to black would count in the dark frames, which triples the median error on the
-memorial church bracket.
+quantisation and JPEG, scaled by the slope of the response, and an uncertainty b in the level of
+black (from glare in the lens, the film base or a black level that is not 0). The mean with the
+least noise has weights t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear
+digital cameras"; Hasinoff, Durand and Freeman 2010, "Noise-optimal capture for high dynamic range
+photography"). v is evaluated at the frame's own noisy code, which lowers the mean slightly where v
+rises with z (Aguerrebere et al. 2014, "Best algorithms for HDR image generation", section 4). v is
+flattest at the smallest of the three codes. Weights proportional to t instead of t^2 would avoid
+the bias, but then additions to black would count in the dark frames, which triples the median error
+on the memorial church bracket.
 
 A recovered response also has an error of a few per cent that differs from frame to frame, and these
 weights rely almost entirely on one frame. So if the response is not known, a code with a relative
@@ -42,9 +42,9 @@ weight
 
     1 / (e^2 + d^2) / (1 + r^2 / s^2 / (e^2 + d^2))
 
-where e is the relative error of the frame's code, d the frame's measured difference from its
-neighbours in exposure, and r its distance from the mean of all frames (Cauchy's weights, in a few
-rounds).
+where e is the relative error of the frame's code, d is the frame's measured difference from its
+neighbours in exposure, and r is its distance from the mean of all frames (Cauchy's weights, in a
+few rounds).
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ from app.core.measure.read.decoding import Pixels
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 
 CLIPPED_CODE: Final = 254
-"""First code that counts as clipped. JPEG may change 255 by one."""
+"""First code that counts as clipped, since JPEG may change a code of 255 by one."""
 
 # In electrons, for a small sensor at base sensitivity. Twice or half as many change no weight by
 # more than a third, since the error of the codes dominates an 8-bit picture's noise.
@@ -113,9 +113,9 @@ class FrameTables:
             unnecessary.
         value: (3, n). Radiance of each code.
         clipped: First code that counts as clipped.
-        spent: First code that may be clipped, since JPEG changes 255 by several next to a lamp.
-            Such codes have no weight, and a pixel that a darker frame clips is clipped in this
-            frame. In the darkest frame, `spent` equals `clipped`.
+        spent: First code that may be clipped, since JPEG may change a code of 255 by several steps
+            next to a lamp. Such codes have no weight, and a pixel that a darker frame clips is
+            clipped in this frame. In the darkest frame, `spent` equals `clipped`.
     """
 
     bright: Float32 = field(repr=False)
@@ -132,7 +132,7 @@ class FrameTables:
 class FrameLight:
     """The tables that convert a frame's pixels to weights and radiance.
 
-    The tables are indexed by codes, or for float frames, by the square root of the value as a
+    The tables are indexed by codes or, for float frames, by the square root of the value as a
     fraction of `unit`.
     """
 

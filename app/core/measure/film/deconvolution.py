@@ -113,7 +113,7 @@ class _TurnedTransport:
         return np.asarray(np.fft.irfft(images.T, n=self.shape[1], axis=1))
 
     def against(self, pictures: Float64) -> NDArray[np.complex128]:
-        """Apply the adjoint of the transport to pictures, (Q, 64), returning an array (H, M)."""
+        """Apply the adjoint of the transport to pictures, (Q, 64). The result is (H, M)."""
         spectrum = np.fft.rfft(pictures, axis=1)
         return np.asarray(np.einsum("qhm,qm->hm", self.spectra.conj(), spectrum, optimize=True))
 

@@ -30,7 +30,7 @@ _LONGEST_FILM_S: Final = 300.0
 
 
 def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
-    """Yield about `most` evenly spaced frames of a video, shrunk to at most `width` columns.
+    """Yield about `most` evenly spaced frames of a video, reduced to at most `width` columns.
 
     Each item consists of the time since the first frame in seconds, from the file's timestamps; the
     fraction of the video played so far; and the picture, (H, W, 3) uint8.

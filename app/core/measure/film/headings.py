@@ -2,8 +2,8 @@
 
 Background points that two frames share determine the camera's rotation between them. On a wall
 without such points, the shift of the shading from the previous frame determines it instead. Frame
-by frame, these rotations form a chain. Where the chain returns to an earlier view, both ends have
-the same direction. This determines the focal length, which few videos record, and removes the
+by frame, these rotations form a chain. Where the chain returns to an earlier view, both ends face
+in the same direction. This determines the focal length, which few videos record, and removes the
 drift. Distances are ignored, so a turn appears slightly smaller if the background is near.
 
 The camera's axes point right, down and forward.

@@ -80,8 +80,8 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
 
     The loss is the best value of the objective among the permitted turns, minus the value at the
     given turn, divided by the range of the objective's curve. A turn that matches better but has a
-    lower grade counts as losing by the same amount, since it lacks the grade. The result is (S,) or
-    (N, S).
+    lower grade counts as losing by the same amount, since it lacks the grade. The result has the
+    shape (S,) or (N, S).
 
     Args:
         truth: Choice under the true light.
@@ -101,7 +101,7 @@ DOUBT: Final = 0.05
 """Fraction of its curve's range that a style's turn may lose before the style is in doubt."""
 
 BLIND: Final = "blind"
-"""Replaces a lamp's letter for light that was filled in because no frame shows it."""
+"""Stands in for a lamp's letter where light was filled in because no frame shows it."""
 
 _FURTHER: Final = 10.0  # stops, as for a bare bulb or the sun behind an apparent window
 _PART_GAINS: Final = (3.0, 6.0)
@@ -112,7 +112,7 @@ _PART_SHARE: Final = 0.02  # minimum fraction of all clipped light for a part to
 
 @dataclass(frozen=True, slots=True)
 class WhatIf:
-    """A style's best turn in degrees if one lamp were brighter by a given number of stops."""
+    """A style's best turn, in degrees, if one lamp were brighter by a given number of stops."""
 
     light: str
     stops: float

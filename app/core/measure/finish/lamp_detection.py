@@ -124,12 +124,12 @@ def light_grid(merged: MergedLight) -> LightGrid:
 
 
 def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Light, ...]:
-    """Return at most `MAX_LIGHTS` of a place's lamps, in descending order of their light.
+    """Return at most `MAX_LIGHTS` of a place's lamps, by descending share of the light.
 
-    There are none if no direction stands out.
+    No lamps are returned if no direction stands out.
 
     Raises:
-        ProbeError: If the light is not a full panorama, or is black.
+        ProbeError: If the light is not a full panorama or is entirely black.
     """
     grid = light_grid(merged) if grid is None else grid
     total = grid.total

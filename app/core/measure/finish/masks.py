@@ -105,8 +105,8 @@ def box_mask(
 ) -> FloatImage:
     """Return the fraction of each texel, (H, W) float32, in a box of azimuth and elevation.
 
-    The box extends clockwise from the first azimuth, which is to the right in the picture, and
-    across the seam if necessary. -180 and 180 are the full circle.
+    The box extends clockwise from the first azimuth, that is, to the right in the picture, and
+    across the seam if necessary. -180 and 180 mean the full circle.
     """
     height, width = shape
     rows = _overlap((90.0 - high_deg) / 180.0 * height, (90.0 - low_deg) / 180.0 * height, height)

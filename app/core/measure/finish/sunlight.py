@@ -73,7 +73,8 @@ def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> Float64:
     Rayleigh scattering follows Leckner, "The spectral distribution of solar radiation at the
     earth's surface", Solar Energy 20, 1978, 143-150, and is 0.008735 w^-4.08 per air mass (w in
     micrometres). The rest of the extinction is due to particles, with the exponent 1.3 of Angstrom
-    (1929). Cloud is grey. The sun is white at an air mass of 1.5, and redder the lower it is.
+    (1929). Cloud is grey. The sun is white at an air mass of 1.5 and becomes redder the lower it
+    is.
     """
     waves = np.array(_WAVELENGTHS)
     particles = min(_EXTINCTION[sky], _EXTINCTION["hazy"]) - 0.1

@@ -86,7 +86,7 @@ def _tones(light: Float32, circles: Circles) -> Float32:
 
 
 def _nominal(tones: Float32, circles: Circles, model: FisheyeModel) -> Pair:
-    """Choose field and roll to make most positions around the seam look alike in both lenses."""
+    """Choose the field and roll for which most seam positions look alike in both lenses."""
     fields = (model.field_deg,) if model.focal is not None else _FIELDS
     pairs = []
     for field_deg in fields:

@@ -172,7 +172,7 @@ class Circles:
 
 
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
-    """Return the circles in a bracket's small encoded frames, or None if these are stitched.
+    """Return the circles in a bracket's small encoded frames, or None if they are stitched.
 
     Raises:
         ProbeError: If some frames are unstitched and others are not.

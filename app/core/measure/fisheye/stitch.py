@@ -147,7 +147,7 @@ def _up(merged: MergedLight, pair: Pair, model: FisheyeModel) -> tuple[float, st
 
 
 def _lit(radiance: Float32, up_deg: float) -> float:
-    """Return a direction or its opposite, whichever more light comes from."""
+    """Return the direction from which more light comes: the given one or its opposite."""
     angle = math.radians(up_deg)
     toward = directions(_LOOKED_AT) @ np.array([-math.sin(angle), math.cos(angle), 0.0], np.float32)
     light = luminance(radiance) * solid_angles(_LOOKED_AT)[:, None]
@@ -171,7 +171,7 @@ def _upright_edges(radiance: Float32, axis: int) -> float:
 def stitch(
     merged: MergedLight, pair: Pair, size: tuple[int, int], token: Token | None = None
 ) -> MergedLight:
-    """Resample merged light to a panorama whose numbers of rows and columns are given and even.
+    """Resample merged light to a panorama with the given even numbers of rows and columns.
 
     Fractions of an area are preserved, and clipped light stays clipped.
     """

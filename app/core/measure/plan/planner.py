@@ -145,7 +145,7 @@ class _Settings:
         return min(max(self.darkest(iso, aperture), 0.0), lightest)
 
     def outside(self, iso: float, aperture: float, offset: float) -> float:
-        """Return how many stops an offset is outside the camera's times; negative means within."""
+        """Return by how many stops an offset is outside the camera's times, negative if inside."""
         time = self.time(iso, aperture, offset)
         return max(math.log2(time / self.times[-1]), math.log2(self.times[0] / time))
 

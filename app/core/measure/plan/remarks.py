@@ -28,7 +28,7 @@ class DarkestExposure(Remark):
 
 @dataclass(frozen=True, slots=True)
 class WiderSteps(Remark):
-    """The step between the dark frames is wider than usual because there are too few of them."""
+    """The step between the dark frames is wider than usual because there are too few frames."""
 
     frames: int
     step_ev: float

@@ -227,7 +227,7 @@ def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
 
 
 def decode_half(frame: Frame, token: Token) -> Pixels:
-    """Decode a JPEG at half size, (H / 2, W / 2, 3) codes, in little more than half the time.
+    """Decode a JPEG at half size, (H / 2, W / 2, 3) codes, with little more than half the work.
 
     Every pixel is the mean code of four pixels, which the decoder computes from the lower
     frequencies of a block. OpenCV does not report damaged files, so check `halvable` first, and

@@ -2,7 +2,7 @@ r"""Read the Ricoh maker note of a Theta.
 
 A Theta sets the sensitivity of its two lenses separately, and it may already have levelled the
 picture or compressed its range. Only the maker note, which OpenImageIO ignores, records this. The
-following tags are read. They follow theta-api-specs, "THETA Metadata Spec", and from 0x0101 on,
+following tags are read. They follow theta-api-specs, "THETA Metadata Spec", and, from 0x0101 on,
 ExifTool's table `Ricoh::ThetaSubdir`:
 
 ====== ============================ ==========================================================

@@ -122,7 +122,7 @@ class Fit:
 def register(bright: list[Level], dark: list[Level]) -> Fit:
     """Return the small rotation from the longer exposure to the shorter one.
 
-    The search first starts from no rotation, and then from rotations in every direction around it.
+    The search starts from no rotation first, then from rotations in every direction.
 
     Args:
         bright, dark: Results of `pyramid`.
@@ -290,7 +290,7 @@ def pyramid(frame: Bytes) -> list[Level]:
 
 
 def _smooth(codes: Float32) -> Float32:
-    """Blur slightly, also across the edge, which keeps gradients valid over a whole pixel."""
+    """Blur codes slightly, also across the edge, to keep gradients valid over a whole pixel."""
     wide = cv2.copyMakeBorder(codes, 0, 0, 2, 2, cv2.BORDER_WRAP)
     return np.ascontiguousarray(cv2.GaussianBlur(wide, (3, 3), 0.7)[:, 2:-2])
 

@@ -3,8 +3,8 @@
 A response can be recovered or checked from one relation alone: pixels with code `a` in the brighter
 frame of a pair have code `b` in the darker one (the brightness transfer function of Grossberg and
 Nayar, "Determining the camera response from images: what is knowable?", PAMI 2003). The relation is
-estimated robustly from the joint histogram of the two frames, so that moving objects do not count.
-If the frames are not aligned pixel by pixel, the joint histogram is smeared, so ranks are matched
+estimated robustly from the joint histogram of the two frames, so moving objects do not count. If
+the frames are not aligned pixel by pixel, the joint histogram is smeared, so ranks are matched
 instead: the n-th brightest pixel in one frame corresponds to the n-th brightest in the other,
 wherever it is (section 4 of the same paper).
 """
@@ -248,7 +248,7 @@ def _joint_histograms(bright: Bytes, dark: Bytes) -> list[Int64]:
 
 
 def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
-    """Return the mean darker code, the places and the scatter of each brighter code, less outliers.
+    """Return each brighter code's mean darker code, places and scatter, without outliers.
 
     The mean is taken within twice the interquartile range around the median. A median alone would
     jump by whole codes, and a plain mean would follow moving objects.

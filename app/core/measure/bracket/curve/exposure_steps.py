@@ -2,8 +2,8 @@
 
 The ratio of the linear values of matching codes is the step between two frames. A wrong response
 curve shows up either as a step that depends on the level, or as all steps being off by the same
-factor, because a curve raised to a power cannot be distinguished from longer steps. A wrong tag in
-a file shows up as a constant difference in all pairs that include that frame.
+factor, because a curve raised to a power cannot be distinguished from longer steps. A frame's wrong
+tag shows up as a constant difference in all pairs that include the frame.
 """
 
 from __future__ import annotations

@@ -192,7 +192,7 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
 def _each_its_own(
     plain: ResponseChoice, matches: CodeMatches, check: StepCheck
 ) -> ResponseChoice | None:
-    """Return a separate curve for each frame, or None unless only that makes the frames fit."""
+    """Return a separate curve for each frame, or None unless nothing else makes the frames fit."""
     if check.disagreement <= _RECOVERED_FITS or len(plain.stops) < 2:
         return None
     table, stops = recover_own_curves(matches, plain.stops)

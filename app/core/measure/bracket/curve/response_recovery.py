@@ -9,12 +9,12 @@ several frames, with a penalty on curvature. The differences are:
   the unknowns, and where the bracket has no data, the curve bends as sRGB does;
 * residuals are measured in codes of the darker frame, where their size is known (rounding, noise,
   compression), not in logarithms, where dark codes would weigh hundreds of times too much;
-* the positions are first condensed to matching codes (`brightness_transfer`), so that
-  the solution takes a few milliseconds for any number of positions;
+* the positions are first condensed to matching codes (`brightness_transfer`), so the solution takes
+  a few milliseconds whatever their number;
 * large residuals count less (Cauchy weights).
 
 Steps of equal size leave a curve undetermined up to a ripple that repeats with the step (Grossberg
-and Nayar 2003, "fractal ambiguity"); the penalty on curvature selects the curve without it.
+and Nayar 2003, "fractal ambiguity"). The penalty on curvature selects the curve without the ripple.
 
 Phones choose a tone curve for each frame by its appearance. For such frames, `recover_own_curves`
 fits a separate curve for each frame k, log2 radiance = sRGB(z) - stops_k + d_k(z), all in one
