@@ -330,7 +330,7 @@ def _mixed(planes: Sequence[Float32]) -> Float32:
 
 
 def _put(result: _Result, part: _Band) -> None:
-    """Add a band's contribution to the pictures."""
+    """Add a band's contribution to the resulting pictures."""
     rows = slice(part.first, part.first + part.radiance.shape[0])
     result.radiance[rows] += part.radiance
     if part.clipped is not None:

@@ -245,7 +245,7 @@ def black_pixels(index: Plane) -> Bytes | None:
 
 
 def _both(first: Bytes | None, second: Bytes | None) -> Bytes | None:
-    """Intersect two masks in place of the first, or return None if either is empty."""
+    """Intersect two masks, overwriting the first, or return None if either is empty."""
     if first is None or second is None:
         return None
     return np.asarray(cv2.min(first, second, first), np.uint8)

@@ -54,7 +54,7 @@ class RenderedByCamera(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Copies(Remark):
-    """Some files have the same bytes as one that is in use, or are the same file named twice."""
+    """Some files have the same bytes as a file in use, or were listed twice."""
 
     name: str
     copies: tuple[str, ...]
@@ -173,7 +173,7 @@ class CurveRecovered(Remark):
 
 @dataclass(frozen=True, slots=True)
 class OwnCurves(Remark):
-    """Each frame has its own tone curve, and all were recovered."""
+    """Each frame has its own tone curve. All of these curves were recovered."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -332,8 +332,8 @@ _LEAST: Final = 1e-12
 def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
     """Return how much each frame differs from its neighbours, as a natural logarithm.
 
-    The result is empty if the frames fit, cannot be compared, or are too far apart to outvote one
-    another.
+    The result is empty if the frames fit one another, cannot be compared or are too far apart to
+    outvote one another.
 
     Args:
         samples: (K, N, 3) uint8. Encoded values at the same positions in all frames.

@@ -199,7 +199,7 @@ def _membrane(values: FloatImage, fixed: FloatImage) -> FloatImage:
 
 
 def _relaxed(values: FloatImage, fixed: FloatImage, guess: FloatImage) -> FloatImage:
-    """Relax by Jacobi sweeps, replacing every free pixel with the mean of its four neighbours."""
+    """Relax values by Jacobi sweeps, replacing every free pixel with its four neighbours' mean."""
     free = fixed[..., np.newaxis] == 0.0
     now = np.where(free, guess, values).astype(np.float32)
     cross = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32) / 4.0

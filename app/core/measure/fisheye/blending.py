@@ -59,7 +59,7 @@ def equalise(light: Float32, clipped: Float32, pair: Pair) -> Pair:
 
 
 def find_seam(light: Float32, pair: Pair) -> Float64:
-    """Find the path along which the lenses agree best, by dynamic programming in two rounds."""
+    """Find the path where the lenses agree best, by dynamic programming around the seam twice."""
     one, two, toward = _overlap(light, pair)
     one, two = one * pair.gains[0].astype(np.float32), two * pair.gains[1].astype(np.float32)
     floor = 0.02 * float(np.median(one)) + 1e-9

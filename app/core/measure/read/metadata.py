@@ -330,7 +330,7 @@ def _is_part(spec: ImageSpec) -> bool:
 
 
 def _pose(spec: ImageSpec) -> XmpPose | None:
-    """Return the GPano pose (Photo Sphere XMP), with 0 for missing angles, as in the schema."""
+    """Return the GPano pose (Photo Sphere XMP), with 0 for missing angles, as in its schema."""
     pitch = _number(spec, "GPano:PosePitchDegrees", (-90.0, 90.0))
     roll = _number(spec, "GPano:PoseRollDegrees", (-180.0, 180.0))
     if pitch is None and roll is None:

@@ -221,7 +221,7 @@ def relaid(
 
 
 def _seen_by_all(stack: FrameStack, visibility: Sequence[Float32 | None]) -> Bools:
-    """Return a mask of the samples that all frames show, (N,)."""
+    """Return a mask, (N,), of the samples that all frames show."""
     usable = np.ones(len(stack.sample_places), bool)
     for mask in visibility:
         if mask is not None:
