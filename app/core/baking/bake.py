@@ -1,10 +1,10 @@
-"""Bake the transport of a head, all columns at once, in batches of pixels.
+"""Bake the transport of a head, in batches of pixels and for all columns at once.
 
-T is the sum of two parts. The reflection of the surface is integrated for each pixel
-(`exposure.shine`). The light from inside the skin is a product of two matrices: how much of the
-light that enters at each point on the skin reaches each pixel (`random_walk`), and how much light
-enters at that point from each column (`skin_light`). Lamps are additional columns, which produce
-the studio pictures of the styles.
+The transport T is the sum of two parts. The reflection from the surface is integrated for each
+pixel (`exposure.shine`). The light from inside the skin is the product of two matrices: the
+fraction of the light entering at each point on the skin that reaches each pixel (`random_walk`),
+and the light that enters at that point from each column (`skin_light`). Lamps are additional
+columns, which produce the studio pictures of the styles.
 """
 
 from __future__ import annotations
@@ -85,10 +85,11 @@ class BakeResult:
     """A baked head.
 
     Attributes:
-        targets: (S, P, 3) float32. Linear picture of the head under each style's own lamps, at the
-            transport's pixels.
+        targets: (S, P, 3) float32. Linear picture of the head as lit by each style's own lamps, at
+            the transport's pixels.
         shape: Position on the head at each of those pixels.
-        views: Views of the head turned towards its own left by each of the requested yaws.
+        views: Views of the head, one for each requested yaw. The head is turned towards its own
+            left.
     """
 
     transport: Transport
@@ -99,7 +100,7 @@ class BakeResult:
 
 @dataclass(frozen=True, slots=True)
 class _BakeSetup:
-    """A bake whose light has been measured, ready for cameras in any direction."""
+    """A bake whose light has been measured and which is ready for cameras in any direction."""
 
     head: HeadMesh
     skin: Skin
@@ -116,7 +117,7 @@ class _BakeSetup:
 def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]) -> BakeResult:
     """Compute the transport of a head and the studio pictures of the styles.
 
-    The light that enters the skin is measured once for all cameras; each of the `yaws` then adds
+    The light that enters the skin is measured once for all cameras. Each of the `yaws` then adds
     the random walks from its own pixels.
 
     Raises:
@@ -146,7 +147,7 @@ def bake_views(
 
 
 def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _BakeSetup:
-    """Place points on the skin, and measure the light that enters at each."""
+    """Place points on the skin and measure the light that enters at each of them."""
     picture, quality, seed = how["picture"], how["quality"], how["seed"]
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)
@@ -258,7 +259,7 @@ def _key(
     seed: int,
     lamps: Sequence[Any],
 ) -> str:
-    """Return the name of the cache folder for exactly these settings."""
+    """Return the name of the cache folder that belongs to exactly these settings."""
     facts = [asdict(item) for item in (skin, camera, quality, *lamps)]
     total = hashlib.sha256(json.dumps([_LAYOUT, environment, seed, facts]).encode())
     for mesh in (head.skin, head.eyes):
@@ -296,7 +297,7 @@ def _finish(
 
 
 def _targets(styles: Sequence[Style], pictures: Float32) -> Float32:
-    """Sum the pictures of the lamps, (P, lamps, 3), into those of the styles, (S, P, 3)."""
+    """Add up the pictures of the lamps, (P, lamps, 3), to the pictures of the styles, (S, P, 3)."""
     targets = np.empty((len(styles), len(pictures), 3), np.float32)
     end = 0
     for target, style in zip(targets, styles, strict=True):

@@ -16,7 +16,7 @@ from app.core.base.errors import TransportError
 from app.core.text import tr
 
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
-"""``keep(name, shape, compute)`` returns the named part, computing it only if it was not saved."""
+"""Function ``keep(name, shape, compute)`` that returns a saved part, or computes and saves it."""
 
 _MOST_BYTES: Final = 1 << 34
 
@@ -28,7 +28,7 @@ class BakeCache:
     folder: Path
 
     def keep(self, name: str, shape: tuple[int, ...], compute: Callable[[], Float32]) -> Float32:
-        """Return the saved part of this name and shape, or compute and save it."""
+        """Return the saved part with this name and shape, or compute and save the part."""
         file = self.folder / f"{name}.npz"
         with contextlib.suppress(TransportError):
             matrix = read_arrays(file, tr("part of a bake"), "", _MOST_BYTES).get("matrix")
@@ -40,11 +40,11 @@ class BakeCache:
         return part
 
     def prefixed(self, prefix: str) -> Keep:
-        """Return a variant of `keep` that puts a prefix before every name."""
+        """Return a variant of `keep` that adds a prefix to every name."""
         return lambda name, shape, compute: self.keep(f"{prefix}-{name}", shape, compute)
 
     def clear(self) -> None:
-        """Delete all parts, and then the folder and its parent if these are empty."""
+        """Delete all parts, then the folder and its parent if they are empty."""
         for file in self.folder.glob("*.npz"):
             file.unlink(missing_ok=True)
         for path in (self.folder, self.folder.parent):

@@ -50,8 +50,8 @@ def packed_views(
         transport: Transport of the same head.
 
     Returns:
-        The functions over the texels that all views share, (rank, H * W) float32, and the arrays of
-        each view by yaw, as `pack_view` returns them.
+        The functions over the texels that all views share, (rank, H * W) float32, and a dictionary
+        that maps each yaw to the arrays of its view, as returned by `pack_view`.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float32)
     greys = [view.matrix @ weights for view in views]

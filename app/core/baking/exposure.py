@@ -1,4 +1,4 @@
-"""Compute with shadow rays how much light reaches each point on the skin from each column.
+"""Compute how much light reaches each point on the skin from each column, using shadow rays.
 
 For every vertex and every column (a texel of the environment, or a lamp), the visible part of the
 column is integrated on a jittered grid, weighted by the first powers of the cosine of incidence.
@@ -47,8 +47,8 @@ class Points:
 
     Attributes:
         positions, normals: (V, 3) float32. Positions in scene units, and unit normals.
-        level: (F,) uint32. Grid steps along each side of a face, where 1 means corners only. The
-            skin's faces come first, then those of the eyes.
+        level: (F,) uint32. Number of grid steps along each side of a face, where 1 means corners
+            only. The faces of the skin come first, then those of the eyes.
         first: (F,) uint32. Index in `table` of each face's first point.
         table: (K,) uint32. Indices of points. In a face of level n, point (i, j) with i + j <= n is
             entry ``j (n + 1) - j (j - 1) / 2 + i``, with the barycentric coordinates
@@ -68,7 +68,7 @@ class Points:
 
 
 def vertex_points(head: HeadMesh) -> Points:
-    """Return the vertices of the skin and the eyes as points, with no grids."""
+    """Return the vertices of the skin and the eyes as points, without grids."""
     parts = [head.skin] if head.eyes is None else [head.skin, head.eyes]
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = np.concatenate(
@@ -91,9 +91,10 @@ def place_points(
     keep: Keep = no_keep,
     watch: Watch = unwatched,
 ) -> Points:
-    """Return the vertices, plus a grid of points on each face where the visible sky varies sharply.
+    """Return the vertices, with a grid of points added on each face where needed.
 
-    The grid has `FINE` steps along each side of the face.
+    A grid is needed where the visible sky varies sharply across the face. The grid has `FINE` steps
+    along each side.
     """
     coarse = vertex_points(head)
     moments = expose(scene, coarse, _COARSE_SKY, 2, seed, keep=keep, watch=watch)
@@ -146,7 +147,7 @@ def expose(
 
     Args:
         samples: Number of shadow rays along each side of a column. Each pair of a point and a
-            column gets `samples` squared rays.
+            column is tested with `samples` squared rays.
 
     Returns:
         (MOMENTS, V, columns) float32. ``[m]`` is the integral of L V mu^(m + 1), in radiance times
@@ -179,7 +180,7 @@ def _expose_some(
     seed: int,
     watch: Watch,
 ) -> Float32:
-    """Integrate the moments at some points, with one lane for each pair of a point and a column.
+    """Integrate the moments at the given points, with one lane for each point and column.
 
     Args:
         places: Positions and normals of the points.
@@ -201,7 +202,7 @@ def _expose_some(
 def _visible_moments(
     scene: Any, position: Any, normal: Any, column: Any, columns: Columns, samples: int, rng: Any
 ) -> tuple[Any, ...]:
-    """Sum weight times V mu^(m + 1) over a jittered grid inside each column."""
+    """Sum the weight times V mu^(m + 1) over a jittered grid inside each column."""
     import drjit as dr
     import mitsuba as mi
 
@@ -245,7 +246,8 @@ def shine(
     Args:
         picture: Side of the square picture, in pixels.
         pixels: (n,) int32. Flat row-major pixel indices.
-        samples: Number of points in each pixel. Each point casts one shadow ray to every column.
+        samples: Number of points in each pixel. Each point casts one shadow ray towards every
+            column.
 
     Returns:
         (n, columns, 3) float32. Linear Rec. 709 radiance.
@@ -281,7 +283,7 @@ def shine(
 def _reflect(
     scene: Any, si: Any, columns: Columns, rng: Any, add: Callable[[Any, Any, Any], None]
 ) -> None:
-    """Call ``add(column, colour, mask)`` with the light from each column that a point reflects."""
+    """Call ``add(column, colour, mask)`` with the light that a point reflects from each column."""
     import drjit as dr
     import mitsuba as mi
 
@@ -314,7 +316,7 @@ _CHIN_UNITS: Final = 1.25  # skin farther below the eyes counts as neck
 
 
 def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: int) -> HeadShape:
-    """Find the position on the head behind each pixel of the head's picture.
+    """Find the position on the head that each pixel of its picture shows.
 
     Args:
         pixels: (P,) int32. Flat row-major indices of the pixels that the head covers.
@@ -341,7 +343,7 @@ def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: i
 
 
 def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
-    """Find the coverage of each pixel and the position on the head behind it, for any camera.
+    """Find the coverage of each pixel and the position on the head that it shows, for any camera.
 
     Returns:
         coverage: (N * N,) float32. Fraction of each pixel that the head covers.
@@ -355,12 +357,12 @@ def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
 
 
 def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
-    """Measure the fraction of each pixel that the head covers, (N * N,), with a symmetric grid."""
+    """Measure the fraction of each pixel that the head covers, (N * N,), on a symmetric grid."""
     return np.asarray(_visibility(scene, size, watch)[1] / _STEPS**2, np.float32).ravel()
 
 
 def _visibility(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float64, Float64]:
-    """Return the sum of the points that each pixel's rays hit, (N, N, 3), and their count."""
+    """Return the sum of the points that each pixel's rays hit, (N, N, 3), and the hit count."""
     import drjit as dr
     import mitsuba as mi
 
@@ -383,7 +385,7 @@ def _visibility(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float6
 
 
 def _thinned(points: Float64) -> Float64:
-    """Keep one point per grid cell, which is enough for measuring distances."""
+    """Keep one point per grid cell, which is enough to measure distances."""
     _, first = np.unique(np.floor(points / _THIN_M).astype(np.int64), axis=0, return_index=True)
     return points[np.sort(first)]
 

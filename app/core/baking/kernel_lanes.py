@@ -1,10 +1,10 @@
-"""Run one kernel for many lanes, all at once if Mitsuba can, otherwise one after another.
+"""Run one kernel for many lanes: all at once if Mitsuba can, otherwise one after another.
 
 In Mitsuba's wavefront variants (llvm, cuda), a number in a kernel is an array with one entry for
 each lane, and one call computes all lanes. In the scalar variant, a number is a plain Python
 number, and the kernel is called once for each lane. A kernel works in both if it reads from a
 `Table`, adds to a `Tally`, and otherwise uses only ``dr.while_loop``, ``dr.if_stmt``, ``dr.select``
-and arithmetic. It must use `negate` in place of ``~``, because Python's ``~True`` is -2.
+and arithmetic. A kernel must use `negate` in place of ``~``, because Python's ``~True`` is -2.
 
 `select_variant` chooses how Mitsuba computes: on the graphics card, compiled for this processor, or
 interpreted.
@@ -30,9 +30,10 @@ from app.core.base.errors import BakeError
 from app.core.text import tr
 
 Watch: TypeAlias = Callable[[float], None]
-"""Function called with the finished fraction, 0 to 1, a few times a second if lanes run in turn.
+"""Function that is called with the fraction of the work done, 0 to 1.
 
-The function may raise an exception to stop the work.
+The calls come a few times a second if the lanes run one after another. The function may raise an
+exception to stop the work.
 """
 
 _SCALAR_SHARE = 256
@@ -67,7 +68,7 @@ class Table:
 
 
 class Tally:
-    """Sums of RGB colours to which the lanes add."""
+    """Running sums of RGB colours, to which the lanes add."""
 
     __slots__ = ("_sums",)
 
@@ -81,7 +82,7 @@ class Tally:
         )
 
     def add(self, row: Any, colour: Any, active: Any) -> None:
-        """Add a Color3f to a row, in the active lanes."""
+        """Add a Color3f to a row in the active lanes."""
         import drjit as dr
 
         parts = (colour.x, colour.y, colour.z)
@@ -98,7 +99,7 @@ class Tally:
 
 
 def at_once(lanes: int) -> int:
-    """Return how many lanes run in one batch: all in a wavefront variant, otherwise fewer."""
+    """Return how many lanes run in one batch: all of them in a wavefront variant, else fewer."""
     import mitsuba as mi
 
     return lanes if is_wavefront(mi) else max(1, lanes // _SCALAR_SHARE)
@@ -114,7 +115,7 @@ def unwatched(share: float) -> None:
 
 
 def part_of(watch: Watch, start: float, stop: float) -> Watch:
-    """Return a callback for part of the work, which maps 0..1 to `start`..`stop` of the whole."""
+    """Return a callback for part of the work that maps 0..1 to `start`..`stop` of the whole."""
     return lambda share: watch(start + share * (stop - start))
 
 
@@ -128,7 +129,7 @@ def run_lanes(
 
     Args:
         kernel: Function ``kernel(lane, rng)`` that takes a UInt32 from 0 to `count` - 1 and a
-            PCG32, and returns a tuple of Float.
+            PCG32 and returns a tuple of Floats.
 
     Returns:
         The kernel's results for all lanes, as a tuple of (count,) float32 arrays.
@@ -183,8 +184,8 @@ def select_variant(variant: str = "auto") -> Any:
     """Activate a Mitsuba variant and return the Mitsuba module.
 
     Args:
-        variant: ``llvm``, ``cuda``, ``scalar``, or ``auto`` for llvm if a recent enough LLVM is
-            found and otherwise scalar, with a notice.
+        variant: ``llvm``, ``cuda``, ``scalar`` or ``auto``. ``auto`` means llvm if a recent enough
+            LLVM is found. Otherwise, it means scalar, and a notice is shown.
 
     Raises:
         BakeError: If the variant is unknown or does not work on this computer.
@@ -220,12 +221,12 @@ def select_variant(variant: str = "auto") -> Any:
 
 
 def is_wavefront(mitsuba: Any) -> bool:
-    """Return whether the current variant traces many paths at once (llvm, cuda)."""
+    """Return whether the current variant traces many paths at once, as llvm and cuda do."""
     return not str(mitsuba.variant()).startswith("scalar")
 
 
 def find_llvm() -> Path | None:
-    """Find a libLLVM of version 16 or newer, since older ones abort inside Mitsuba 3.9."""
+    """Find a libLLVM of version 16 or newer, since older versions abort inside Mitsuba 3.9."""
     for candidate in _llvm_candidates():
         if candidate.exists() and _llvm_major(candidate) >= 16:
             return candidate
@@ -255,7 +256,10 @@ def _llvm_candidates() -> Iterator[Path]:
 
 
 def _llvm_major(library: Path) -> int:
-    """Return the major version of a libLLVM, or 0 before version 16, which does not report it."""
+    """Return the major version of a libLLVM, or 0 if the library is too old to report one.
+
+    Version 16 was the first to report its version.
+    """
     try:
         get_version = ctypes.CDLL(str(library)).LLVMGetVersion
     except (OSError, AttributeError):

@@ -24,7 +24,7 @@ from app.core.styles.style import StyleLamp
 
 
 class Columns(Protocol):
-    """A list of light sources, each of which is integrated over its own small area."""
+    """A list of light sources, each integrated over its own small area."""
 
     @property
     def count(self) -> int:
@@ -32,7 +32,7 @@ class Columns(Protocol):
         ...
 
     def directions(self) -> Float32:
-        """Return the unit vectors from between the eyes to the columns' centres, (count, 3)."""
+        """Return the unit vectors, (count, 3), from between the eyes to the columns' centres."""
         ...
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
@@ -46,8 +46,8 @@ class Columns(Protocol):
         Returns:
             direction: Unit vector from the position to the point.
             distance: Distance in scene units, or infinity for texels.
-            weight: Radiance times solid angle (steradians) that the whole column would have at the
-                position if all of the column were like this point.
+            weight: Radiance times solid angle (steradians) that the column would have at the
+                position if every point in the column were like this one.
         """
         ...
 
@@ -136,7 +136,7 @@ class LampColumns:
 
 
 def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
-    """Return the index in `pixels` of each pixel's mirror image, or its own if there is none.
+    """Return the index of each pixel's mirror image, or the pixel's own index if there is none.
 
     Args:
         pixels: (P,) int32. Sorted flat indices into a square picture.
@@ -164,8 +164,8 @@ def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Floa
 
     Returns:
         symmetric: (P, H * W, 3) float32. The averaged matrix.
-        noise: RMS noise after averaging, divided by the RMS of the picture, as the median over the
-            texels.
+        noise: Median over the texels of the RMS noise after averaging, divided by the RMS of the
+            picture.
     """
     shape = (len(matrix), texels.height, texels.width, 3)
     mirrored = matrix[twin].reshape(shape)[:, :, ::-1].reshape(matrix.shape)
@@ -174,7 +174,7 @@ def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Floa
 
 
 def texel_noise(one: Float32, two: Float32) -> Float64:
-    """Estimate each texel's noise from two independent bakes, as RMS difference / sqrt 2 / RMS.
+    """Estimate the noise in each texel from two independent bakes: RMS difference / sqrt 2 / RMS.
 
     Args:
         one, two: (P, T, 3) float32. Transport matrices of the same pixels.
@@ -190,16 +190,16 @@ def texel_noise(one: Float32, two: Float32) -> Float64:
 def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32, Float32, float]:
     """Return the best low-rank form of a transport matrix, weighting all texels' pictures equally.
 
-    Every basis function over the texels is even or odd under mirroring, so that a mirrored panorama
-    produces exactly the mirrored picture.
+    Every basis function over the texels is even or odd under mirroring. A mirrored panorama
+    therefore produces exactly the mirrored picture.
 
     Args:
         matrix: (P, H * W, 3) float32. Transport matrix.
 
     Returns:
-        pixel_basis: (3, P, R) float32. Pixel functions of each channel.
-        texel_basis: (R, H * W) float32. Texel functions, shared by the channels.
-        truncation: RMS error divided by RMS, as the 95th percentile over the texels.
+        pixel_basis: (3, P, R) float32. Functions over the pixels, for each channel.
+        texel_basis: (R, H * W) float32. Functions over the texels, shared by the channels.
+        truncation: 95th percentile over the texels of the RMS error divided by the RMS.
     """
     flat = matrix.transpose(0, 2, 1).reshape(-1, texels.count)
     basis, scale = texel_functions([flat], texels, rank)
@@ -218,7 +218,8 @@ def texel_functions(
 
     Args:
         matrices: Matrices, each (n, H * W) float32.
-        evenness: 1 to give every texel's picture the same weight, 0 to weight each by its light.
+        evenness: 1 to give every texel's picture the same weight, or 0 to weight each picture by
+            its light.
 
     Returns:
         basis: (rank, H * W) float32. Functions that are orthonormal over texels divided by their

@@ -11,9 +11,9 @@ class Quality:
 
     Attributes:
         paths: Number of random walks from each pixel.
-        glints: Number of points in each pixel at which the reflection of the surface is sampled.
+        glints: Number of points in each pixel at which the reflection from the surface is sampled.
         shadows: Number of shadow rays along each side of a texel.
-        rank: Number of functions to which the transport is compressed.
+        rank: Number of functions into which the transport is compressed.
     """
 
     paths: int

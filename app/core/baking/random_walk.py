@@ -1,13 +1,13 @@
-"""Trace light backwards, from a pixel through the skin to the points where the light entered.
+"""Trace light backwards, from a pixel through the skin to the points where it entered.
 
 Every path starts at the camera and is followed as in Mitsuba's ``volpathmis``, with a rough
 dielectric boundary, a random walk inside, and spectral weights for all three channels at once
 (Miller et al., "A null-scattering path integral formulation of light transport", 2019). Where
 ``volpathmis`` would look up the escaping direction in an environment, this tracer records *where*
 on the skin the path came out. Light enters skin equally from all directions except for a smooth
-factor (the exit profile). So only the fraction that each pixel receives from each point on the skin
-needs Monte Carlo paths; the light that reaches a point from each direction is computed without them
-(`app.core.baking.exposure`).
+factor (the exit profile). Therefore, only the fraction that each pixel receives from each point on
+the skin needs Monte Carlo paths. The light that reaches a point from each direction is computed
+without them (`app.core.baking.exposure`).
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ _FAINT = 0.25
 
 @dataclass(frozen=True, slots=True)
 class PathTotals:
-    """Fractions of light that the paths of some pixels collected.
+    """Fractions of the light that the paths from some pixels have collected.
 
     Attributes:
         share: (pixels, V, 3) float32. Fraction of the light entering the skin at each point that
             reaches the pixel.
         lean: (pixels, V, 3, 3) float32, [..., axis, channel]. First moment, in the tangent plane,
             of the direction in which the backward path of that light leaves the skin. Oblique light
-            travels on under the skin, which shifts the source of a pixel's light slightly along the
-            light's direction. The lean is that shift.
+            keeps travelling under the skin, which shifts the source of a pixel's light slightly
+            along the light's direction. The lean is that shift.
     """
 
     share: Float32
@@ -121,7 +121,7 @@ def follow(
     finder: Finder,
     watch: Watch,
 ) -> None:
-    """Follow all paths to their ends, and report them to `finder`."""
+    """Follow all paths to their ends and report their events to `finder`."""
     import drjit as dr
     import mitsuba as mi
 
@@ -142,7 +142,9 @@ def follow(
 
 @dataclass(frozen=True, slots=True)
 class _PathWalk:
-    """A random walk of one path or of all lanes, with free flights, surfaces and scattering.
+    """A random walk along one path, or along the paths of all lanes at once.
+
+    A walk consists of free flights, encounters with surfaces, and scattering.
 
     Attributes:
         slot: Index of the pixel where the path started.
@@ -173,7 +175,7 @@ class _PathWalk:
     def _step(
         self, ray: Any, rng: Any, weight: Any, ratio: Any, inside: Any, alive: Any, n: Any
     ) -> tuple[Any, ...]:
-        """Make one flight and handle the event at its end, where `n` counts the events."""
+        """Trace one flight and handle the event at its end, where `n` counts the events."""
         import drjit as dr
         import mitsuba as mi
 
@@ -310,10 +312,10 @@ def fit_profile(profile: Float64) -> Float64:
 
 
 def lean_scale(coefficients: Float64) -> Float64:
-    """Return the factor k for which the profile times (1 + k lean . direction) has that lean.
+    """Return the factor k for which the profile times (1 + k lean . direction) has the given lean.
 
     Args:
-        coefficients: (3, 3) float64. From `fit_profile`.
+        coefficients: (3, 3) float64. Coefficients from `fit_profile`.
 
     Returns:
         (3,) float64. 2 / (integral of g sin^2) for each channel.
@@ -347,7 +349,7 @@ class SceneTables:
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """A path's encounter with a surface, and the outcome.
+    """An encounter between a path and a surface, and its outcome.
 
     Attributes:
         slot: Index of the pixel where the path started.
@@ -379,7 +381,7 @@ class Finder(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """Adds each path to the points around the position where the path left the skin."""
+    """Adds the value of each path to the points around the position where it left the skin."""
 
     tables: SceneTables
     share: Tally
@@ -395,7 +397,7 @@ class Shares:
         """Do nothing."""
 
     def _deposit(self, at: Meeting, active: Any) -> None:
-        """Add a value to the three points around the hit, and its lean to one of them."""
+        """Add the path's value to the three points around the hit, and its lean to one of them."""
         import drjit as dr
         import mitsuba as mi
 
@@ -434,7 +436,7 @@ class Shares:
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Adds up paths by the angle at which they left the skin."""
+    """Adds up the values of paths by the angle at which the paths left the skin."""
 
     tally: Tally
 

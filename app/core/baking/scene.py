@@ -1,6 +1,6 @@
-"""Build the scene to bake, with head, eyes, skin and camera, in Mitsuba and as exported files.
+"""Build the scene to bake, with its head, eyes, skin and camera, in Mitsuba or as exported files.
 
-Units: 1 scene unit = 10 cm. Frame: +Y up, +Z out of the face, +X the sitter's left.
+Units: 1 scene unit is 10 cm. Frame: +Y points up, +Z out of the face and +X to the sitter's left.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ class Mesh:
     """A triangle mesh with smooth normals.
 
     Attributes:
-        vertices, normals: (V, 3) float32. Positions in scene units (10 cm) and unit normals, both
-            in the head frame.
-        faces: (F, 3) uint32. Vertex indices, counter-clockwise seen from outside.
+        vertices, normals: (V, 3) float32. Positions in scene units (10 cm) and unit normals, in
+            the head's frame.
+        faces: (F, 3) uint32. Vertex indices, counter-clockwise as seen from outside.
         colours: (V, 3) float32 or None. Linear Rec. 709 albedo.
     """
 
@@ -93,7 +93,7 @@ class Camera:
         origin: Position, in scene units.
         shift: Vertical shift of the picture.
         size: Side of the square picture, in pixels.
-        yaw_deg: Turn of the head towards its own left, away from the line to the camera.
+        yaw_deg: Turn of the head towards its own left, away from the camera, in degrees.
     """
 
     origin: tuple[float, float, float]
@@ -127,15 +127,15 @@ def head_middle(head: HeadMesh) -> Float64:
 
 
 def frame_head(head: HeadMesh, size: int, yaw_deg: float = 0.0) -> Camera:
-    """Place the camera 1.8 m from the eyes, and crop from just above the crown to the neck.
+    """Place the camera 1.8 m from the eyes and crop the picture from above the crown to the neck.
 
     The lower edge stays above the cut through the neck even at the back, so no pixel shows the cut.
-    A head turns about the vertical axis midway between its ears; here the camera moves around that
+    A head turns about the vertical axis midway between its ears. Here, the camera moves around that
     axis instead.
 
     Args:
         size: Side of the square picture, in pixels.
-        yaw_deg: Turn of the head towards its own left.
+        yaw_deg: Turn of the head towards its own left, in degrees.
     """
     x, y, z = head.eye_point
     far = z + CAMERA_DISTANCE_M * 1000 / MILLIMETRES_PER_UNIT
@@ -165,8 +165,8 @@ def load_head(
         unit_mm: Millimetres per unit in the files.
 
     Raises:
-        HeadError: If a file is missing or is not a mesh, the skin is not closed, or no head could
-            have this size.
+        HeadError: If a file is missing or is not a mesh, if the skin is not closed, or if the size
+            is impossible for a head.
     """
     skin = _load_mesh(skin_file, unit_mm)
     height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
@@ -195,7 +195,7 @@ def load_head(
 
 
 def count_open_edges(mesh: Mesh) -> int:
-    """Count the edges that belong to an odd number of faces, merging vertices at one position."""
+    """Count the edges that belong to an odd number of faces, merging vertices that coincide."""
     _, where = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
     faces = where.reshape(-1)[mesh.faces]
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -266,7 +266,7 @@ def _check_mesh_file(path: Path) -> str:
 
 
 def _is_plain(path: Path) -> bool:
-    """Return whether a PLY header is short. Mitsuba takes minutes to read thousands of lines."""
+    """Return whether a PLY header is short, since Mitsuba takes minutes to read a very long one."""
     with path.open("rb") as stream:
         head, end, _ = stream.read(_MAX_PLY_HEAD).partition(b"end_header")
     return bool(end) and head.count(b"\nelement ") <= _MAX_PLY_ELEMENTS
@@ -290,7 +290,7 @@ def _volume(v: Float32, faces: NDArray[np.uint32]) -> float:
 
 
 def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
-    """Create a Mitsuba mesh with a BSDF, and with a medium inside if `properties` has one."""
+    """Create a Mitsuba mesh with a BSDF and, if `properties` contains one, a medium inside."""
     import mitsuba as mi
 
     props = mi.Properties()
@@ -378,7 +378,7 @@ def _template(name: str) -> str:
 
 
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
-    """Write the scene to bake as ``scene.xml`` and meshes, for an unmodified Mitsuba.
+    """Write the scene to bake as ``scene.xml`` and meshes that an unmodified Mitsuba can load.
 
     Raises:
         BakeError: If the folder cannot be written.
@@ -426,7 +426,7 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
 
 
 def _write_mesh(path: Path, mesh: Any) -> None:
-    """Write a mesh atomically and read it back, since Mitsuba does not notice a full disk."""
+    """Write a mesh atomically and read the file back, since Mitsuba does not notice a full disk."""
     import mitsuba as mi
 
     def write(temporary: Path) -> None:

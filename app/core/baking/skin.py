@@ -1,4 +1,4 @@
-"""Skin as a scattering medium, in three tones from published measurements.
+"""Skin as a scattering medium, in three tones based on published measurements.
 
 The boundary is a rough dielectric. The inside is an isotropic medium with reduced coefficients
 (similarity theory), traced by a true random walk. The physics is that of the paper's
@@ -22,10 +22,10 @@ class Skin:
     """Optical properties of one skin tone.
 
     Attributes:
-        scattering, absorption: Reduced coefficients of red, green and blue, per millimetre.
+        scattering, absorption: Reduced coefficients for red, green and blue, per millimetre.
         index: Refractive index of the boundary.
         roughness: Microfacet roughness of the boundary.
-        source: Publication in which the coefficients appeared.
+        source: Publication from which the coefficients are taken.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Skin:
 
     @property
     def extinction(self) -> Rgb:
-        """Reduced extinction coefficients, per millimetre: the reciprocal of the mean free path."""
+        """Reduced extinction coefficients, per millimetre: reciprocals of the mean free paths."""
         r, g, b = (s + a for s, a in zip(self.scattering, self.absorption, strict=True))
         return r, g, b
 
@@ -50,7 +50,7 @@ class Skin:
 
 @dataclass(frozen=True, slots=True)
 class Coat:
-    """A clear coat over a diffuse surface, for the wet eye."""
+    """A clear coat over a diffuse surface, used for the wet eye."""
 
     index: float
     roughness: float
@@ -71,7 +71,7 @@ def skin_bsdf(skin: Skin) -> dict[str, Any]:
 
 
 def eye_bsdf(coat: Coat) -> dict[str, Any]:
-    """Return the Mitsuba description of the eye's surface, with vertex colours under a wet coat."""
+    """Return the Mitsuba description of the eye's surface: vertex colours under a wet coat."""
     return {
         "type": "principled",
         "base_color": {"type": "mesh_attribute", "name": "vertex_color"},
@@ -81,7 +81,7 @@ def eye_bsdf(coat: Coat) -> dict[str, Any]:
 
 
 def dipole_reflectance(albedo: float, index: float) -> float:
-    """Return the diffuse reflectance of a half-space with this reduced albedo.
+    """Return the diffuse reflectance of a half-space with the given reduced albedo.
 
     The formula is equation 15 of Jensen, Marschner, Levoy and Hanrahan, "A Practical Model for
     Subsurface Light Transport", SIGGRAPH 2001, with their fit of the internal reflection.
@@ -96,7 +96,7 @@ def dipole_reflectance(albedo: float, index: float) -> float:
 
 
 def _absorption_for(reflectance: float, scattering: float, index: float) -> float:
-    """Find the absorption that gives a reflectance, by bisection."""
+    """Find the absorption that produces a reflectance, by bisection."""
     low, high = 0.0, 100.0 * scattering
     for _ in range(80):
         middle = (low + high) / 2

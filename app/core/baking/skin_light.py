@@ -1,4 +1,4 @@
-"""Measure the light that enters the skin from each texel and lamp."""
+"""Measure the light that enters the skin from each texel and each lamp."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _RAYS_IN_PATH = 50
 
 @dataclass(frozen=True, slots=True)
 class BakeJob:
-    """Scene and settings that all parts of a bake share."""
+    """The scene and the settings that all parts of a bake share."""
 
     scene: Any
     tables: SceneTables
@@ -55,18 +55,18 @@ class BakeJob:
 
     @property
     def columns(self) -> tuple[Columns, ...]:
-        """The columns of the matrix, texels first, then lamps."""
+        """The columns of the matrix: first the texels, then the lamps."""
         return (self.texels,) if self.lamps is None else (self.texels, self.lamps)
 
     @property
     def shadows(self) -> tuple[int, ...]:
-        """Number of shadow rays along each side of a column, for texels and for lamps."""
+        """Numbers of shadow rays along each side of a column, for texels and for lamps."""
         # Lamps can have many more rays, since they are few compared with thousands of texels.
         return (self.quality.shadows, 4 * self.quality.shadows)[: len(self.columns)]
 
     @property
     def shadow_rays(self) -> tuple[int, ...]:
-        """Number of shadow rays from each point to all texels, and to all lamps."""
+        """Numbers of shadow rays from each point to all texels and to all lamps."""
         both = zip(self.columns, self.shadows, strict=True)
         return tuple(columns.count * side**2 for columns, side in both)
 
@@ -83,7 +83,8 @@ class SkinLight:
     Attributes:
         entering: One array per channel, (V, columns) float32. Light that enters the skin at each
             point from each column.
-        slant: (3, 3, columns) float32, [channel, axis]. Weight of the lean of a pixel's share.
+        slant: (3, 3, columns) float32, [channel, axis]. Weight of the lean of a pixel's share of
+            the light.
     """
 
     entering: tuple[Float32, ...]
@@ -92,13 +93,13 @@ class SkinLight:
 
 @dataclass(frozen=True, slots=True)
 class PartProgress:
-    """Progress and cancellation of a bake that consists of parts."""
+    """Reports the progress of a bake that consists of parts, and stops it if it is cancelled."""
 
     report: Report
     token: Token
 
     def part(self, start: float, stop: float, task: Task) -> Watch:
-        """Return the watch for a part that takes the progress from `start` to `stop`."""
+        """Return the callback for a part that takes the progress from `start` to `stop`."""
 
         def watch(share: float) -> None:
             self.report(share, Progress(task))
@@ -108,7 +109,7 @@ class PartProgress:
 
 
 def light_cache(cache: BakeCache, prefix: str) -> Keep:
-    """Return the cache for measured light.
+    """Return the function that caches measured light.
 
     In a wavefront variant, nothing is cached, since measuring is faster than reading from disk.
     """
@@ -118,7 +119,7 @@ def light_cache(cache: BakeCache, prefix: str) -> Keep:
 
 
 def skin_light(job: BakeJob, cache: BakeCache, progress: PartProgress, end: float) -> SkinLight:
-    """Measure the exit profile of the skin, and the light that enters it."""
+    """Measure the exit profile of the skin and the light that enters the skin."""
     measuring = Task.MEASURING_SKIN
     profile = measure_profile(
         job.tables, job.pixels, job.seed, cache.keep, progress.part(0.01, 0.02, measuring)
@@ -127,7 +128,7 @@ def skin_light(job: BakeJob, cache: BakeCache, progress: PartProgress, end: floa
 
 
 def light_share(job: BakeJob, views: int) -> float:
-    """Estimate the fraction of the time that the light takes, as opposed to the views."""
+    """Estimate the fraction of the time spent on the light, as opposed to the views."""
     light = job.points.count * sum(job.shadow_rays)
     paths = len(job.pixels) * job.quality.paths * _RAYS_IN_PATH
     glints = len(job.pixels) * job.quality.glints * job.count
@@ -141,7 +142,7 @@ def measure_profile(
     keep: Keep = no_keep,
     watch: Watch = unwatched,
 ) -> Float64:
-    """Fit the exit profile of the skin, (3, MOMENTS), to a few paths from some pixels."""
+    """Fit the exit profile of the skin, (3, MOMENTS), to a few paths from the given pixels."""
     some = pixels[:: max(1, len(pixels) // _PROFILE_PIXELS)]
 
     def trace() -> Float32:

@@ -85,7 +85,7 @@ def direction(turn_deg: float) -> str:
 
 
 def arc_width(arc_deg: tuple[float, float]) -> float:
-    """Return the width of an arc that runs clockwise between its ends, in degrees from 0 to 360.
+    """Return the width, from 0 to 360 degrees, of an arc that runs clockwise between its ends.
 
     Examples:
         >>> arc_width((170.0, -170.0)), arc_width((-180.0, 180.0))
@@ -100,7 +100,7 @@ def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tupl
 
     Args:
         centre: (x, y), with y pointing down.
-        radius: Radius, in the unit of `centre`.
+        radius: Radius, in the same units as `centre`.
         turn_deg: Turn, in degrees, positive clockwise.
 
     Examples:
@@ -112,11 +112,11 @@ def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tupl
 
 
 def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
-    """Return whether an angle lies on an arc that runs clockwise between its ends.
+    """Return whether an angle lies on an arc that runs clockwise from its start to its stop.
 
     Args:
         angle_deg: Angle, in degrees.
-        arc_deg: (start, stop), in degrees; the arc may wrap. (-180, 180) is the whole circle.
+        arc_deg: (start, stop), in degrees. The arc may wrap, and (-180, 180) is the whole circle.
 
     Examples:
         >>> lies_on_arc(179.0, (170.0, -170.0)), lies_on_arc(0.0, (170.0, -170.0))
@@ -129,7 +129,7 @@ def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
 
 
 def whole(turn_deg: float) -> int:
-    """Return a turn in whole degrees, as shown on screen.
+    """Round a turn to whole degrees, as shown on screen.
 
     Args:
         turn_deg: Any finite turn, in degrees, positive clockwise.
@@ -145,7 +145,7 @@ def whole(turn_deg: float) -> int:
 
 
 def direction_of(turn_deg: float) -> Direction:
-    """Return the direction of a turn, after rounding it to whole degrees.
+    """Round a turn to whole degrees and return its direction.
 
     Args:
         turn_deg: Turn, in degrees, positive clockwise.
@@ -165,14 +165,14 @@ def direction_of(turn_deg: float) -> Direction:
 
 
 def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
-    """Return the ends of an arc in whole degrees.
+    """Return the ends of an arc, rounded to whole degrees.
 
     Args:
-        arc_deg: (start, stop), in degrees, clockwise; the arc may wrap. (-180, 180) is the whole
-            circle.
+        arc_deg: (start, stop), in degrees. The arc runs clockwise and may wrap, and (-180, 180) is
+            the whole circle.
 
     Returns:
-        The two ends, each in (-180, 180], or None for the whole circle.
+        The two ends, each in (-180, 180], or None if the arc is the whole circle.
     """
     start, stop = arc_deg
     if stop - start >= 360.0:

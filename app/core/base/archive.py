@@ -30,7 +30,7 @@ CONTRADICTIONS: Final = (
     TypeError,
     ValueError,
 )
-"""Exceptions that an untrusted header may cause, since JSON can nest deeply and hold any type."""
+"""Exceptions that an untrusted header may cause, since JSON can nest deeply and hold any types."""
 
 MAX_BYTES: Final = 1 << 28
 Store: TypeAlias = "Callable[[dict[str, NDArray[Any]]], dict[str, NDArray[Any]]]"
@@ -83,7 +83,7 @@ def write_sealed(
 
     Args:
         arrays: Arrays by name. No array may be named "header".
-        packing: As in `write_arrays`.
+        packing: Compression method, as in `write_arrays`.
         store: Function that converts the arrays for storage. The checksum is that of the original
             arrays.
     """
@@ -97,7 +97,7 @@ def write_sealed(
 def write_arrays(
     path: Path, arrays: Mapping[str, NDArray[Any]], packing: int = zipfile.ZIP_STORED
 ) -> None:
-    """Write arrays to an ``.npz`` file atomically.
+    """Atomically write arrays to an ``.npz`` file.
 
     Args:
         packing: Compression method from `zipfile`. ``ZIP_LZMA`` makes the smallest files but is
@@ -133,15 +133,16 @@ def read_sealed(
         version, oldest: The newest and the oldest version that can be read.
         names: Names of the arrays to read, or None for all.
         most: Maximum size in bytes, whether compressed or decompressed.
-        restore: Inverse of the `store` of `write_sealed`. It also receives the header.
+        restore: Inverse of the `store` function passed to `write_sealed`. This function also
+            receives the header.
 
     Returns:
-        header: The header, of which only the version and the checksum have been checked.
-        arrays: The arrays by name. Their types and shapes have not been checked.
+        header: The header. Only its version and its checksum have been checked.
+        arrays: The arrays, by name. Their types and shapes have not been checked.
 
     Raises:
-        TransportError: If the file is missing, too large, damaged, newer or older than the readable
-            versions, or of another kind.
+        TransportError: If the file is missing, too large, damaged or of another kind, or if its
+            version is outside the readable range.
     """
     arrays = read_arrays(path, noun, hint, most)
     try:
@@ -189,7 +190,7 @@ def _array(value: object) -> NDArray[Any]:
 
 
 def digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Return the SHA-256 checksum of the names, types, shapes and values of arrays."""
+    """Return a SHA-256 checksum that covers the names, types, shapes and values of the arrays."""
     total = hashlib.sha256()
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])

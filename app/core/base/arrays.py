@@ -1,4 +1,4 @@
-"""Array types by dtype. Docstrings state the shapes."""
+"""Type aliases for arrays, one for each dtype. The shapes are stated in docstrings."""
 
 from typing import Any, TypeAlias
 

@@ -27,9 +27,9 @@ _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def open_file(path: Path | str) -> io.BufferedReader:
-    """Open a regular file for reading, and refuse a pipe or device, which could block or never end.
+    """Open a regular file for reading, refusing pipes and devices, which could block or never end.
 
-    Reading from a system file that has no content yet, such as /proc/kmsg, also raises `OSError`.
+    Reading a system file that has no content yet, such as /proc/kmsg, also raises `OSError`.
 
     Raises:
         OSError: If the file cannot be opened, or is a folder, pipe, socket or device.
@@ -45,7 +45,7 @@ def open_file(path: Path | str) -> io.BufferedReader:
 
 
 class _Readable(io.FileIO):
-    """A file that never waits for its content, but raises `OSError` instead."""
+    """A file that raises `OSError` instead of waiting for content."""
 
     def readinto(self, buffer: Any, /) -> int:
         count = super().readinto(buffer)
@@ -115,7 +115,7 @@ def check_target(path: Path | str) -> Path:
 
 
 def is_private(path: Path | str) -> bool:
-    """Return whether a path must be private because it is in the data folder or a saved place."""
+    """Return whether a path must be private: it is in the data folder or in a saved place."""
     full = Path(os.path.realpath(path))
     if full.is_relative_to(os.path.realpath(user_data())):
         return True
@@ -156,14 +156,14 @@ def file_opener(path: str, flags: int) -> int:
 def atomic_write(
     path: Path | str, writer: Callable[[Path], object], *, private: bool | None = None
 ) -> None:
-    """Write a file atomically, so that a failure never leaves a partial file.
+    """Write a file atomically: a failure never leaves a partial file.
 
     `writer` fills a temporary file in the same folder, which is then flushed to disk and renamed
-    over `path`. If anything fails, the temporary file is removed and the old file stays as it was.
+    to `path`. If anything fails, the temporary file is removed and the old file is left untouched.
 
     Args:
         writer: Function that receives the path of an empty temporary file. The file has the same
-            suffix as `path`, because image libraries choose the format by the suffix.
+            suffix as `path`, because image libraries choose the format from the suffix.
         private: Whether only the user may read the file, or None to follow `is_private`.
 
     Raises:
@@ -186,7 +186,7 @@ def atomic_write(
 
 
 def atomic_write_bytes(path: Path | str, data: bytes, *, private: bool | None = None) -> None:
-    """Write bytes atomically, with the same arguments and errors as `atomic_write`."""
+    """Atomically write bytes, with the same options and errors as `atomic_write`."""
     atomic_write(path, lambda temporary: temporary.write_bytes(data), private=private)
 
 
@@ -210,7 +210,7 @@ def words_of(error: OSError | ValueError) -> str:
 def os_errors_as(
     kind: Callable[[str, str], Exception], sentence: str, hint: str = "", **values: object
 ) -> Iterator[None]:
-    """Convert an `OSError` or `ValueError` in the block to one of the program's own errors.
+    """Convert an `OSError` or `ValueError` raised in the block to one of the program's own errors.
 
     `sentence` is already translated but not yet formatted. `values` fill its placeholders, and
     {reason} is replaced with the system's message.
@@ -235,7 +235,7 @@ class DiskTrouble(Enum):
 
 
 def disk_trouble(error: BaseException) -> DiskTrouble | None:
-    """Return the disk trouble that caused an error, or None if the disk was not the cause."""
+    """Return the disk problem that caused an error, or None if the disk was not the cause."""
     codes = {one.errno for one in _causes(error) if isinstance(one, OSError)}
     if codes & _NO_ROOM:
         return DiskTrouble.FULL
@@ -243,10 +243,10 @@ def disk_trouble(error: BaseException) -> DiskTrouble | None:
 
 
 def write_trouble(path: Path, size: int) -> OSError | None:
-    """Append `size` bytes to a file, and return the system's error, or None if that succeeds.
+    """Append `size` bytes to a file and return the system's error, or None if there is none.
 
-    This finds the reason for a failure that an image library reports without the system's error
-    code.
+    An image library may report a failure without the system's error code. This function finds the
+    reason.
     """
     block = bytes(min(size, _BLOCK))
     try:
@@ -282,7 +282,7 @@ def _write_error(target: Path, error: OSError) -> CoreError:
 
 
 def _temporary_beside(target: Path, *, private: bool) -> Path:
-    """Create an empty file beside the target, with the permissions that the target will get."""
+    """Create an empty file next to the target, with the permissions that the target will have."""
     folder = target.resolve().parent
     # Image libraries accept only names that are text.
     stem = target.stem[:40].encode("utf-8", "replace").decode()
@@ -299,7 +299,7 @@ def _temporary_beside(target: Path, *, private: bool) -> Path:
 
 
 def umask() -> int:
-    """Return the process's umask."""
+    """Return the umask of the process."""
     mask = os.umask(0o077)
     os.umask(mask)
     return mask
@@ -311,7 +311,7 @@ def _flush(path: Path) -> None:
 
 
 def flush_folder(folder: Path) -> None:
-    """Flush a rename to disk, except on Windows, which cannot open a folder."""
+    """Flush a rename to disk, except on Windows, where a folder cannot be opened."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

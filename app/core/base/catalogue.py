@@ -1,9 +1,9 @@
 """Translate whole sentences with placeholders, using gettext catalogues.
 
 The source is in English, and each sentence is its own key. A translation is a `turnlight.mo` file
-in `resources/locale/LANGUAGE/LC_MESSAGES/`. None ships yet; `pybabel extract` writes the template
-for translators. The language `test` is derived from the English sentences: accented, 40% longer
-and in brackets, to reveal text that is cut off, glued together or not translated.
+in `resources/locale/LANGUAGE/LC_MESSAGES/`. No translation ships yet. `pybabel extract` writes the
+template for translators. The language `test` is derived from the English sentences: it is accented,
+40% longer and in brackets, to reveal text that is cut off, glued together or not translated.
 
 This module imports no other module of the program, so that errors can be translated too. The
 language is core's only global setting (`app.core.text.set_language`); the command line sets it
@@ -29,7 +29,7 @@ _PLACEHOLDERS: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;|%\(\w+\)s)")
 
 
 class PseudoLanguage(gettext.NullTranslations):
-    """A pseudo-language that tests layouts: English with accents, brackets and extra length."""
+    """A pseudo-language for testing layouts: English with accents, brackets and extra length."""
 
     def gettext(self, message: str) -> str:
         """Return a message in the pseudo-language."""
@@ -41,7 +41,7 @@ class PseudoLanguage(gettext.NullTranslations):
 
 
 def stretched(message: str) -> str:
-    """Convert English to the language `test`, leaving placeholders and tags unchanged.
+    """Convert an English sentence to the language `test`, leaving placeholders and tags unchanged.
 
     Examples:
         >>> stretched("Turn {turn} clockwise")
@@ -59,10 +59,10 @@ _speaks: gettext.NullTranslations = gettext.NullTranslations()
 
 
 def speak(language: str, folder: Path) -> None:
-    """Set the language.
+    """Set the language of all translated text.
 
     Raises:
-        OSError: If the folder has no catalogue for the language.
+        OSError: If the folder contains no catalogue for the language.
     """
     global _speaks
     if language == "en":
@@ -84,7 +84,7 @@ def tr(sentence: str, /, **values: object) -> str:
 
 
 def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
-    """Translate a sentence in the singular or the plural, whichever its `{count}` requires.
+    """Translate a sentence in the singular or the plural, as its `{count}` requires.
 
     Examples:
         >>> tr_plural("{count} frame", "{count} frames", 3)
@@ -95,7 +95,7 @@ def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
 
 
 def _filled(translated: str, english: str, values: dict[str, object]) -> str:
-    """Fill in the values, falling back to English if the translation's placeholders differ."""
+    """Fill in the values, falling back to English if the translation's placeholders are wrong."""
     if not values:
         return translated
     fill: Callable[..., str] = translated.format

@@ -1,7 +1,7 @@
 """Colour and tone: luminance, the sRGB curve, exposure and tone mapping.
 
-All internal values are linear light with Rec. 709 primaries. Only pictures for display, such as PNG
-files, pass through `tone_map`.
+All internal values are linear light with Rec. 709 primaries. Only pictures that are displayed, such
+as those in PNG files, pass through `tone_map`.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from numpy.typing import ArrayLike, NDArray
 from app.core.base.arrays import Bytes, Float32, Float64
 
 FloatImage: TypeAlias = Float32
-"""Float32 array of linear light, or of display values in 0..1. Each use states the shape."""
+"""Float32 array of linear light or of display values in 0..1. The shape is stated at each use."""
 
 LUMINANCE_WEIGHTS: Final[tuple[float, float, float]] = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue in the luminance (ITU-R BT.709-6, item 3.2).
 
-They are defined only here. A transport's header repeats them for readers of the file.
+They are defined only here. The header of a transport repeats them for readers of the file.
 """
 
 SKIN_LEVEL: Final = 0.34
 """Linear display luminance of an evenly lit face (sRGB 0.62)."""
 
 SHOULDER_START: Final = 0.55
-"""Linear value up to which `shoulder` leaves pictures unchanged, where 1 is display white."""
+"""Linear value up to which `shoulder` leaves pictures unchanged. Display white is 1."""
 
 REC709: Final = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 """The x and y chromaticities of red, green, blue and white (ITU-R BT.709-6, item 1.3)."""
 
 FADE: Final = 2.0
-"""Linear display value above `SHOULDER_START` at which a colour has faded halfway to white."""
+"""Linear display value, above `SHOULDER_START`, at which a colour has faded halfway to white."""
 _BRADFORD: Final = np.array(
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
 )
@@ -72,16 +72,16 @@ def luminance(rgb: ArrayLike) -> FloatImage:
 
 
 def rec709_from(chromaticities: Sequence[float]) -> Float64:
-    """Return the matrix that converts linear colours of other primaries to Rec. 709.
+    """Return the matrix that converts linear colours from other primaries to Rec. 709.
 
     White stays white. The primaries are converted as in SMPTE RP 177-1993, section 3.3, and the
     white points are adapted in Bradford's cone space (ICC.1:2022, annex E).
 
     Args:
-        chromaticities: The x and y of red, green, blue and white, eight numbers in all.
+        chromaticities: The x and y of red, green, blue and white: eight numbers in all.
 
     Returns:
-        (3, 3) float64. The matrix, for column vectors of red, green and blue.
+        (3, 3) float64. The matrix, which multiplies column vectors of red, green and blue.
 
     Raises:
         ValueError: If the chromaticities do not define a colour space.
@@ -103,7 +103,7 @@ def to_rec709(light: FloatImage, chromaticities: Sequence[float]) -> None:
 
 
 def _xyz_from(chromaticities: Sequence[float]) -> tuple[Float64, Float64]:
-    """Return the XYZ of the primaries, one per column, and that of white, whose Y is 1."""
+    """Return the XYZ of the primaries, one per column, and the XYZ of white, whose Y is 1."""
     xy = np.asarray(chromaticities, np.float64)
     if xy.shape != (8,) or not np.isfinite(xy).all() or np.abs(xy).max() > _FARTHEST_XY:
         raise ValueError("chromaticities must be eight plausible numbers")
@@ -160,14 +160,15 @@ _LIGHT: Final = srgb_decode(np.arange(256) / 255.0)
 
 
 def srgb_light(codes: Bytes) -> FloatImage:
-    """Return the linear light, float32 in 0..1, of 8-bit sRGB codes of any shape."""
+    """Convert 8-bit sRGB codes, in an array of any shape, to linear light, float32 in 0..1."""
     return look_up(codes, _LIGHT)
 
 
 def shoulder(linear: ArrayLike) -> FloatImage:
-    """Compress highlights: leave values up to 0.55 unchanged, and approach 1 exponentially above.
+    """Compress highlights: values up to 0.55 stay unchanged, and higher ones approach 1.
 
-    Value and slope are continuous, so no edge is visible where the shoulder starts.
+    The approach to 1 is exponential. The value and the slope are continuous, so no edge is visible
+    where the shoulder starts.
 
     Returns:
         Float32, same shape. Linear light in 0..1, which never decreases as the input increases.
@@ -192,10 +193,10 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
     compared side by side.
 
     Args:
-        face_luminance: array_like. Luminance of the face pixels only, any shape and scale.
+        face_luminance: array_like, any shape. Luminance of the face pixels only, on any scale.
 
     Returns:
-        Factor for the linear picture, or 1 if the face is black.
+        Factor by which to multiply the linear picture, or 1 if the face is black.
 
     Examples:
         >>> round(face_exposure([2.0, 2.0]), 3)
@@ -213,16 +214,17 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
 
 
 def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> float:
-    """Return the gain that shows a panorama's middle tone at `level` and most of it below white.
+    """Return the gain that shows a panorama's middle tone at `level` and keeps most below white.
 
     The middle tone is the geometric mean over the sphere. The gain is lower if more than a fifth of
     the sphere would otherwise be brighter than 0.6, as with a white floor under a black ceiling.
 
     Args:
-        radiance_luminance: array_like, (H, W). Luminance of an equirectangular panorama, any scale.
+        radiance_luminance: array_like, (H, W). Luminance of an equirectangular panorama, on any
+            scale.
 
     Returns:
-        Factor for the linear panorama, or 1 if the panorama is black.
+        Factor by which to multiply the linear panorama, or 1 if the panorama is black.
     """
     # A few thousand texels are enough.
     full = np.asarray(radiance_luminance, dtype=np.float64)
@@ -246,7 +248,7 @@ def to_bytes(display: ArrayLike) -> Bytes:
     """Round display values to bytes.
 
     Args:
-        display: array_like, any shape. Display values in 0..1; values outside are clipped.
+        display: array_like, any shape. Display values; values outside 0..1 are clipped.
 
     Returns:
         Uint8, same shape. Values in 0..255.
@@ -258,9 +260,9 @@ def to_bytes(display: ArrayLike) -> Bytes:
 def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     """Expose linear light for display and compress its highlights without a hue shift.
 
-    The largest channel goes through `shoulder`, and the other two are scaled by the same factor;
-    far above white, the colour fades to white. Compressing each channel by itself would turn bright
-    skin yellow.
+    The largest channel goes through `shoulder`, and the other two are scaled by the same factor.
+    Far above white, the colour fades to white. Compressing each channel separately would turn
+    bright skin yellow.
 
     Args:
         rgb: array_like, (..., 3). Linear Rec. 709 light.
@@ -280,7 +282,7 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
 
 
 def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
-    """Convert linear light to display values: exposure, highlight compression, sRGB curve.
+    """Convert linear light to display values by exposure, highlight compression and the sRGB curve.
 
     Args:
         rgb: array_like, (..., 3). Linear Rec. 709 light.
@@ -292,11 +294,11 @@ def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
 
 
 def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
-    """Map codes through a table.
+    """Look up codes in a table.
 
     Args:
-        index: uint8 or uint16, any shape.
-        table: One entry for each code: (256,) or (65536,).
+        index: uint8 or uint16, any shape. The codes.
+        table: (256,) or (65536,). One entry for each code.
 
     Returns:
         An array with the shape of `index` and the type of `table`.
@@ -308,9 +310,9 @@ def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
 
 @cache
 def wide_tables() -> bool:
-    """Return whether OpenCV has 16-bit lookup tables, which version 5 introduced.
+    """Return whether OpenCV supports 16-bit lookup tables, which version 5 introduced.
 
-    They are ten times faster than NumPy's `take`.
+    Such tables are ten times faster than NumPy's `take`.
     """
     try:
         cv2.LUT(np.zeros((1, 1), np.uint16), np.zeros(65536, np.uint8))

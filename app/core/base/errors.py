@@ -1,6 +1,6 @@
 """Errors that the user can act on, each with one clear sentence and perhaps a hint.
 
-None of them derives from `RuntimeError`, so that no job runner mistakes one for its own failure.
+None of them derives from `RuntimeError`, lest a job runner mistake one for a failure of its own.
 The user never sees a traceback, since `app.cli` prints the sentence instead.
 """
 
@@ -31,19 +31,19 @@ class CoreError(Exception):
 
 
 class EnvironmentFileError(CoreError):
-    """A panorama cannot be read, or is not an environment (wrong shape, black, damaged)."""
+    """A panorama cannot be read or is not an environment (wrong shape, black or damaged)."""
 
 
 class TransportError(CoreError):
-    """A light transport or style pack is missing, damaged, too new, or unsuitable."""
+    """A light transport or style pack is missing, damaged, too new or unsuitable."""
 
 
 class StyleError(CoreError):
-    """A style is unknown, or its file is not valid."""
+    """A style is unknown, or its file is invalid."""
 
 
 class HeadError(CoreError):
-    """A head or its eyes cannot be read, or are not usable meshes."""
+    """A head or its eyes cannot be read or are not usable meshes."""
 
 
 class BakeError(CoreError):
@@ -51,7 +51,7 @@ class BakeError(CoreError):
 
 
 class Cancelled(CoreError):
-    """The user cancelled the work."""
+    """The user cancelled a task."""
 
     def __init__(self, message: str = "", hint: str = "") -> None:
         super().__init__(message or tr("Cancelled."), hint)

@@ -1,4 +1,4 @@
-"""Recognise that memory has run out, however a library reports it."""
+"""Recognise errors that mean memory has run out, however a library reports them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WORDS: Final = (
     *("can't start new thread", "failed to map segment", "out of memory", "could not allocate"),
     *("thread-local", "not enough memory", "unable to allocate", "can't allocate"),
 )
-"""Phrases with which libraries report that memory has run out, in lower case."""
+"""Phrases, in lower case, with which libraries report that memory has run out."""
 
 _MEGABYTE: Final = 1 << 20
 

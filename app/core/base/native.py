@@ -30,8 +30,8 @@ def native_path(path: Path | str) -> str:
     """Return a path that a C or C++ library can open.
 
     Returns:
-        The path itself if it is UTF-8 text. Otherwise, a link to the file that lasts until the
-        program ends, because some libraries reopen a file while they read it.
+        The path itself if it is UTF-8 text. Otherwise, a link to the file. The link lasts until the
+        program ends, because some libraries reopen a file while reading it.
 
     Raises:
         OSError: If the name is not UTF-8 text and the system cannot create links.
@@ -52,7 +52,7 @@ def native_path(path: Path | str) -> str:
 
 
 def _is_plain(name: str) -> bool:
-    """Return whether the bytes of a name on disk are its UTF-8 encoding."""
+    """Return whether a name is stored on disk in its UTF-8 encoding."""
     try:
         return os.fsencode(name) == name.encode("utf-8")
     except UnicodeError:
@@ -102,7 +102,7 @@ def path_from_library(name: str) -> Path:
     """Return the path for a name in which a library replaced undecodable bytes with U+FFFD.
 
     Returns:
-        The first matching file, or the path as named if no file matches.
+        The path of the first matching file, or the path exactly as named if no file matches.
     """
     # Qt reads names as UTF-8 even if the system's locale has another encoding.
     path = Path(name if os.name == "nt" else os.fsdecode(name.encode("utf-8", "surrogateescape")))
@@ -123,5 +123,5 @@ def _entry(folder: Path, stem: str) -> Path:
 
 
 def plain_numbers() -> None:
-    """Reset the C locale's decimal separator to a point, since Qt changes it to the user's."""
+    """Reset the C locale's decimal separator to a point, since Qt sets the user's separator."""
     locale.setlocale(locale.LC_NUMERIC, "C")

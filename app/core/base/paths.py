@@ -14,10 +14,10 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def resources(package: Path = _PACKAGE) -> Path:
-    """Return the folder with heads, styles, transports and demo scenes.
+    """Return the folder that contains the heads, styles, transports and demo scenes.
 
-    In a clone the folder is ``resources/`` beside the package; in an installed wheel it is
-    ``_resources/`` inside the package.
+    In a clone the folder is ``resources/``, next to the package. In an installed wheel it is
+    ``_resources/``, inside the package.
 
     Raises:
         CoreError: If neither folder exists, because the installation is damaged.
@@ -44,7 +44,7 @@ def user_data(
     """Return the folder for the user's styles and settings, without creating it.
 
     The environment variable ``TURNLIGHT_HOME`` overrides the default, which is ``turnlight`` in the
-    platform's usual place: ``%LOCALAPPDATA%`` on Windows, ``~/Library/Application Support`` on
+    platform's usual location: ``%LOCALAPPDATA%`` on Windows, ``~/Library/Application Support`` on
     macOS, and ``$XDG_DATA_HOME`` or ``~/.local/share`` elsewhere.
     """
     env = os.environ if environ is None else environ

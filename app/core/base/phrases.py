@@ -11,7 +11,7 @@ _MOST_NAMES: Final = 3
 
 
 def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
-    """Join names into a list, naming at most the first `most` and counting the rest.
+    """Join names into a phrase that lists the first `most` of them and counts the rest.
 
     Examples:
         >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d", "e"])

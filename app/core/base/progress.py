@@ -52,8 +52,8 @@ class Progress:
 
     Attributes:
         name: File, place or lamp that the step is about, or "" if there is none.
-        number, count: Number of the current item, counted from 1, and the number of items. Both
-            are 0 if the step does not count items.
+        number, count: Number of the current item, counted from 1, and the total number of items.
+            Both are 0 if the step does not count items.
     """
 
     task: Task
@@ -75,8 +75,8 @@ M = TypeVar("M")
 class Token:
     """A request to stop, which cannot be withdrawn.
 
-    Setting a boolean attribute is atomic in CPython, so one thread may cancel while another
-    checks; no lock is needed.
+    Setting a boolean attribute is atomic in CPython, so one thread may cancel while another one
+    checks, without a lock.
 
     Examples:
         >>> token = Token()
@@ -92,22 +92,22 @@ class Token:
         self._cancelled = False
 
     def cancel(self) -> None:
-        """Request a stop. Further calls have no effect."""
+        """Request that the task stop. Further calls have no effect."""
         self._cancelled = True
 
     @property
     def cancelled(self) -> bool:
-        """Whether a stop was requested."""
+        """Whether a stop has been requested."""
         return self._cancelled
 
     def check(self) -> None:
-        """Raise `Cancelled` if a stop was requested."""
+        """Raise `Cancelled` if a stop has been requested."""
         if self._cancelled:
             raise Cancelled
 
 
 def silent(fraction: float, message: object) -> None:
-    """Ignore the progress. This is the default report.
+    """Ignore all progress. This function is the default report.
 
     Args:
         fraction: Fraction of the work done, 0 to 1.
@@ -117,10 +117,10 @@ def silent(fraction: float, message: object) -> None:
 def span(
     report: Callable[[float, M], None], start: float, stop: float
 ) -> Callable[[float, M], None]:
-    """Return a report for part of the work, which maps 0..1 to ``start..stop`` of the whole.
+    """Return a report for part of a task, which maps 0..1 to ``start..stop`` of the whole.
 
     Args:
-        start, stop: Range of the part within the whole, each 0 to 1.
+        start, stop: Fractions of the whole, 0 to 1, at which the part starts and stops.
 
     Returns:
         The report for the part, which clips fractions to [0, 1].
@@ -142,7 +142,7 @@ T = TypeVar("T")
 
 
 class Handlers(TypedDict, Generic[T], total=False):
-    """A job's title, and the callbacks that run on the UI thread when the job ends.
+    """The title of a job and the callbacks that run on the UI thread when the job ends.
 
     Exactly one of `done`, `failed` and `cancelled` is called. A failure without a handler is shown
     to the user.

@@ -1,9 +1,9 @@
 """Warnings and notes about a result, stored as data. `app.words.remarks` writes their text.
 
-Each kind of remark is a frozen dataclass whose fields are the numbers and names of its sentence. A
-package keeps its remarks in `remarks.py`, or next to the result they belong to. A place saves a
-remark under the names of its class and fields, so if either is renamed, the old name must still be
-readable.
+Each kind of remark is a frozen dataclass whose fields are the numbers and names in its sentence. A
+package defines its remarks in `remarks.py` or next to the result they belong to. A place saves a
+remark under the names of its class and fields. If either is renamed, files with the old name must
+remain readable.
 """
 
 from __future__ import annotations
@@ -19,6 +19,6 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class PlainRemark(Remark):
-    """A sentence from a camera, or from a file of an earlier version."""
+    """A sentence from a camera or from a file written by an earlier version."""
 
     sentence: str

@@ -1,11 +1,10 @@
 """Define the axes and directions of panoramas, and rotate pictures and light.
 
-Directions are unit vectors in the panorama's axes, which are right-handed and those of the head at
-turn 0: **+Y is up (elevation 90), +Z is the centre column (azimuth 0, elevation 0), and +X is
-azimuth -90**, left of the centre. Azimuth a and elevation e give the direction
-(-sin a cos e, sin e, cos a cos e). A rotation is a 3 x 3 matrix R that acts on column vectors and
-*moves the content*:
-the content at direction d moves to direction R d.
+Directions are unit vectors in the panorama's coordinate system. Its axes are right-handed and
+coincide with those of the head at turn 0: **+Y is up (elevation 90), +Z is the centre column
+(azimuth 0, elevation 0), and +X is azimuth -90**, left of the centre. Azimuth a and elevation e
+give the direction (-sin a cos e, sin e, cos a cos e). A rotation is a 3 x 3 matrix R that acts on
+column vectors and *moves the content*: the content at direction d moves to direction R d.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ def solid_angles(shape: tuple[int, int]) -> Float64:
         shape: Rows and columns (H, W).
 
     Returns:
-        Float64, (H,). Steradians per texel; the sum over all H times W texels is 4 pi.
+        Float64, (H,). Steradians per texel. The sum over all H * W texels is 4 pi.
 
     Examples:
         >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
@@ -61,7 +60,7 @@ def row_edges(rows: int) -> Float64:
 
 
 def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:
-    """Average a panorama, (H, 2 H) or (H, 2 H, C), down to at most `columns` columns."""
+    """Scale a panorama, (H, 2 H) or (H, 2 H, C), down to at most `columns` columns by averaging."""
     if panorama.shape[1] <= columns:
         return panorama
     size = (columns, columns // 2)
@@ -77,15 +76,15 @@ def wrapped(panorama: NDArray[_Pixel], margin: int) -> NDArray[_Pixel]:
 def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> Float64:
     """Compose a rotation from yaw, pitch and roll, in the order of GPano and aviation.
 
-    A level camera is turned clockwise seen from above by yaw, then its front is raised by pitch,
-    then it is rolled about its front axis by roll, clockwise as the camera sees it: its right side
-    goes down, and the horizon in its picture turns counter-clockwise. The matrix takes directions
-    in the turned camera's panorama to directions in the level one: R = Y(yaw) X(pitch) Z(roll). So
-    `remap_frame` with R levels the turned camera's panorama.
+    A level camera is first turned by yaw, clockwise as seen from above. Its front is then raised by
+    pitch. Finally, the camera is rolled about its front axis by roll, clockwise as the camera sees
+    it: its right side goes down, and the horizon in its picture turns counter-clockwise. The matrix
+    maps directions in the turned camera's panorama to directions in the level camera's panorama:
+    R = Y(yaw) X(pitch) Z(roll). `remap_frame` with R therefore levels the turned camera's panorama.
 
     Args:
-        yaw_deg, pitch_deg, roll_deg: Angles in degrees. Positive is clockwise seen from above for
-            yaw, upward for pitch, and clockwise as the camera sees it for roll.
+        yaw_deg, pitch_deg, roll_deg: Angles, in degrees. Positive means clockwise as seen from
+            above for yaw, upwards for pitch, and clockwise as the camera sees it for roll.
 
     Returns:
         (3, 3) float64. The rotation, whose inverse is its transpose.
@@ -138,7 +137,7 @@ def from_vector(vector: Float64) -> Float64:
     """Return the rotation matrix of a rotation vector, by Rodrigues' formula.
 
     Args:
-        vector: (3,) float64. Axis times angle in radians, right-handed about the axis.
+        vector: (3,) float64. Axis times angle, in radians, right-handed about the axis.
 
     Returns:
         (3, 3) float64. The rotation.
@@ -161,10 +160,10 @@ def to_vector(matrix: Float64) -> Float64:
 
 
 def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
-    """Return the unit vector for an azimuth and an elevation, both in degrees.
+    """Return the unit vector for an azimuth and an elevation, which are given in degrees.
 
     Returns:
-        (3,) float64. Unit vector in the panorama's axes.
+        (3,) float64. Unit vector in the panorama's coordinate system.
     """
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
     level = math.cos(elevation)
@@ -172,13 +171,13 @@ def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
 
 
 def directions(shape: tuple[int, int]) -> Float32:
-    """Return the unit vector to each texel's centre.
+    """Return the unit vector towards the centre of each texel.
 
     Args:
         shape: Rows and columns (H, W).
 
     Returns:
-        (H, W, 3) float32. Unit vectors in the panorama's axes.
+        (H, W, 3) float32. Unit vectors in the panorama's coordinate system.
     """
     level, up, across = _row_column_parts(shape)
     result = np.empty((*shape, 3), np.float32)
@@ -189,14 +188,14 @@ def directions(shape: tuple[int, int]) -> Float32:
 
 
 def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> Float64:
-    """Return the unit vectors to the centres of selected texels, in double precision.
+    """Return the unit vectors towards the centres of selected texels, in double precision.
 
     Args:
         shape: Rows and columns (H, W).
-        texels: (N,) integer. Row times W plus column.
+        texels: (N,) integer. Texel indices: row * W + column.
 
     Returns:
-        (N, 3) float64. Unit vectors in the panorama's axes.
+        (N, 3) float64. Unit vectors in the panorama's coordinate system.
     """
     row, column = np.divmod(texels, shape[1])
     elevation = np.pi * (0.5 - (row + 0.5) / shape[0])
@@ -214,16 +213,16 @@ def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float3
 
     Returns:
         columns, rows: (...) float32. Whole numbers are texel centres. Columns are in
-            [-0.5, W - 0.5], and rows in [-0.5, H - 0.5].
+            [-0.5, W - 0.5] and rows are in [-0.5, H - 0.5].
     """
     x, y, z = (np.ascontiguousarray(vectors[..., k], np.float32) for k in range(3))
     return _positions(x, y, z, shape)
 
 
 def remap_frame(image: Picture, matrix: Float64) -> Picture:
-    """Rotate a panorama picture by bilinear sampling, without seams at its edge or its poles.
+    """Rotate a panorama picture by bilinear sampling, without seams at its edges or its poles.
 
-    Use `rotate_light` for light, since it preserves the energy. Apart from the result, only a few
+    For light, use `rotate_light`, which preserves the energy. Apart from the result, only a few
     megabytes of maps are in memory at a time.
 
     Args:
@@ -242,13 +241,13 @@ def remap_frame(image: Picture, matrix: Float64) -> Picture:
 
 
 def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
-    """Rotate an environment and preserve the energy of each lamp.
+    """Rotate an environment, preserving the energy of each lamp.
 
     Lamps and small bright spots (the detail that a morphological opening removes) are moved with
-    weights that preserve the solid angle of every texel exactly: bilinear gathering, with each
-    source texel divided by the solid angle that gathers it. The rest, which is dim or smooth, is
-    interpolated. Near the poles, where texels are very narrow, both are first averaged to texels as
-    wide as they are high. A uniform environment stays uniform.
+    weights that preserve the solid angle of every texel exactly: they are gathered bilinearly, and
+    each source texel is divided by the solid angle that gathers it. The rest, which is dim or
+    smooth, is interpolated. Near the poles, where texels are very narrow, both parts are first
+    averaged to texels as wide as they are high. A uniform environment stays uniform.
 
     Args:
         radiance: (H, W, C) float32. Linear radiance, finite and non-negative, with C up to 4.
@@ -278,7 +277,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
 
 
 def _plane(first: int, second: int, angle: float) -> Float64:
-    """Return the rotation by `angle` radians from the first towards the second of two axes."""
+    """Return the rotation by `angle` radians from the first of two axes towards the second."""
     matrix = np.eye(3)
     cosine, sine = math.cos(angle), math.sin(angle)
     matrix[first, first] = matrix[second, second] = cosine
@@ -287,7 +286,10 @@ def _plane(first: int, second: int, angle: float) -> Float64:
 
 
 def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64]:
-    """Return the cosine and sine of the rows' elevation, and X and Z of the columns, (2, W)."""
+    """Return the cosine and sine of the elevation of each row, and X and Z, (2, W), of each column.
+
+    All are measured at the texel centres. X and Z are given for elevation 0.
+    """
     height, width = shape
     elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
     azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -297,7 +299,7 @@ def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64
 def _positions(
     x: Float32, y: Float32, z: Float32, shape: tuple[int, int]
 ) -> tuple[Float32, Float32]:
-    """Do the work of `positions`, overwriting the components."""
+    """Return the same as `positions`, but overwrite the vectors' components to save memory."""
     height, width = shape
     columns = np.arctan2(-x, z)
     columns *= np.float32(width / (2.0 * np.pi))
@@ -313,7 +315,7 @@ def _positions(
 
 
 def _bands(shape: tuple[int, int], matrix: Float64) -> Iterator[tuple[int, Float32, Float32]]:
-    """Yield each band's first row, and the source columns and rows of its texels."""
+    """Yield the first row of each band, with the source columns and rows of the band's texels."""
     height, width = shape
     level, up, across = _row_column_parts(shape)
     inverse = np.asarray(matrix, np.float64).T
@@ -330,7 +332,7 @@ def _bands(shape: tuple[int, int], matrix: Float64) -> Iterator[tuple[int, Float
 
 
 def _gather(image: Picture, columns: Float32, rows: Float32, into: Picture) -> None:
-    """Sample a panorama bilinearly at positions, across its edge and its poles."""
+    """Sample a panorama bilinearly at the given positions, across its edges and its poles."""
     last = np.float32(image.shape[0] - 1)
     inside = np.clip(rows, np.float32(0.0), last)
     cv2.remap(image, columns, inside, cv2.INTER_LINEAR, dst=into, borderMode=cv2.BORDER_WRAP)
@@ -340,7 +342,7 @@ def _gather(image: Picture, columns: Float32, rows: Float32, into: Picture) -> N
 
 
 def _over_the_pole(image: Picture, columns: Float32, rows: Float32) -> Picture:
-    """Sample between the row next to a pole and the same row on the opposite side of it."""
+    """Sample between the row next to a pole and the same row on the opposite side of the pole."""
     at, shares = _corners(columns, rows, (image.shape[0], image.shape[1]))
     flat = image.reshape(image.shape[0] * image.shape[1], -1)
     value = np.einsum("kn,knc->nc", shares, flat[at].astype(np.float64))
@@ -351,14 +353,14 @@ def _over_the_pole(image: Picture, columns: Float32, rows: Float32) -> Picture:
 
 
 def _total(radiance: Float32) -> Float64:
-    """Return the energy per channel, several times faster than `environment.energy` does."""
+    """Return the energy per channel, several times faster than `environment.energy`."""
     sums = cv2.reduce(radiance, 1, cv2.REDUCE_SUM, dtype=cv2.CV_64F)
     shape = (radiance.shape[0], radiance.shape[1])
     return np.asarray(solid_angles(shape) @ sums.reshape(shape[0], -1), np.float64)
 
 
 def _runs(shape: tuple[int, int]) -> Int64:
-    """Return, for each row, how many texels side by side are about as wide as one is high.
+    """Return, for each row, how many adjacent texels are together about as wide as one is high.
 
     Each number divides the width.
     """
@@ -382,7 +384,7 @@ def _even_runs(values: Numbers, runs: Int64) -> None:
 
 
 def _opening(radiance: Float32) -> Float32:
-    """Remove bright detail narrower than `_DETAIL` texels by grey opening, also across the edge."""
+    """Remove bright detail narrower than `_DETAIL` texels by grey opening, even across the edge."""
     pad = 2 * (_DETAIL // 2)
     kernel = np.ones((_DETAIL, _DETAIL), np.uint8)
     opening = cv2.morphologyEx(wrapped(radiance, pad), cv2.MORPH_OPEN, kernel)
@@ -420,7 +422,7 @@ def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) ->
 def _brightest(radiance: Float32) -> Float32:
     """Return the largest channel of each texel, (H, W).
 
-    This is several times faster than `max` over so short an axis.
+    This function is several times faster than `max` over so short an axis.
     """
     largest = radiance[..., 0]
     for channel in range(1, radiance.shape[2]):

@@ -14,10 +14,10 @@ STEERING: Final = frozenset(
         *range(0xD800, 0xE000),
     )
 )
-"""Control characters, direction and line marks, and surrogates for bytes that are not text."""
+"""Control characters, direction marks, line marks, and surrogates for bytes that are not text."""
 
 _MARKS: Final = frozenset((0x061C, 0x200E, 0x200F))
-"""Invisible marks in right-to-left scripts, which are removed without a replacement."""
+"""Invisible marks used in right-to-left scripts, which are removed without a replacement."""
 
 _REPLACEMENTS: Final = {code: "" if code in _MARKS else "\ufffd" for code in STEERING}
 

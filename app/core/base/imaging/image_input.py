@@ -38,19 +38,19 @@ _KINDS: Final = {
     **dict.fromkeys((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), _TIFF),
     b"BM": (".bmp", ".dib"),
 }
-"""Suffixes by which OpenImageIO chooses a decoder, keyed by the first bytes of a file."""
+"""Suffixes from which OpenImageIO chooses a decoder, keyed by the first bytes of the file."""
 _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 ROUGH: Final = "turnlight:rough"
-"""Attribute that marks mostly estimated light, such as light from a single photo."""
+"""Attribute that marks light as mostly estimated, such as light from a single photo."""
 SCALE: Final = "turnlight:scale"
-"""Attribute of half-float files with the factor that restores the measured values."""
+"""Attribute in half-float files that contains the factor that restores the measured values."""
 CLIPPED: Final = "turnlight.clipped"
-"""Channel of an environment with the fraction of each texel that was clipped."""
+"""Channel in an environment that contains the fraction of each texel that was clipped."""
 UNSEEN: Final = "turnlight.unseen"
-"""Channel of an environment with the fraction of each texel that no picture shows."""
+"""Channel in an environment that contains the fraction of each texel that no picture shows."""
 
 COPY_AGAIN: Final = tr("Copy or export it again.")
-"""Hint for a damaged picture."""
+"""Hint to the user about a damaged picture."""
 _misnamed = threading.Lock()
 # Number of rows that are compressed together, from OpenEXR's ImfCompression.h.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
@@ -59,7 +59,7 @@ _SAME_PRIMARIES: Final = 2e-3  # tolerance of chromaticities, which headers roun
 
 
 def read_start(path: Path, count: int) -> bytes:
-    """Read the first bytes of a picture file, before it reaches a decoder.
+    """Read the first bytes of a picture file before the file reaches a decoder.
 
     Raises:
         OSError: If the file cannot be opened, is not a regular file, or has a name that decoders
@@ -72,11 +72,11 @@ def read_start(path: Path, count: int) -> bytes:
 
 
 def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: str) -> bytes:
-    """Read the first 16 bytes of a picture, or raise `error` if that is not possible.
+    """Read the first 16 bytes of a picture, or raise `error` if they cannot be read.
 
     Args:
         error: Class of the error to raise.
-        a_folder, name_files: Sentence and hint of the error if the path is a folder.
+        a_folder, name_files: Sentence and hint for the error if the path is a folder.
     """
     with os_errors_as(error, tr("{file} cannot be read: {reason}."), file=path):
         try:
@@ -93,8 +93,8 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
 def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None:
     """Open a picture, or return None if it is not a regular file of a supported format.
 
-    The decoder is chosen by the file's first bytes. OpenImageIO itself would try each of its forty
-    decoders, some of which read the whole file first.
+    The decoder is chosen from the file's first bytes. OpenImageIO itself would try each of its
+    forty decoders, some of which read the whole file first.
     """
     import OpenImageIO as oiio
 
@@ -120,8 +120,8 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
     """Read a whole picture file for another decoder, after checking its header.
 
     Returns:
-        (n,) uint8. The bytes of the file, or None if the file is not a regular one, is too large,
-        or is not in a camera or screen format.
+        (n,) uint8. The bytes of the file, or None if it is not a regular file, is too large or is
+        not in a camera or screen format.
     """
     source = open_image(path)
     if source is None:
@@ -153,7 +153,7 @@ def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
 
 
 def _endings(path: Path) -> tuple[str, ...]:
-    """Return the suffixes of the format that a file's first bytes indicate, or none."""
+    """Return the suffixes of the format that a file's first bytes indicate, or an empty tuple."""
     start = read_start(path, 16)
     if start.startswith(_EXR):
         with open_file(path) as stream:
@@ -169,10 +169,11 @@ def _endings(path: Path) -> tuple[str, ...]:
 
 
 def _is_plain(stream: BinaryIO) -> bool:
-    """Return whether an OpenEXR file's headers have few attributes. Many take minutes to read.
+    """Return whether the headers of an OpenEXR file have only a few attributes.
 
-    In the OpenEXR file layout, names and types end with 0, and a header ends with an empty name, as
-    does the list of headers in a multi-part file.
+    A file with very many attributes takes minutes to read. In the OpenEXR file layout, names and
+    types end with 0, and a header ends with an empty name, as does the list of headers in a
+    multi-part file.
     """
     head = stream.read(_MOST_HEADER)
     several = len(head) > 5 and head[5] & 0x10
@@ -195,9 +196,9 @@ def _is_plain(stream: BinaryIO) -> bool:
 
 
 def is_unwieldy(spec: ImageSpec) -> bool:
-    """Return whether a decoder must unpack over 128 MB for one row, or 4 GB in total.
+    """Return whether a decoder must unpack more than 128 MB for one row, or 4 GB in total.
 
-    All channels count, although only the colours are used.
+    All channels count, although only the colour channels are used.
     """
     rows = int(spec.tile_height)
     if not rows:
@@ -209,7 +210,7 @@ def is_unwieldy(spec: ImageSpec) -> bool:
 
 
 def rows_at_once(spec: ImageSpec, rows: int) -> int:
-    """Return how many rows to read at a time: about `rows`, but in whole tiles."""
+    """Return how many rows to read at a time, which is about `rows` but in whole tiles."""
     tall = int(spec.tile_height)
     return max(rows // tall, 1) * tall if tall else rows
 
@@ -230,18 +231,18 @@ def read_rows(
     kind: str,
     part: int = 0,
 ) -> NDArray[Any] | None:
-    """Read rows of a picture stored by rows or in tiles.
+    """Read rows of a picture that is stored in rows or in tiles.
 
     Args:
         source: A picture with one plane (depth 1).
-        rows, channels: The first index, and one past the last. Rows are counted from the top of the
+        rows, channels: The first index and one past the last. Rows are counted from the top of the
             stored data.
         kind: OpenImageIO's name for the value type.
         part: Index of the subimage.
 
     Returns:
-        (rows, W, channels) array of that type, or None if the rows cannot be read. `clear_error`
-        then returns the reason.
+        (rows, W, channels) array of the given type, or None if the rows cannot be read. In that
+        case `clear_error` returns the reason.
     """
     spec = source.spec(part, 0)
     (start, stop), (begin, end) = rows, channels
@@ -264,14 +265,14 @@ def read_rows(
 
 
 def stated_value(spec: ImageSpec, name: str) -> object:
-    """Return an attribute of a file, or None if the attribute is missing or undecodable."""
+    """Return an attribute of a file, or None if the attribute is missing or cannot be decoded."""
     with contextlib.suppress(UnicodeError):
         return spec.getattribute(name)
     return None
 
 
 def as_stored() -> ImageSpec:
-    """Return a configuration that keeps colours as stored, without multiplying them by alpha."""
+    """Return a configuration that keeps colours as stored instead of multiplying them by alpha."""
     import OpenImageIO as oiio
 
     config = oiio.ImageSpec()
@@ -280,7 +281,7 @@ def as_stored() -> ImageSpec:
 
 
 def stated_scale(path: Path) -> float:
-    """Return the factor for a file's values from the attribute `SCALE`, or 1 if it is missing."""
+    """Return the factor for the values in a file, stated by `SCALE`, or 1 if it is missing."""
     source = open_image(path)
     if source is None:
         return 1.0
@@ -300,10 +301,10 @@ def stated_orientation(source: ImageInput) -> int:
 
 
 def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
-    """Return the chromaticities of a file's colours: x and y of red, green, blue and white.
+    """Return the x and y chromaticities that a file states for red, green, blue and white.
 
     Returns:
-        The eight numbers, or an empty tuple if the file states none or those of Rec. 709.
+        The eight numbers, or an empty tuple if the file states none or states those of Rec. 709.
 
     Raises:
         ValueError: If the chromaticities are impossible.
@@ -318,7 +319,7 @@ def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
     """Turn a picture, (H, W, C), upright according to its EXIF 2.32 orientation (tag 0x0112).
 
-    Values other than 1 to 8 leave the picture unchanged.
+    An orientation other than 1 to 8 leaves the picture unchanged.
     """
     if orientation in (5, 6, 7, 8):
         pixels = pixels.transpose(1, 0, 2)

@@ -1,8 +1,8 @@
 """Write pictures with OpenImageIO: PNG for display, OpenEXR and Radiance for linear light.
 
-Every picture is written atomically. OpenImageIO misses some disk errors: those in PNG files, and
-those in the last bytes of OpenEXR and Radiance files. So a new file is read back before it replaces
-the old one.
+Every picture is written atomically. OpenImageIO misses disk errors in PNG files and in the last
+bytes of OpenEXR and Radiance files. A new file is therefore read back before it replaces the old
+one.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
 
     Args:
         picture: (H, W, 3) uint8. Picture in sRGB.
-        pixels_per_inch: Resolution to state in the file, or 0 for none.
+        pixels_per_inch: Resolution to state in the file, or 0 to state none.
 
     Raises:
         CoreError: If the file cannot be written.
@@ -67,10 +67,10 @@ def write_exr(
 
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709 light.
-        white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
-        check: Function called with the temporary file before it replaces the old one. It may raise
-            an exception to keep the old file.
-        rough: Whether much of the light is estimated, which is saved as the attribute `ROUGH`.
+        white_cd_m2: Luminance of the value 1, in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
+        check: Function called with the temporary file before it replaces the old one. The function
+            may raise an exception to keep the old file.
+        rough: Whether much of the light is estimated. The answer is saved as the attribute `ROUGH`.
         shares: Extra channels to save, by name, each (H, W) float32.
 
     Raises:
@@ -105,8 +105,8 @@ def write_half_exr(
 
     Args:
         picture: (H, W, 3) float32. Linear Rec. 709 light.
-        scale: Power of two by which to divide the picture. It is saved as the attribute `SCALE`.
-        white_cd_m2: Luminance of the stored value 1 in cd/m2.
+        scale: Power of two by which to divide the picture, saved as the attribute `SCALE`.
+        white_cd_m2: Luminance of the stored value 1, in cd/m2.
         check, rough: As in `write_exr`.
 
     Raises:
@@ -197,7 +197,7 @@ def _output(temporary: Path, path: Path) -> ImageOutput:
 def _reads_back(
     path: Path, pixels: Bytes | FloatImage | Halves, kind: str, channels: Sequence[str]
 ) -> bool:
-    """Compare the last rows, which a truncated file lacks because it is written from the top."""
+    """Compare the last rows, which a truncated file lacks since files are written from the top."""
     if path.suffix.lower() == ".png" and not path.read_bytes().endswith(_PNG_END):
         return False
     source = open_image(path)

@@ -11,7 +11,7 @@ import numpy as np
 
 
 def read_network(path: Path) -> Any:
-    """Read a network (.onnx or .tflite) from its bytes, since OpenCV rejects some file names.
+    """Load a network (.onnx or .tflite) from its bytes, since OpenCV rejects some file names.
 
     Raises:
         OSError: If the file cannot be read.

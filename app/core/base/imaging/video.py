@@ -42,7 +42,7 @@ class VideoError(CoreError):
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep OpenCV from printing to the terminal when it cannot open something."""
+    """Keep OpenCV from printing to the terminal when it cannot open a video."""
     logging = cv2.utils.logging
     before = logging.getLogLevel()
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)
@@ -53,7 +53,7 @@ def quiet() -> Iterator[None]:
 
 
 def open_url(url: str) -> cv2.VideoCapture:
-    """Open a URL or a file with FFmpeg, with time limits for opening it and reading each frame."""
+    """Open a URL or a file with FFmpeg, limiting the time to open it and to read each frame."""
     # OpenCV reads this when it first uses FFmpeg; without it, FFmpeg prints to the terminal.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
     limits = [
@@ -72,11 +72,11 @@ def as_rgb(picture: Any) -> Bytes | None:
     """Convert an OpenCV frame to sRGB.
 
     Args:
-        picture: (H, W), (H, W, 1) or (H, W, 3) uint8, grey or BGR.
+        picture: (H, W), (H, W, 1) or (H, W, 3) uint8, greyscale or BGR.
 
     Returns:
-        (H, W, 3) uint8 sRGB, or None if `picture` is not an image or has a side of less than 16 or
-        more than 8,192 pixels.
+        (H, W, 3) uint8 sRGB, or None if `picture` is not an image or has a side shorter than 16 or
+        longer than 8,192 pixels.
     """
     array = np.asarray(picture)
     if array.dtype != np.uint8 or array.ndim not in (2, 3) or min(array.shape[:2]) < SMALLEST:
@@ -91,14 +91,15 @@ def as_rgb(picture: Any) -> Bytes | None:
 
 
 def fitted(picture: Bytes, width: int) -> Bytes:
-    """Shrink a picture that is wider than `width`.
+    """Scale a picture down if it is wider than `width`.
 
     Args:
         picture: (H, W, 3) uint8. Picture in sRGB.
         width: Maximum width in pixels, or 0 for no limit.
 
     Returns:
-        (h, w, 3) uint8. The picture in the same proportions, or the same array if it already fits.
+        (h, w, 3) uint8. The picture with its proportions unchanged, or the same array if it already
+        fits.
     """
     rows, columns = picture.shape[:2]
     if width <= 0 or columns <= width:
@@ -110,8 +111,8 @@ def fitted(picture: Bytes, width: int) -> Bytes:
 def check_video(path: Path) -> None:
     """Check that a file is a video that contains its own frames.
 
-    FFmpeg also opens lists of other files and of addresses. These are recognised by their first
-    bytes, whatever their names, and rejected.
+    FFmpeg also opens lists of other files or addresses. Such lists are recognised by their first
+    bytes, whatever their names, and are rejected.
 
     Raises:
         VideoError: If the file is missing ("no-file") or is not a video ("bad-file").
