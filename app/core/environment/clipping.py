@@ -1,12 +1,12 @@
-"""Detect clipping that a panorama does not declare, by the many texels that share one maximum.
+"""Detect clipping that a panorama does not declare by finding many texels that share one maximum.
 
 Clipping gives all brighter light the same value. Unclipped light is hardly ever that even: of 42
-panoramas, none has more texels within 0.2% of its maximum than just below. Half floats, Radiance's
-shared exponent and resampling spread the value by up to a percent, so wider bands, which require
-more texels, are tried as well. Lossy compression overshoots, so the common value is then slightly
-below the maximum (`benchmarks/light/marred_panoramas.py`).
+panoramas, none has more texels within 0.2% of its maximum than just below that band. Half floats,
+Radiance's shared exponent and resampling spread the value by up to a percent, so wider bands, which
+require more texels, are tried as well. Lossy compression overshoots, which leaves the common value
+slightly below the maximum (`benchmarks/light/marred_panoramas.py`).
 
-An evenly bright panel in a rendered picture is also a plateau, but with abrupt edges all around.
+An evenly bright panel in a rendered picture is also a plateau, but its edges are abrupt all around.
 Clipped light is always surrounded by some light that is nearly as bright.
 """
 
@@ -60,7 +60,7 @@ def plateau(radiance: FloatImage) -> Bools | None:
 
 
 def _row_bands(radiance: FloatImage) -> list[slice]:
-    """Return bands of rows, since a large panorama leaves no memory for another full plane."""
+    """Return bands of rows, since a large panorama leaves no memory for another full-size plane."""
     return [slice(row, row + _ROWS) for row in range(0, len(radiance), _ROWS)]
 
 
@@ -69,7 +69,7 @@ def _plane(band: FloatImage, channel: int) -> Floats:
 
 
 def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
-    """Return whether every texel more than two texels from a plateau is much darker than it."""
+    """Return whether a plateau is much brighter than every texel more than two texels from it."""
     if int(marks.sum()) < _LEAST_PANEL:
         return False
     near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2] > 0

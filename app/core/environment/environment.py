@@ -1,8 +1,8 @@
 """Linear HDR panoramas of the light at a place, and their energy-preserving reduction.
 
 A panorama is equirectangular, with row 0 at the zenith. Azimuth is 0 at the centre column and
-positive to the right (clockwise seen from above). Texel (i, j) of an H x W environment covers the
-area u in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
+positive to the right (clockwise as seen from above). Texel (i, j) of an H x W environment covers
+the area u in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
 `app.core.environment.environment_file` reads the file formats.
 """
 
@@ -43,15 +43,15 @@ class Environment:
     """A repaired panorama of the light at one place.
 
     Attributes:
-        radiance: (H, 2 H, 3) float32, read-only. Linear Rec. 709 relative radiance: finite, not
-            negative and not all zero.
+        radiance: (H, 2 H, 3) float32, read-only. Linear Rec. 709 relative radiance, which is
+            finite, non-negative and not zero everywhere.
         rough: Whether the file states that much of the light is estimated.
         clipped: (H, 2 H) float32. Clipped fraction of each texel, or None if nothing is clipped.
-            Clipped light is a lower bound, or an estimate if `rough`.
-        unseen: (H, 2 H) bool. Gaps that were filled from their surroundings, or None if there are
-            none.
+            Clipped light is a lower bound, or an estimate if `rough` is true.
+        unseen: (H, 2 H) bool. Gaps that were filled from their surroundings, or None if there were
+            no gaps.
         layer, layers: The layer that was read, and the names of all layers. Both are empty if the
-            file has only one.
+            file has only one layer.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -75,7 +75,7 @@ class Environment:
 
     @property
     def blind(self) -> float:
-        """Fraction of the sphere in gaps, 0 to 1."""
+        """Fraction of the sphere that lies in gaps, 0 to 1."""
         if self.unseen is None:
             return 0.0
         areas = solid_angles(self.shape) / (4.0 * np.pi)
@@ -91,7 +91,7 @@ class Environment:
 
     @property
     def warnings(self) -> tuple[Remark, ...]:
-        """Remarks about the file: its layer, repairs, estimated light and gaps."""
+        """Remarks about the file's layer, repairs, estimated light and gaps."""
         remarks: list[Remark] = list(self.repairs.remarks(self.name))
         if self.layers:
             others = tuple(each for each in self.layers if each != self.layer)
@@ -119,11 +119,11 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
     """Read a linear panorama, repair it and fill its gaps.
 
     Args:
-        layer: Name of the layer to read, or "" for the default one (see `choose_layer`).
+        layer: Name of the layer to read, or "" for the default layer (see `choose_layer`).
 
     Raises:
         EnvironmentFileError: If the file is missing, empty, damaged, not an HDR image, not 2:1, too
-            small or too large, or all black.
+            small, too large or all black.
     """
     panorama = read_panorama(path, layer)
     environment = from_radiance(panorama.radiance, panorama.name)
@@ -154,11 +154,11 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     """Create an environment from radiance, repairing it in place.
 
     Args:
-        radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance. The array is not copied, since
-            panoramas are large, but repaired in place and made read-only.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance. Since panoramas are large, the
+            array is not copied but repaired in place and made read-only.
 
     Raises:
-        EnvironmentFileError: If all texels are black, NaN or infinite, or the shape is not 2:1.
+        EnvironmentFileError: If all texels are black, NaN or infinite, or if the shape is not 2:1.
     """
     shape = radiance.shape
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
@@ -182,7 +182,7 @@ def energy(radiance: Floats) -> Float64:
         radiance: (H, W, ...) float. Radiance per texel.
 
     Returns:
-        (...) float64. Sum of radiance times solid angle (sr).
+        (...) float64. Sum of radiance times solid angle, in steradians.
     """
     sums = radiance.sum(axis=1, dtype=np.float64)
     return np.tensordot(solid_angles((radiance.shape[0], radiance.shape[1])), sums, axes=1)
@@ -191,11 +191,11 @@ def energy(radiance: Floats) -> Float64:
 def reduce(
     environment: Environment, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
 ) -> FloatImage:
-    """Reduce an environment to the size of the transport, as the sitter sees it at a turn.
+    """Reduce an environment to the size of the transport, as the sitter sees it at the given turn.
 
     Args:
         shape: Rows and columns of the result, which may be larger than the panorama.
-        turn_deg: Turn in degrees, clockwise seen from above.
+        turn_deg: Turn, in degrees, clockwise as seen from above.
 
     Returns:
         (rows, columns, 3) float32. See `reduce_light`.
@@ -206,7 +206,7 @@ def reduce(
 def reduce_radiance(
     radiance: FloatImage, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
 ) -> FloatImage:
-    """Average radiance over larger (or smaller) texels, weighted by solid angle.
+    """Average radiance over larger (or smaller) texels, weighting it by solid angle.
 
     Each texel of the result is the mean of the piecewise constant input over its area. Overlaps are
     measured in the sine of the elevation and in azimuth, so the integral of radiance over the
@@ -217,7 +217,7 @@ def reduce_radiance(
     Args:
         radiance: (H, W, C) float32. Linear radiance.
         shape: Rows and columns of the result.
-        turn_deg: Turn in degrees, clockwise seen from above.
+        turn_deg: Turn, in degrees, clockwise as seen from above.
 
     Returns:
         (rows, columns, C) float32. Linear radiance on the same scale.
@@ -230,12 +230,12 @@ def reduce_radiance(
 def reduce_light(
     radiance: FloatImage, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
 ) -> FloatImage:
-    """Reduce a panorama for search and pictures, preserving the direction of small lamps.
+    """Reduce a panorama for the search and for pictures, preserving the directions of small lamps.
 
     If the panorama is at least twice as fine as the result, each of its texels is divided between
-    the two nearest rows and columns of the result; otherwise `reduce_radiance` averages it. Both
-    preserve the energy and keep even light even. The arguments and the result are those of
-    `reduce_radiance`.
+    the two nearest rows and columns of the result. Otherwise, `reduce_radiance` averages the
+    panorama. Both methods preserve the energy and keep even light even. The arguments and the
+    result are those of `reduce_radiance`.
     """
     height, width, _ = radiance.shape
     rows, columns = shape
@@ -250,8 +250,8 @@ def _mixed(
     """Combine the input rows into each output row, then combine the columns with a matrix.
 
     Args:
-        rows: For each output row, its first input row, and the weights of that row and the next
-            ones.
+        rows: The first input row for each output row, and the weights of that input row and the
+            ones below it.
         columns: (input columns, output columns) float64. Weights of the columns.
     """
     height, width, channels = radiance.shape
@@ -291,9 +291,9 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
 
 @lru_cache(maxsize=16)
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
-    """Return each output row's first overlapping input row, and the weights of the input rows.
+    """Return the first input row that each output row overlaps, and the weights of the input rows.
 
-    The weights start at that row, and sum to 1 for each output row.
+    The weights start with that input row and sum to 1 for each output row.
     """
     source_edges, target_edges = row_edges(height), row_edges(rows)
     result = []
@@ -310,7 +310,7 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
 
 @lru_cache(maxsize=16)
 def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
-    """Return weights as `_row_weights` does, but split each input row between two output rows."""
+    """Return weights as `_row_weights` does, but divide each input row between two output rows."""
     area, target_edges = -np.diff(row_edges(height)), row_edges(rows)
     place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
     shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
@@ -330,7 +330,7 @@ def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
 
 
 def _shared_columns(width: int, columns: int, turn_deg: float) -> Float64:
-    """Return weights as `_column_weights` does, but split each input column between two."""
+    """Return weights as `_column_weights` does, but divide each input column between two."""
     shift = turn_deg * width / 360.0
     away = (np.arange(width)[:, None] + 0.5 - shift) * columns / width - 0.5 - np.arange(columns)
     away = np.abs((away + columns / 2) % columns - columns / 2)

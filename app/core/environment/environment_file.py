@@ -1,7 +1,7 @@
 """Read linear panoramas with OpenImageIO.
 
-Files may come from anywhere, so every bad file raises an `EnvironmentFileError` with one sentence
-and a hint, and the header is checked before anything large is allocated.
+Files may come from anywhere. Every bad file therefore raises an `EnvironmentFileError` with one
+sentence and a hint, and the header is checked before anything large is allocated.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ if TYPE_CHECKING:
 _Kind = TypeVar("_Kind", bound=np.generic)
 
 MAX_WIDTH: Final = 16384
-"""Maximum width of a panorama in texels, which takes 1.6 GB as float32.
+"""Maximum width of a panorama, in texels. A panorama this wide takes 1.6 GB as float32.
 
 More texels would add nothing to the light.
 """
 
 MIN_WIDTH: Final = 16
-"""Minimum width of a panorama in texels, which are then 22.5 degrees wide."""
+"""Minimum width of a panorama, in texels, at which each texel is 22.5 degrees wide."""
 _LEAST_SEEN: Final = 0.1  # minimum visible fraction of the sphere
 _HALF: Final = 0.5  # visible fraction of a texel below which it counts as unseen
 _READ_ROWS: Final = 512
@@ -73,17 +73,17 @@ _SAVE_AS: Final = tr("Save it as OpenEXR (.exr) or Radiance (.hdr).")
 
 @dataclass(frozen=True, slots=True)
 class Panorama:
-    """A panorama as stored, before repairs (`app.core.environment.repair`).
+    """A panorama as stored, before it is repaired (`app.core.environment.repair`).
 
     Attributes:
-        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance; grey is repeated in all three
-            channels, and gaps are 0.
-        unseen: (H, 2 H) bool. Gaps: texels that are transparent or outside the data window. None if
-            there are no gaps.
-        clipped: (H, 2 H) float32. Fraction of each texel that was clipped according to the file, or
-            None if nothing was.
+        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance. A single grey channel is repeated
+            in all three channels, and gaps are 0.
+        unseen: (H, 2 H) bool. Gaps, which are texels that are transparent or outside the data
+            window, or None if there are no gaps.
+        clipped: (H, 2 H) float32. Fraction of each texel that was clipped, as stated in the file,
+            or None if nothing was clipped.
         layer, layers: The layer that was read, and the names of all layers. Both are empty if the
-            file has only one.
+            file has only one layer.
         rough: Whether the file states that much of the light is estimated.
     """
 
@@ -97,14 +97,14 @@ class Panorama:
 
 
 def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -> Panorama:
-    """Read the colours of a linear panorama in OpenEXR, Radiance or floating-point TIFF.
+    """Read the colours of a linear panorama in OpenEXR, Radiance or floating-point TIFF format.
 
     Args:
-        layer: Name of the layer to read, or "" for the default one (see `choose_layer`).
-        coverage: Whether alpha marks gaps. If not, the colours are returned as stored.
+        layer: Name of the layer to read, or "" for the default layer (see `choose_layer`).
+        coverage: Whether alpha marks gaps. If it does not, the colours are returned as stored.
 
     Raises:
-        LayerError: If there is no such layer, or the file has several and no default.
+        LayerError: If there is no such layer, or if the file has several layers and no default.
         EnvironmentFileError: If the file cannot be read or is not a panorama.
     """
     file = Path(path)
@@ -127,7 +127,7 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
 
 
 def is_linear(path: Path) -> bool:
-    """Return whether a file holds linear light, as OpenEXR, Radiance or floating-point TIFF."""
+    """Return whether a file contains linear light as OpenEXR, Radiance or floating-point TIFF."""
     source = None
     with contextlib.suppress(OSError):
         head = read_start(path, 16)
@@ -172,7 +172,7 @@ def _check_signature(file: Path) -> None:
 
 
 def _read_layer(source: ImageInput, file: Path, layer_name: str, coverage: bool) -> Panorama:
-    """Find the layer, check its size, and read it."""
+    """Find the layer, check its size and read it."""
     layers = layers_of(source)
     if not layers:
         raise EnvironmentFileError(
@@ -207,7 +207,7 @@ def _read_layer(source: ImageInput, file: Path, layer_name: str, coverage: bool)
 
 
 def _as_panorama(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
-    """Convert marks in the data window to a marked fraction of each texel of the panorama."""
+    """Convert marks in the data window to the marked fraction of each texel in the panorama."""
     plane, _ = _on_display_window(marks[..., None].astype(np.float32), None, spec)
     return _upright(plane, orientation)[..., 0]
 
@@ -234,9 +234,9 @@ def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 |
 def _transparent(
     source: ImageInput, layer: Layer, file: Path, radiance: FloatImage
 ) -> Bools | None:
-    """Return the gaps in alpha, (H, W), and undo premultiplication of `radiance` in place.
+    """Return the gaps in alpha, (H, W), and undo the premultiplication of `radiance` in place.
 
-    Colours in OpenEXR are premultiplied; other files state whether theirs are.
+    Colours in OpenEXR files are premultiplied. Other files state whether their colours are.
     """
     if layer.alpha is None:
         return None
@@ -252,7 +252,7 @@ def _transparent(
 
 
 def _check_seen(unseen: Bools | None, file: Path) -> None:
-    """Reject a panorama that shows too little to fill the gaps from."""
+    """Reject a panorama that shows too little of the sphere to fill its gaps."""
     if unseen is None:
         return
     visible_share = 1.0 - float(row_areas(*unseen.shape) @ unseen.sum(axis=1))
@@ -268,7 +268,7 @@ def _check_seen(unseen: Bools | None, file: Path) -> None:
 
 
 def _to_rec709(radiance: FloatImage, spec: ImageSpec, file: Path) -> None:
-    """Convert colours of other primaries, such as those of ACES, to Rec. 709."""
+    """Convert colours with other primaries, such as those of ACES, to Rec. 709."""
     try:
         primaries = stated_primaries(spec)
     except ValueError:
@@ -327,7 +327,7 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
 
 
 def _lies_on_its_side(spec: ImageSpec) -> bool:
-    """Return whether the file's rows are columns of the picture (EXIF orientations 5 to 8)."""
+    """Return whether rows in the file are columns of the picture (EXIF orientations 5 to 8)."""
     return 5 <= spec.get_int_attribute("Orientation", 1) <= 8
 
 
@@ -343,7 +343,7 @@ def _display_size(spec: ImageSpec) -> tuple[int, int]:
 def _read_channels(
     source: ImageInput, part: int, channels: tuple[int, ...], file: Path, planes: int = 3
 ) -> FloatImage:
-    """Read three channels, or one repeated in all `planes`, in bands of rows to save memory."""
+    """Read three channels, or repeat one in all `planes`, using bands of rows to save memory."""
     spec = source.spec()
     height = int(spec.height)
     values = np.empty((height, int(spec.width), planes), np.float32)
@@ -367,7 +367,7 @@ def _read_channels(
 def _on_display_window(
     radiance: FloatImage, unseen: Bools | None, spec: ImageSpec
 ) -> tuple[FloatImage, Bools | None]:
-    """Place a cropped data window on the panorama, with gaps where parts were cropped off."""
+    """Place a cropped data window in the panorama, leaving gaps where parts were cropped off."""
     width, height = _display_size(spec)
     if _lies_on_its_side(spec):
         return radiance, unseen

@@ -1,8 +1,8 @@
 """Detect and fill gaps in a panorama.
 
 Stitching programs place a partial panorama, such as one without a floor, on a black canvas. A dark
-area in a photo is rarely black throughout, and its surroundings are dark too, whereas canvas is
-black up to its edge and ends abruptly. A scene of lamps in a black void is mostly black, and stays
+area in a photo is rarely black throughout, and its surroundings are dark too, whereas a canvas is
+black up to its edge and ends abruptly. A scene of lamps in a black void is mostly black and is left
 unchanged.
 """
 
@@ -22,13 +22,13 @@ from app.core.measure.read.frame import MergedLight
 BLACK_OF_LIGHT: Final = 1e-5
 """Largest value that counts as black, relative to the median of all other values.
 
-Rounding and lossy compression can turn black into such values.
+Rounding and lossy compression can turn black into values up to this limit.
 """
 
 GOES_ON: Final = 8.0
-"""Maximum brightness of the light that continues into a gap, relative to the gap's surroundings.
+"""Maximum brightness of light that is continued into a gap, relative to the gap's surroundings.
 
-Such light may come from a window that the gap cuts off.
+Such light may come from a window that is cut off by the gap.
 """
 
 _WIDEST: Final = 4096
@@ -41,7 +41,7 @@ _AT_EDGE: Final = 0.7  # minimum fraction of the edge that is at least as bright
 
 
 def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
-    """Fill gaps, (H, 2 H) bool, from the light around them.
+    """Fill gaps, marked in an (H, 2 H) bool mask, from the light around them.
 
     Raises:
         ProbeError: If less than a tenth of the sphere is visible.
@@ -54,7 +54,7 @@ def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
 
 
 def _filled_coarsely(radiance: FloatImage, unseen: Bools) -> FloatImage:
-    """Fill a panorama in place when there is no memory for a second one."""
+    """Fill the gaps of a panorama in place when there is no memory for a second panorama."""
     share = bounded(unseen.astype(np.float32), _WIDEST)
     small = filled(bounded(radiance, _WIDEST), np.asarray(share > 0.0))
     size = (radiance.shape[1], 1)
@@ -72,8 +72,8 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
 
     Args:
         radiance: (H, 2 H, 3) float32. Linear radiance, finite and non-negative.
-        black: Largest value that counts as black in any channel, or None for a limit relative to
-            the light.
+        black: Largest value that counts as black in any channel, or None to choose a limit relative
+            to the light.
     """
     if radiance.shape[1] > _WIDEST:
         coarse = canvas(bounded(radiance, _WIDEST), black)

@@ -1,7 +1,7 @@
-"""List the layers of an OpenEXR file, and choose the one that contains the light.
+"""List the layers in an OpenEXR file and choose the one that contains the light.
 
-Renderers write many pictures into one file: the beauty pass, ambient occlusion, albedo, light
-groups. A layer's name is the channel name up to its last dot, or the name of a part.
+Renderers write many pictures into one file, such as the beauty pass, ambient occlusion, albedo and
+light groups. The name of a layer is the channel name up to its last dot, or the name of a part.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ _MOST_NAMES: Final = 12
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """A layer of a file.
+    """A layer in a file.
 
     Attributes:
-        name: Name in the file, such as "ViewLayer.Combined", or "" if there is none.
-        part: Index of the file's part.
-        channels: Indices of red, green and blue, or of grey alone.
+        name: Name in the file, such as "ViewLayer.Combined", or "" if the layer has none.
+        part: Index of the part of the file that contains the layer.
+        channels: Indices of the red, green and blue channels, or of the grey channel alone.
         alpha: Index of the alpha channel, or None if there is none.
     """
 
@@ -42,12 +42,12 @@ class Layer:
 
     @property
     def title(self) -> str:
-        """Name to show when the user chooses a layer."""
+        """Name by which the user chooses the layer."""
         return self.name or UNNAMED
 
 
 class LayerError(EnvironmentFileError):
-    """A file has several layers and no default one, or lacks the requested one."""
+    """A file has several layers but no default, or lacks the requested layer."""
 
     def __init__(self, file_name: str, layers: tuple[str, ...], layer_name: str = "") -> None:
         names = ", ".join(layers[:_MOST_NAMES]) + (", …" if len(layers) > _MOST_NAMES else "")
@@ -62,7 +62,7 @@ class LayerError(EnvironmentFileError):
 
 
 def layers_of(source: ImageInput) -> tuple[Layer, ...]:
-    """List the colour layers in file order, or a single grey channel if there are none."""
+    """List the colour layers in the order of the file, or a lone grey channel if there are none."""
     layers: list[Layer] = []
     grey: list[Layer] = []
     several = source.seek_subimage(1, 0)
@@ -77,11 +77,11 @@ def layers_of(source: ImageInput) -> tuple[Layer, ...]:
 
 
 def choose_layer(layers: Sequence[Layer], layer_name: str, file_name: str) -> Layer:
-    """Return a layer by name, or the unnamed layer or the beauty pass if no name is given.
+    """Return the named layer. If no name is given, return the unnamed layer or the beauty pass.
 
     Raises:
-        LayerError: If there are several layers and no default, or if no layer or more than one has
-            that name.
+        LayerError: If there are several layers and no default, or if the name belongs to no layer
+            or to more than one.
     """
     titles = tuple(layer.title for layer in layers)
     if layer_name:
@@ -123,7 +123,7 @@ def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
 
 
 def _all_of(where: dict[str, int], prefix: str, names: tuple[str, ...]) -> tuple[int, ...]:
-    """Return the indices of the named channels, or an empty tuple if one is missing."""
+    """Return the indices of the named channels, or an empty tuple if any of them is missing."""
     channels = tuple(where[prefix + name] for name in names if prefix + name in where)
     return channels if len(channels) == len(names) else ()
 

@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class Repaired(Remark):
-    """Some texels had no valid light. Infinite ones were replaced with `level`."""
+    """Some texels had no valid light. Infinite values were replaced with `level`."""
 
     name: str
     nan: int
@@ -43,7 +43,7 @@ class ClippedFile(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PartUnseen(Remark):
-    """Part of the sphere, `share` from 0 to 1, is not in the picture and was filled."""
+    """Part of the sphere, a fraction `share` of it, is not in the picture and was filled."""
 
     name: str
     share: float

@@ -20,7 +20,7 @@ HALF_MOST: Final = 65504.0
 INFINITE: Final = 3e5
 """Radiance that replaces infinity.
 
-Suns too bright for a half float have a radiance of 1e5 to 1e6 if that of the sky is 1.
+Suns that are too bright for a half float have a radiance of 1e5 to 1e6 if that of the sky is 1.
 """
 
 _MOST_REPAIRED: Final = 0.03  # maximum damaged fraction of the sphere or of the light
@@ -30,7 +30,7 @@ BAND_ROWS: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class Repairs:
-    """Counts of repaired texels, and the radiance that replaced infinite values (`level`)."""
+    """Counts of repaired texels, and the radiance (`level`) that replaced infinite values."""
 
     nan: int = 0
     infinite: int = 0
@@ -39,11 +39,11 @@ class Repairs:
 
     @property
     def total(self) -> int:
-        """Sum of all counts, in which a texel with two kinds of damage counts twice."""
+        """Sum of all counts. A texel with two kinds of damage counts twice."""
         return self.nan + self.infinite + self.negative
 
     def remarks(self, name: str) -> tuple[Repaired, ...]:
-        """Return a remark on the repairs, if there were any."""
+        """Return a remark about the repairs, if there were any."""
         if not self.total:
             return ()
         return (Repaired(name, self.nan, self.infinite, self.negative, self.level),)
@@ -53,18 +53,18 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
     """Make every value finite and non-negative, in place.
 
     NaN and negative values become 0. Infinite values become the largest finite value, or
-    `INFINITE` if that is larger: a half float is infinite beyond `HALF_MOST`, and infinite floats
-    mostly come from halves.
+    `INFINITE` if that is larger, because a half float is infinite beyond `HALF_MOST` and infinite
+    floats mostly come from halves.
 
     Args:
-        radiance: Float32, (H, W, 3). Linear radiance, changed in place, band by band, so that a
-            large panorama needs no copy.
+        radiance: Float32, (H, W, 3). Linear radiance. It is changed in place, band by band, which
+            avoids copying a large panorama.
 
     Returns:
-        The counts, and an (H, W) bool mask of the infinite texels, which is None if there are none.
+        The counts, and an (H, W) bool mask of the infinite texels, or None if there are none.
 
     Raises:
-        EnvironmentFileError: If the panorama is black, or more than 3% of the sphere or of the
+        EnvironmentFileError: If the panorama is black, or if more than 3% of the sphere or of the
             light is damaged.
     """
     bands = [radiance[row : row + BAND_ROWS] for row in range(0, len(radiance), BAND_ROWS)]
@@ -116,7 +116,7 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
 
 
 def row_areas(height: int, width: int) -> Float64:
-    """Return the fraction of the sphere that one texel covers in each row, (H,) float64."""
+    """Return the fraction of the sphere that one texel in each row covers, (H,) float64."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     return (edges[:-1] - edges[1:]) / (2.0 * width)
 
