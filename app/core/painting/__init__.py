@@ -1,1 +1,1 @@
-"""Paint target weights on the head: brush, canvas, undo, live answers, and saved styles."""
+"""Paint target weights on the head: brush, canvas, undo, live answers and saved styles."""

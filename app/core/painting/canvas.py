@@ -1,7 +1,7 @@
-"""The canvas: paint on the head's picture, at a finer resolution than its pixels.
+"""The canvas, which holds the paint on the head's picture at a finer resolution than its pixels.
 
 The canvas covers the whole square picture of the head. Painting at a higher resolution and
-averaging down keeps strokes smooth on screen; the search uses the head's own pixels. Painting
+averaging down keeps strokes smooth on screen, while the search uses the head's own pixels. Painting
 starts from a style's target weights, spread smoothly over the canvas.
 """
 
@@ -25,12 +25,12 @@ from app.core.text import tr
 
 
 def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
-    """Return the canvas of a built-in style: the weights of its target (eq. 6).
+    """Return the canvas of a built-in style, which contains the weights of its target (eq. 6).
 
-    Averaged over the head's pixels, the canvas's weights are those of eq. 6 to within 1e-6.
+    Averaged over the head's pixels, the weights on the canvas equal those of eq. 6 to within 1e-6.
 
     Raises:
-        StyleError: If the pack has no such style, or was made for a different head.
+        StyleError: If the pack has no such style or was made for a different head.
     """
     if pack.header.picture != transport.size:
         raise StyleError(tr("The styles were made for a different head."))
@@ -48,16 +48,16 @@ def is_style(canvas: Canvas, pack: StylePack, transport: Transport, name: str) -
 
 
 def from_weights(transport: Transport, weights: Floats) -> Canvas:
-    """Return a canvas from weights on the head's pixels.
+    """Create a canvas from weights on the head's pixels.
 
     The canvas is smooth, even beyond the edge of the face, and its average over each pixel of the
-    face is that pixel's weight.
+    face equals the weight of that pixel.
 
     Args:
-        weights: (P,) float, in [-1, 1]. Weights outside the face are not used.
+        weights: (P,) float, in [-1, 1]. Weights outside the face are ignored.
 
     Raises:
-        StyleError: If there is not one finite value per pixel of the head.
+        StyleError: If there is not exactly one finite value for each pixel of the head.
     """
     if weights.shape != transport.face.shape or not np.isfinite(weights).all():
         raise StyleError(tr("The weights do not fit this head."))
@@ -76,7 +76,7 @@ def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
 
 
 def _interpolation(pixels: int, step: int) -> Float64:
-    """Return the cubic interpolation, (step * pixels, pixels), that keeps each pixel's mean."""
+    """Return the cubic interpolation matrix, (step * pixels, pixels), that keeps pixels' means."""
     place = (np.arange(step * pixels) + 0.5) / step - 0.5
     spread = np.zeros((len(place), pixels))
     first = np.floor(place).astype(int)
@@ -92,7 +92,7 @@ def _interpolation(pixels: int, step: int) -> Float64:
 
 
 def _continue(picture: Float32, coverage: Bools) -> Float32:
-    """Spread the known pixels outward, so that smoothing does not fade the edge of the face."""
+    """Spread the known pixels outwards, to keep smoothing from fading the edge of the face."""
     filled = np.where(coverage, picture, 0).astype(np.float32)
     share = coverage.astype(np.float32)
     for _ in range(len(picture)):
@@ -106,7 +106,7 @@ def _continue(picture: Float32, coverage: Bools) -> Float32:
 
 
 def _neighbours(picture: Float32) -> Float32:
-    """Sum over the 3 x 3 neighbourhood, symmetric to the last bit."""
+    """Sum each 3 x 3 neighbourhood. The result is symmetric to the last bit."""
     wide = np.pad(picture, 1)
     rows = wide[:-2] + wide[2:] + wide[1:-1]
     return np.asarray(rows[:, :-2] + rows[:, 2:] + rows[:, 1:-1])
@@ -114,10 +114,10 @@ def _neighbours(picture: Float32) -> Float32:
 
 MIN_SIZE: Final = 16
 MAX_SIZE: Final = 1024
-"""Largest side of a canvas that is read from a file, in canvas pixels."""
+"""Maximum side of a canvas read from a file, in canvas pixels."""
 
 IGNORED: Final = 0.5
-"""Value of the ignore layer from which a pixel no longer counts."""
+"""Value in the ignore layer from which a pixel no longer counts."""
 
 
 class Advice(StrEnum):
@@ -147,19 +147,19 @@ class Region:
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """Rows and columns, for indexing an array."""
+        """Slices of rows and columns, for indexing an array."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def mirrored(self, size: int) -> Region:
-        """Return the mirrored region of a canvas of `size` pixels."""
+        """Return the mirror image of the region on a canvas with a side of `size` pixels."""
         return Region(size - self.right, self.top, size - self.left, self.bottom)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Canvas:
-    """Painted weights, and the layers that the painting started from. The arrays are read-only.
+    """Painted weights and the layers from which the painting started, as read-only arrays.
 
-    Row 0 is the top of the picture. Column 0 is its left edge, which is on the sitter's right.
+    Row 0 is the top of the picture. Column 0 is its left edge, which shows the sitter's right side.
     """
 
     weights: Float32 = field(repr=False)  # (S, S), in [-1, 1]: +1 should be brighter, -1 darker
@@ -171,12 +171,12 @@ class Canvas:
 
     @property
     def size(self) -> int:
-        """Side of the canvas in pixels, S."""
+        """Side S of the canvas, in pixels."""
         return int(self.weights.shape[0])
 
     @property
     def touched(self) -> bool:
-        """Whether anything was painted."""
+        """Whether anything has been painted."""
         return not (
             np.array_equal(self.weights, self.start_weights)
             and np.array_equal(self.ignore, self.start_ignore)
@@ -184,14 +184,14 @@ class Canvas:
 
 
 def around(regions: Iterable[Region]) -> Region:
-    """Return the bounding box of regions."""
+    """Return the bounding box of several regions."""
     edges = [(r.left, r.top, r.right, r.bottom) for r in regions]
     left, top, right, bottom = zip(*edges, strict=True)
     return Region(min(left), min(top), max(right), max(bottom))
 
 
 def canvas_size(transport: Transport) -> int:
-    """Return the canvas size for a head: a multiple of its picture's side below 400."""
+    """Return the canvas size for a head, which is a multiple of its picture's side below 400."""
     return transport.size * max(_ABOUT // transport.size, 1)
 
 
@@ -209,13 +209,13 @@ def make_canvas(
     """Create a canvas from layers, which are copied and validated.
 
     Args:
-        weights: (S, S) float, in [-1, 1]. A slight excess is clipped.
-        ignore: (S, S) float, in [0, 1], clipped likewise. By default, nothing is ignored.
+        weights: (S, S) float, in [-1, 1]. Values slightly outside the range are clipped.
+        ignore: (S, S) float, in [0, 1], clipped in the same way. By default, nothing is ignored.
         start_weights, start_ignore: (S, S) float. Layers that can be restored. The defaults are
             `weights` and `ignore`.
 
     Raises:
-        StyleError: If the layers are not square, differ in size, or contain NaN.
+        StyleError: If the layers are not square, differ in size or contain NaN.
     """
     shape = weights.shape
     nothing = np.zeros(shape, np.float32)
@@ -233,7 +233,7 @@ def make_canvas(
 
 
 def resized(layer: Floats, size: int) -> Float32:
-    """Resize a layer, averaging when it shrinks.
+    """Resize a layer, averaging its pixels if it shrinks.
 
     Args:
         layer: (S, S) float. Layer of a canvas.
@@ -253,11 +253,12 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
 
     Args:
         layer: (S, S) float32. Layer of a canvas.
-        region: Region to which the result is limited, in the head's pixels rather than the
-            canvas's.
+        region: Region to which the result is limited, in pixels of the head rather than of the
+            canvas.
 
     Returns:
-        (n, m) float64, one value per head pixel of the region, or (N, N) if there is no region.
+        (n, m) float64. One value for each head pixel in the region. If there is no region, the
+        shape is (N, N).
     """
     step = len(layer) // pixels
     if region is None:
@@ -273,8 +274,8 @@ def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
     """Reduce a canvas to the pixels of a head.
 
     Returns:
-        The painted weights, (P,) float64 in [-1, 1] and not yet zero-mean, and a mask, (P,) bool,
-        of the pixels that do not count.
+        The painted weights, (P,) float64 in [-1, 1], whose mean is not yet zero, and a mask, (P,)
+        bool, of the pixels that do not count.
     """
     weights, ignore = canvas.weights, canvas.ignore
     if canvas.size % transport.size:
@@ -286,12 +287,12 @@ def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
 
 
 def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
-    """Pre-integrate a whole canvas on a head (eq. 3; see `app.core.solver.weights.painted`)."""
+    """Pre-integrate a whole canvas on a head (eq. 3, see `app.core.solver.weights.painted`)."""
     return painted(transport, *head_values(canvas, transport))
 
 
 def advice(canvas: Canvas, weights: PaintedWeights) -> Advice | None:
-    """Return what the canvas still needs before it can be saved as a style, or None."""
+    """Return the requirements that the canvas must still meet to be saved as a style, or None."""
     if not canvas.touched:
         return Advice.NOTHING_PAINTED
     values = weights.values[weights.active]

@@ -1,4 +1,4 @@
-"""Drafts: unsaved paintings, saved as files in the data folder."""
+"""Drafts, which are unfinished paintings kept as files in the data folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from app.core.painting.canvas import MAX_SIZE, Canvas, make_canvas
 from app.core.text import tr
 
 DRAFT_FORMAT: Final = 1
-"""Version of the file's layout."""
+"""Version of the file format of drafts."""
 _LAYERS: Final = ("weights", "ignore", "start_weights", "start_ignore")
 _MAX_BYTES: Final = 4 * len(_LAYERS) * MAX_SIZE**2 + 65_536
 _TEXTS: Final = ("title", "origin", "style", "head")
@@ -31,7 +31,7 @@ _AWAY: Final = "draft.npz"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draft:
-    """An unsaved painting."""
+    """A painting that has not been saved as a style."""
 
     canvas: Canvas
     title: str = ""
@@ -48,7 +48,7 @@ def draft_version(path: Path) -> str:
 
 
 def put_draft_aside(path: Path) -> Path:
-    """Rename a draft of another process, and return the new path."""
+    """Rename a draft that belongs to another process and return the new path."""
     for number in range(2, _MOST_DRAFTS + 1):
         aside = path.with_name(f"{path.name.partition('.')[0]}.{number}.npz")
         if not os.path.lexists(aside):
@@ -100,12 +100,12 @@ def load_draft(path: Path) -> Draft:
 def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
     """Find the draft of a style.
 
-    An unreadable file is left unchanged, and the next free name beside it is used.
+    An unreadable file is left unchanged, and the next free name in the same folder is used.
 
     Returns:
         path: Path to which the draft will be saved from now on.
-        draft: The draft, or None if there is none.
-        notes: Problems with unreadable files.
+        draft: The draft, or None if the style has none.
+        notes: Messages about unreadable files.
     """
     notes: list[str] = []
     stem = f"paint-{key}" if key else "paint"
@@ -121,7 +121,7 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
 
 
 def put_draft_away(folder: Path, key: str, trash: Path) -> None:
-    """Move the draft of a deleted style to the trash, so a new style of that name starts clean."""
+    """Move a deleted style's draft to the trash, so that a new style of that name has no draft."""
     path, draft, _ = find_draft(folder, key)
     if draft is not None:
         # A draft that cannot be moved stays where the style will look for it.

@@ -1,8 +1,8 @@
-"""Painted styles on a turned head: the paint is on the skin.
+"""Painted styles on a turned head, whose skin carries the paint.
 
-The paint describes the light on the skin of the whole face, so the turn of the nose decides whether
-a place can provide that light. The match at a position of the lens depends on the part of the face
-that the lens sees.
+The paint describes the light on the skin of the whole face. The turn of the nose therefore decides
+whether a place can provide that light. The match at a position of the lens depends on the part of
+the face that the lens sees.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ _SAME_SKIN_M: Final = 0.008  # distance between pixels of the front view where t
 
 @dataclass(frozen=True, eq=False)
 class PaintedHead:
-    """A painted head and its views from the side."""
+    """A head that carries paint, and its views from the side."""
 
     front: Transport = field(repr=False)
     views: HeadViews = field(repr=False)
     styles: Sequence[Style] = field(repr=False)
 
     def weights(self, style: UserStyle) -> PaintedWeights:
-        """Return the weights of a style in the front view."""
+        """Return a style's weights in the front view."""
         return weights_of(make_canvas(style.weights, style.ignore), self.front)
 
     def view(self, yaw_deg: float) -> HeadView:
@@ -54,13 +54,16 @@ class PaintedHead:
         return self.views.at(yaw_deg, self.styles)
 
     def weights_in(self, view: HeadView, weights: PaintedWeights) -> PaintedWeights:
-        """Transfer weights to a view, ignoring skin that is hidden from the front."""
+        """Transfer weights to a view, ignoring skin that is hidden in the front view."""
         nearest, beyond = self._on_front(view)
         ignored = beyond | ~weights.active[nearest]
         return painted(view.transport, weights.values[nearest], ignored)
 
     def _on_front(self, view: HeadView) -> tuple[Indices, Bools]:
-        """Return the nearest front pixel for each pixel of a view, and whether it is hidden."""
+        """Return the nearest front pixel to each pixel of a view, and whether the skin is hidden.
+
+        Hidden skin is skin that the front view does not show.
+        """
         face = np.flatnonzero(self.front.face)
         pairs = cv2.BFMatcher(cv2.NORM_L2).match(
             view.shape.positions, np.ascontiguousarray(self.views.shape.positions[face])
@@ -69,12 +72,12 @@ class PaintedHead:
         return nearest, np.array([pair.distance for pair in pairs]) > _SAME_SKIN_M
 
     def places_on_front(self, view: HeadView) -> Float32:
-        """Return the positions of a view's skin in the front picture.
+        """Locate the skin that a view shows in the front picture.
 
         Returns:
-            (N, N, 3) float32. For each pixel of the view, its column and row in the front picture,
-            as fractions of that picture, and its visibility from the front, 0 to 1. All are -1 off
-            the head.
+            (N, N, 3) float32. The column and row in the front picture for each pixel of the view,
+            as fractions of that picture, and its visibility from the front, 0 to 1. All three are
+            -1 outside the head.
         """
         camera = _camera_of(self.views.shape, self.front.size)
         size, pixels = view.transport.size, view.transport.pixels
@@ -114,11 +117,11 @@ def solve_painted(
     limits: Limits = LIMITS,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn and yaw of painted styles, and otherwise work like `solve_user_styles`.
+    """Find the best turn and yaw for painted styles. Otherwise, this works as `solve_user_styles`.
 
     Args:
-        wish: Permitted positions of the lens. Its background is counted from `front_deg`, as turns
-            are.
+        wish: Permitted positions of the lens. Its background, like turns, is measured from
+            `front_deg`.
     """
     wish, results = wish.moved(-front_deg), []
     painted_light = _PaintedLight.by(head, light) if styles else None
@@ -134,7 +137,7 @@ def solve_painted(
 
 @dataclass(frozen=True, eq=False)
 class _PaintedLight:
-    """A head in the light of a place, in all views."""
+    """All views of a head in the light of a place."""
 
     head: PaintedHead
     front: LightTable
@@ -152,7 +155,7 @@ class _PaintedLight:
         )
 
     def search(self, style: UserStyle, objective: Objective, limits: Limits) -> LensSearch:
-        """Search a style's turns and yaws in this place, for any position of the lens."""
+        """Search this place for the turns and yaws of a style, for any position of the lens."""
         weights = self.head.weights(style)
         straight = measure_painted(painted_curves(self.front, weights))
         curves = {0.0: (straight.match[None], straight.contrast[None])}
@@ -178,9 +181,10 @@ class _PaintedLight:
 
 
 def _camera_of(shape: HeadShape, size: int) -> Float64:
-    """Reconstruct the camera of a head's picture, (3, 4), from the positions seen by its pixels.
+    """Reconstruct the camera matrix of a head's picture, (3, 4), from the positions it shows.
 
-    Direct linear transform: Hartley and Zisserman, Multiple View Geometry, 2nd ed., eq. 7.2.
+    The method is the direct linear transform of Hartley and Zisserman, Multiple View Geometry, 2nd
+    ed., eq. 7.2.
     """
     places = np.column_stack([shape.positions, np.ones(len(shape.positions))])
     points = np.column_stack([shape.pixels % size + 0.5, shape.pixels // size + 0.5]) / size

@@ -1,8 +1,8 @@
-"""A painting session: strokes and live answers.
+"""A painting session, with its strokes and live answers.
 
-Strokes are drawn at once. The answer is computed when there is time, from the pixels changed since
-the last answer. Between strokes everything is computed again from the canvas, so that an answer
-depends only on the canvas and not on its history.
+Strokes are drawn immediately. The answer is computed when there is time, from the pixels that have
+changed since the last answer. Between strokes, everything is recomputed from the canvas, so an
+answer depends only on the canvas and not on its history.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Answer:
 
 
 class PaintSession:
-    """A canvas with its head and the light of a place. Not thread-safe.
+    """A canvas with its head and the light of a place. This class is not thread-safe.
 
     Args:
         front_deg: Azimuth of the photographer at turn 0, in degrees.
@@ -98,7 +98,7 @@ class PaintSession:
         return self._weights
 
     def set_light(self, table: LightTable | None, front_deg: float = 0.0) -> None:
-        """Set the light of a place, or remove it.
+        """Set the light of a place, or remove the current light if `table` is None.
 
         Args:
             front_deg: Azimuth of the photographer at turn 0, in degrees.
@@ -130,7 +130,7 @@ class PaintSession:
         return self._stroke.start_regions
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
-        """Extend the current stroke, if there is one, to a point, with arguments as for `begin`."""
+        """Extend the current stroke, if any, to a point, with the same arguments as `begin`."""
         if self._stroke is None:
             return ()
         regions = self._stroke.extend(x, y, pressure)
@@ -138,7 +138,7 @@ class PaintSession:
         return regions
 
     def commit(self) -> TileChange:
-        """End the stroke and return its change for undo, or an empty change without a stroke."""
+        """End the stroke and return its change for undo, which is empty if there is no stroke."""
         if self._stroke is None:
             return TileChange(())
         canvas, change = self._stroke.commit()
@@ -163,7 +163,7 @@ class PaintSession:
         self._start_afresh(revert(self._canvas, change))
 
     def answer(self) -> Answer:
-        """Solve the canvas: compute its target and its best turn."""
+        """Compute the answer for the canvas: its target and its best turn."""
         weights, table = self.weights, self._table
         target = weights.preintegrated(self._transport)
         missing = advice(self.canvas, weights)
@@ -194,7 +194,7 @@ class PaintSession:
         return cache[1]
 
     def _caught_up(self) -> PaintedWeights:
-        """Return the weights, updated with the changes since the last call."""
+        """Return the weights after applying the changes made since the last call."""
         pixels, values, ignored = (
             np.concatenate(parts)
             for parts in zip(*(self._region_changes(region) for region in self._dirty), strict=True)
@@ -203,7 +203,7 @@ class PaintSession:
         return paint(self._transport, self._weights, pixels, values[first], ignored[first])
 
     def _region_changes(self, region: Region) -> tuple[Indices, Float64, Bools]:
-        """Return the changed face pixels in a region of the canvas, with their new values."""
+        """Return the face pixels that have changed in a region of the canvas, and their values."""
         canvas, size = self.canvas, self._transport.size
         step = canvas.size // size
         part = Region(

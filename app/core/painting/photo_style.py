@@ -1,7 +1,7 @@
 """Styles created from the light on a face: "like this photo".
 
-The generic head is lit by lamps at the directions that were read from the photo, and its picture
-over the face is the target. Nothing of the photo itself is kept.
+The generic head is lit by lamps in the directions that were estimated from the photo, and its
+picture over the face becomes the target. Nothing from the photo itself is kept.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _ORIGIN: Final = 80
 
 
 def photo_lamps(light: FaceLight) -> tuple[StyleLamp, ...]:
-    """Return the lamps of a face's light: the key, and a frontal fill if there is one.
+    """Return the lamps that light a face: the key and, if there is one, a frontal fill.
 
     Raises:
         StyleError: If the key's direction is unknown.
@@ -44,7 +44,7 @@ def photo_style(
     title: str,
     note: str,
 ) -> UserStyle:
-    """Return a style for the light on a face, to be named by `user_styles.add`.
+    """Create a style from the light on a face. `user_styles.add` then names the style.
 
     Args:
         name: Name of the photo.
@@ -83,7 +83,7 @@ _WHY: Final = {
 
 
 def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
-    """Return the studio key and fill that light a face in this way (see `photo_lamps`)."""
+    """Return the studio key and fill that reproduce the light on a face (see `photo_lamps`)."""
     azimuth, elevation, size = light.azimuth_deg, light.elevation_deg, light.softness_deg
     if light.key == "behind":
         raise StyleError(

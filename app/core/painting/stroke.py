@@ -1,10 +1,10 @@
 """One stroke of the brush, from pen down to pen up.
 
 Within a stroke, coverage only grows towards its maximum along the path, as in paint programs: a
-second pass over an area in the same stroke does not make it stronger.
+second pass over an area in the same stroke does not make the paint stronger.
 
-A pixel's coverage is the brush's profile at its distance from the path, so it does not depend on
-how the path was divided, or on the number of events.
+The coverage of a pixel is the brush's profile at that pixel's distance from the path. It therefore
+depends neither on the division of the path into segments nor on the number of events.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
     """Return the part of a canvas that the brush can touch along a segment of the path.
 
     Args:
-        start, stop: Ends (x, y), in canvas pixels from the upper left corner.
+        start, stop: Ends (x, y) of the segment, in canvas pixels from the upper left corner.
         radius: Radius of the brush, in canvas pixels.
     """
     (left, right), (top, bottom) = (sorted(ends) for ends in zip(start, stop, strict=True))
@@ -81,12 +81,13 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     """Return the profile of the brush along a straight segment of the path.
 
     Args:
-        start, stop: Ends (x, y), in canvas pixels from the upper left corner. They may be equal.
+        start, stop: Ends (x, y) of the segment, in canvas pixels from the upper left corner. They
+            may be equal.
         region: Pixels that the result covers.
 
     Returns:
-        (h, w) float32, at the centres of the region's pixels: 1 within `full_radius` of the path,
-        fading smoothly to 0 at the radius.
+        (h, w) float32. The profile at the centres of the region's pixels, which is 1 within
+        `full_radius` of the path and fades smoothly to 0 at the radius.
     """
     x = np.arange(region.left, region.right) + (0.5 - start[0])
     y = np.arange(region.top, region.bottom)[:, None] + (0.5 - start[1])
@@ -117,12 +118,13 @@ _LEAST_CELL: Final = 2.0  # canvas pixels
 class Stroke:
     """A stroke in progress, on a copy of the canvas.
 
-    The pressure is the largest within each stretch of an eighth of the brush's radius, measured
-    along the path from its beginning, so that the stroke does not depend on the number of events.
+    The path is divided from its beginning into cells an eighth of the brush's radius long, and the
+    largest pressure in a cell applies to all of it. The stroke therefore does not depend on the
+    number of events.
 
     Args:
         x, y: Pen-down position, in canvas pixels from the upper left corner.
-        pressure: 0 to 1, used only if the brush has `pen_pressure`.
+        pressure: Pressure of the pen, 0 to 1, which is used only if the brush has `pen_pressure`.
     """
 
     def __init__(
@@ -144,7 +146,7 @@ class Stroke:
 
     @property
     def canvas(self) -> Canvas:
-        """The current canvas, as a view that changes until the stroke ends."""
+        """A view of the current canvas, which keeps changing until the stroke ends."""
         return replace(self._before, weights=_view(self._weights), ignore=_view(self._ignore))
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
@@ -152,7 +154,7 @@ class Stroke:
 
         Args:
             x, y: New position, in canvas pixels. It may be outside the canvas.
-            pressure: 0 to 1, changing linearly from the previous position to this one.
+            pressure: Pressure at the new position, 0 to 1. It changes linearly along the line.
 
         Returns:
             The regions that may have changed, or an empty tuple if the position is not a number.
@@ -182,7 +184,7 @@ class Stroke:
         return self._join(regions)
 
     def commit(self) -> tuple[Canvas, TileChange]:
-        """End the stroke and return the canvas and the change."""
+        """End the stroke, and return the canvas and the change to it."""
         layers = [self._weights, self._ignore]
         for layer in layers:
             layer.setflags(write=False)
@@ -202,7 +204,7 @@ class Stroke:
         return min(max(pressure, 0.0), 1.0)
 
     def _cell_end(self, done: float, length: float, *, steady: bool) -> tuple[float, float | None]:
-        """Return how far to draw at one pressure, and where the last cell on the way ended."""
+        """Return how far to draw at one pressure, and the end of the last cell on the way."""
         first_end = done + self._cell - self._length
         if first_end > length:
             return length, None
@@ -212,7 +214,7 @@ class Stroke:
         return length, first_end + (length - first_end) // self._cell * self._cell
 
     def _press(self, pressure: float) -> list[Region]:
-        """Apply a pressure to the whole cell if it is the largest there so far."""
+        """Apply a pressure to the whole cell if no pressure in it has been larger so far."""
         if pressure <= self._strongest:
             return []
         self._strongest = pressure
@@ -238,7 +240,7 @@ class Stroke:
         return region, twin
 
     def _join(self, regions: list[Region]) -> tuple[Region, ...]:
-        """Return one region per side of the face; a mirrored brush alternates between the sides."""
+        """Join the regions on each side of the face, since a mirrored brush alternates sides."""
         sides = [regions[::2], regions[1::2]] if self._brush.mirror else [regions]
         return tuple(around(side) for side in sides if side)
 

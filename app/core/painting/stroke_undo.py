@@ -1,4 +1,4 @@
-"""Changes of a stroke to the canvas, stored by tile, so that they can be undone and redone."""
+"""Changes that a stroke makes to the canvas, stored by tile for undo and redo."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from app.core.base.arrays import Float32
 from app.core.painting.canvas import Canvas, Region
 
 TILE: Final = 64
-"""Side of a tile, in canvas pixels; tiles at the right and lower edges may be smaller."""
+"""Side of a tile, in canvas pixels. Tiles at the right and lower edges may be smaller."""
 
 _LAYERS: Final = ("weights", "ignore")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tile:
-    """A part of one layer before and after a stroke."""
+    """Part of one layer, before and after a stroke."""
 
     layer: str
     # column, row: in tiles, so that the left edge is at 64 times the column
@@ -30,7 +30,7 @@ class Tile:
 
     @property
     def region(self) -> Region:
-        """Position on the canvas."""
+        """Region of the canvas that the tile covers."""
         left, top = self.column * TILE, self.row * TILE
         height, width = self.before.shape
         return Region(left, top, left + width, top + height)
@@ -38,7 +38,7 @@ class Tile:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TileChange:
-    """All changes of a stroke."""
+    """All changes made by a stroke."""
 
     tiles: tuple[Tile, ...]
 
@@ -49,7 +49,7 @@ class TileChange:
 
     @property
     def regions(self) -> tuple[Region, ...]:
-        """Changed parts of the canvas."""
+        """Parts of the canvas that have changed."""
         regions = {(tile.column, tile.row): tile.region for tile in self.tiles}
         return tuple(regions.values())
 
@@ -79,21 +79,21 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
 def apply(canvas: Canvas, change: TileChange) -> Canvas:
     """Redo a change.
 
-    The canvas is then the same as after the change, bit for bit.
+    The canvas is then identical, bit for bit, to the canvas after the change.
 
     Raises:
-        ValueError: If the canvas is not in the state before the change.
+        ValueError: If the canvas is not in its state before the change.
     """
     return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
 
 
 def revert(canvas: Canvas, change: TileChange) -> Canvas:
-    """Undo a change. This reverses `apply`, and raises the same errors."""
+    """Undo a change. This function reverses `apply` and raises the same errors."""
     return _exchange(canvas, [(tile, tile.after, tile.before) for tile in change.tiles])
 
 
 def cleared(canvas: Canvas) -> tuple[Canvas, TileChange]:
-    """Restore the layers that a canvas started from, as one change."""
+    """Restore, as a single change, the layers from which a canvas started."""
     after = replace(canvas, weights=canvas.start_weights, ignore=canvas.start_ignore)
     return after, difference(canvas, after)
 

@@ -1,9 +1,10 @@
-"""A painted style: its two files (a TOML text, and weights in OpenEXR) and its answer.
+"""A painted style: its two files (a TOML text and weights in OpenEXR) and its answer.
 
-The name of the weights' file contains the first digits of their checksum. So a change is written
-beside the previous file, and becomes valid only with the text file that names it.
+The name of the weights file contains the first digits of the weights' checksum. Changed weights are
+therefore written next to the previous file and become valid only with the text file that names
+them.
 
-Every function raises `StyleError` for files that cannot be read or written, are damaged, or were
+Every function raises `StyleError` for files that cannot be read or written, are damaged or were
 made by a newer version.
 """
 
@@ -56,17 +57,17 @@ if TYPE_CHECKING:
 
 
 MAX_BYTES: Final = 12_000_000
-"""Largest file that is read, in bytes; the largest canvas takes 8.4 MB unpacked."""
+"""Maximum size of a file that is read, in bytes. The largest canvas takes 8.4 MB unpacked."""
 
 _CHANNELS: Final = ("weights", "ignore")
 _EXR: Final = b"\x76\x2f\x31\x01"
 
 
 def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
-    """Write painted weights without loss.
+    """Write painted weights losslessly.
 
     Args:
-        weights, ignore: (S, S) float32. Canvas layers.
+        weights, ignore: (S, S) float32. Layers of a canvas.
     """
     pixels = np.ascontiguousarray(np.stack([weights, ignore], axis=-1), np.float32)
     write_image(path, pixels, "float", {"compression": "zip"}, _CHANNELS)
@@ -135,7 +136,7 @@ def _damaged(path: Path) -> StyleError:
 
 
 MAX_TITLE: Final = 80
-"""Length of the longest title, in characters."""
+"""Maximum length of a title, in characters."""
 
 _LONGEST: Final = {"place": 40, "note": 400, "head": 80, "origin": 80}
 
@@ -164,21 +165,21 @@ class UserStyle:
 
     @property
     def style(self) -> Style:
-        """A `Style` without weights or lamps, for code that handles both kinds of style."""
+        """The style as a `Style` without weights or lamps, for code that handles both kinds."""
         return Style(self.name, self.title, self.side, self.place, self.note, lamps=())
 
 
 def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
-    """Return a canvas from a user style that was painted on this head or another.
+    """Return the canvas of a user's style that was painted on this or another head.
 
-    The style's layers are resized to this head's canvas if necessary.
+    If necessary, the layers of the style are resized to this head's canvas.
     """
     size = canvas_size(transport)
     return make_canvas(resized(style.weights, size), resized(style.ignore, size))
 
 
 def clean_text(text: str, key: str) -> str:
-    """Clean a text so that it fits on one line on screen and in a file.
+    """Clean up a text to fit on one line, both on screen and in a file.
 
     Raises:
         StyleError: If the text is too long.
@@ -198,7 +199,7 @@ def clean_text(text: str, key: str) -> str:
 
 
 def checksum(style: UserStyle) -> str:
-    """Return the SHA-256 of a style's weights."""
+    """Return the SHA-256 checksum of a style's weights."""
     return digest({"weights": style.weights, "ignore": style.ignore})
 
 
@@ -208,7 +209,7 @@ def text_path(folder: Path, name: str) -> Path:
 
 
 def layers_path(folder: Path, name: str, sha256: str) -> Path:
-    """Return the path of a style's weights."""
+    """Return the path of a style's weights file."""
     return folder / f"{name}-{sha256[:12]}.exr"
 
 
@@ -228,7 +229,7 @@ def style_text(style: UserStyle) -> str:
 
 
 def write_user_style(folder: Path, style: UserStyle) -> None:
-    """Write a style's two files. The text, which makes the style valid, is written last."""
+    """Write the two files of a style. The text, which makes the style valid, is written last."""
     try:
         make_folder(folder)
         target = layers_path(folder, style.name, checksum(style))
@@ -239,7 +240,7 @@ def write_user_style(folder: Path, style: UserStyle) -> None:
 
 
 def not_saved(error: OSError | CoreError) -> StyleError:
-    """Return the error for a style that was not saved."""
+    """Return the error for a style that could not be saved."""
     trouble = disk_trouble(error)
     if trouble is DiskTrouble.FULL:
         return StyleError(
@@ -292,7 +293,7 @@ _LEAST_DIRECTION: Final = 0.15
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asking:
-    """A user's style prepared for a head."""
+    """A user's style, prepared for a head."""
 
     style: UserStyle
     weights: PaintedWeights = field(repr=False)  # on the head's pixels
@@ -309,8 +310,8 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
     """Return the picture of the head in the light that painted weights favour.
 
     Returns:
-        (N, N, 3) float32. The picture under the environment max(F, 0), linear Rec. 709 on black,
-        with a largest value of 1, or all black if nothing is painted.
+        (N, N, 3) float32. The picture in the environment max(F, 0), linear Rec. 709 on black, with
+        a maximum of 1. It is all black if nothing is painted.
     """
     glow = np.maximum(weights.preintegrated(transport), 0.0)
     light = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)
@@ -322,8 +323,8 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
     """Return the side from which the light of painted weights comes.
 
     Returns:
-        The sitter's own side on which the centre of max(F, 0) lies. If it lies on neither side, the
-        position of the centre is also returned, in the words of style files.
+        The sitter's own side on which the centre of max(F, 0) lies. If the centre lies on neither
+        side, its position is also returned, in the words used in style files.
     """
     glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
     height, width = glow.shape
@@ -351,7 +352,7 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
 def suggested_side(
     canvas: Canvas, transport: Transport, weights: PaintedWeights, origin: Style | None = None
 ) -> tuple[Side, str]:
-    """Suggest a side for a painted style: that of the style it still resembles, or of its light."""
+    """Suggest a side for a painted style: that of the style it still resembles or of its light."""
     if origin is not None:
         start = weights_of(make_canvas(canvas.start_weights), transport)
         one, other = weights.weights, start.weights
@@ -367,8 +368,8 @@ def results_of_copies(
     """Return the results of unpainted copies, which equal those of the built-in styles.
 
     Returns:
-        Results by the copy's name. Styles with strokes are left out, and so are copies of styles
-        without a result.
+        Results, by the name of the copy. Styles with strokes are left out, and so are copies of
+        styles that have no result.
     """
     answers = {one.name: one for one in built_in}
     return {
@@ -388,11 +389,11 @@ def solve_user_styles(
     front_deg: float = 0.0,
     table: LightTable | None = None,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn of every painted style in a place.
+    """Find the best turn for every painted style in a place.
 
     Args:
-        light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
-            709 radiance, or luminance of grey light, at any exposure.
+        light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, at any
+            exposure: linear Rec. 709 radiance, or the luminance of grey light.
 
     Returns:
         Results in the order of `styles`.

@@ -4,11 +4,11 @@ Nothing is overwritten or lost: names are always new, changed and deleted styles
 subfolder ``trash``, and an unreadable file is left unchanged.
 
 A style is exported as one file, a zip archive with exactly two members. An imported file is read
-within size limits, validated like any style, and saved under a new name; no name or path in the
+within size limits, validated like any style and saved under a new name. No name or path in the
 archive is used.
 
-Every function raises `StyleError` if a file cannot be read, moved or written; the previous state
-then remains valid, with no half-written files.
+Every function raises `StyleError` if a file cannot be read, moved or written. In that case, the
+previous state remains valid and no half-written files are left.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
     """Export a style to a file.
 
     Raises:
-        CoreError: If the file cannot be written, or exists and must not be replaced.
+        CoreError: If the file cannot be written, or if it exists and must not be replaced.
     """
     if not replace and file.exists():
         raise StyleError(
@@ -106,7 +106,7 @@ def import_style(folder: Path, file: Path) -> UserStyle:
 
     Raises:
         StyleError: If the file is not a complete style, has a newer format or is too large, or if
-            the style cannot be written.
+            the imported style cannot be written.
     """
     parts = _members(file)
     with tempfile.TemporaryDirectory() as place:
@@ -252,7 +252,7 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
 
 
 def _alone_in(folder: Path) -> AbstractContextManager[bool]:
-    """Keep other processes from writing styles, since two could choose the same free name."""
+    """Keep other processes from writing styles, since two processes could choose the same name."""
     try:
         make_folder(folder)
     except OSError as error:
@@ -268,7 +268,7 @@ def update_user_style(
     *,
     untouched: bool = False,
 ) -> UserStyle:
-    """Replace the weights of a style, and move the old ones to the trash.
+    """Replace the weights of a style and move the old weights to the trash.
 
     Args:
         style: The style as this process last read or wrote it. If another process has changed the
@@ -287,7 +287,7 @@ def update_user_style(
 
 
 def _other_version(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle | None:
-    """Return another process's version of a style as a new style, or None if there is none."""
+    """Return a version saved by another process as a new style, or None if there is none."""
     try:
         other = read_user_style(text_path(folder, style.name))
     except (StyleError, OSError):
@@ -313,7 +313,7 @@ def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
-    """Copy a style, by default as "… 2". Raises the same errors as `add`."""
+    """Copy a style, by default under the title "… 2", with the same errors as `add`."""
     return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 
@@ -327,7 +327,7 @@ def delete(folder: Path, style: UserStyle) -> TrashedItem:
 def restore(folder: Path, trashed: TrashedItem) -> UserStyle:
     """Restore a style from the trash.
 
-    The style keeps its old name and title unless they are taken.
+    The style keeps its old name and title unless they have been taken.
     """
     style = read_user_style(text_path(trashed.folder, trashed.name))
     name, title = _LIBRARY.names_for(folder, style.title, style.name)
