@@ -1,1 +1,1 @@
-"""Studio styles, their lamps and their packs."""
+"""Studio styles, their lamps and their style packs."""

@@ -1,7 +1,8 @@
-"""Dependence of a style's turn on the head.
+"""How much the turn for a style depends on the head.
 
-Turnlight computes with a generic head. For most styles, any other head gives the same turn within
-the tolerance arc; the exceptions are listed. The numbers come from `turnlight evaluate --bake`.
+Turnlight computes with a generic head. For most styles, any other head gives the same turn to
+within the tolerance arc. The exceptions are listed. The numbers come from
+`turnlight evaluate --bake`.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ _MOST_BYTES: Final = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Certainty:
-    """Spread of each style's best turn over heads and skins.
+    """Spread of the best turn for each style across heads and skins.
 
     Attributes:
-        spread_deg: Mean angle by style, in degrees. Styles that were never within reach are left
-            out.
+        spread_deg: Mean difference in turn for each style, in degrees. Styles that were never
+            within reach are left out.
     """
 
     spread_deg: Mapping[str, float]
@@ -43,7 +44,7 @@ class Certainty:
 
 
 def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
-    """Return a style's mean difference in turn between heads, in degrees, or None if small."""
+    """Return the mean difference in a style's turn between heads, in degrees, or None if small."""
     table = shipped_certainty() if certainty is None else certainty
     if table is None or not table.less_certain(style):
         return None
@@ -63,7 +64,7 @@ def load_certainty(path: Path) -> Certainty:
     """Read a certainty file.
 
     Raises:
-        CoreError: If the file is missing, damaged or from another version.
+        CoreError: If the file is missing, damaged or from a different version.
     """
     try:
         if path.stat().st_size > _MOST_BYTES:

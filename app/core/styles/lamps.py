@@ -1,6 +1,6 @@
-"""Studio lamps as environments, with their size and the lighting ratio.
+"""Studio lamps as environments, with a lamp size and a lighting ratio.
 
-The photographer chooses the lamp size and the lighting ratio; the positions of the lamps belong to
+The photographer chooses the lamp size and the lighting ratio. The positions of the lamps belong to
 the style. Sizes are angles as seen by the sitter, so a beauty dish at one metre is as hard as a
 large umbrella far away.
 """
@@ -31,7 +31,7 @@ MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 
 """Widths of light modifiers, in metres."""
 
 RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
-"""Available lighting ratios, (key + fill) to fill."""
+"""Available lighting ratios of key plus fill to fill."""
 
 SIZES_DEG: Final = (2.0, 90.0)
 RATIO_RANGE: Final = (1.5, 32.0)
@@ -40,20 +40,20 @@ _WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 @dataclass(frozen=True, slots=True)
 class Studio:
-    """Lamps of a photographer's studio. By default, each style has its own, as in the paper.
+    """Lamps in a photographer's studio. By default, each style has its own, as in the paper.
 
     Attributes:
-        softness_deg: Diameter of every lamp as the sitter sees it, or None for the style's own
-            diameters.
-        ratio: Incident light of key plus fill divided by that of the fill alone, or None for no
-            fill other than the style's own.
+        softness_deg: Diameter of every lamp as the sitter sees it, in degrees, or None to keep the
+            style's own diameters.
+        ratio: Incident light of the key plus the fill, divided by that of the fill alone, or None
+            for no fill other than the style's own.
     """
 
     softness_deg: float | None = None
     ratio: float | None = None
 
     def __post_init__(self) -> None:
-        """Raise an error for impossible values."""
+        """Raise an error if a value is impossible."""
         size, ratio = self.softness_deg, self.ratio
         if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
             raise StyleError(
@@ -73,7 +73,7 @@ class Studio:
             )
 
     def fit_for(self, style: Style) -> Studio:
-        """Return the studio, or the style's own lamps if the studio's would change the style."""
+        """Return this studio without the choices that would change the style."""
         if style.signature.areas:
             return AS_PUBLISHED
         size = style.key_diameter_deg
@@ -87,7 +87,7 @@ AS_PUBLISHED: Final = Studio()
 
 
 def parse_softness(text: str) -> float | None:
-    """Parse a lamp size: degrees, a name, or a modifier and its distance.
+    """Parse a lamp size, given in degrees, as a name, or as a modifier and its distance.
 
     Returns:
         The size in degrees, or None for "paper", which keeps each style's own lamps.
@@ -164,7 +164,7 @@ def choice_keys(studio: Studio) -> tuple[str, str]:
 
 
 def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
-    """Return the lamps of a style in a studio, with the fill last."""
+    """Return the lamps of a style in a studio, fill last."""
     lamps = style.lamps
     if studio.softness_deg is not None:
         lamps = tuple(replace(lamp, diameter_deg=studio.softness_deg) for lamp in lamps)
@@ -178,7 +178,7 @@ def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
 def studio_light(style: Style, studio: Studio, shape: tuple[int, int]) -> Float64:
     """Return the environment of a style in a studio, (H, W) float64 radiance at turn 0.
 
-    The power of a lamp is the reading of an incident meter pointed at it.
+    The power of a lamp is the reading of an incident light meter pointed at the lamp.
     """
     radiance = np.zeros(shape)
     for lamp in studio_lamps(style, studio):
@@ -192,12 +192,13 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     """Return the environment of one distant lamp of a style, at turn 0.
 
     Args:
-        lamp: The lamp. Its azimuth is positive towards the sitter's left, unlike the panorama's.
-        shape: (H, W) of the environment.
+        lamp: The lamp. Its azimuth is positive towards the sitter's left, unlike azimuths in the
+            panorama.
+        shape: Shape (H, W) of the environment.
 
     Returns:
-        (H, W) float64. Radiance of a round lamp with the given diameter and its exact area on the
-        texel grid. Radiance times solid angle sums to the lamp's power.
+        (H, W) float64. Radiance of a round lamp with the given diameter, drawn on the texel grid
+        with its exact area. Radiance times solid angle sums to the power of the lamp.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width * _FINE) + 0.5) / (width * _FINE) - 0.5)
@@ -221,7 +222,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
-    """Return the index of the style with mirrored lamps, or None if there is none."""
+    """Return the index of the style whose lamps mirror those of `style`, or None if none does."""
     target = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
     for position, other in enumerate(styles):
         if sorted(_facts(lamp) for lamp in other.lamps) == target:

@@ -27,7 +27,7 @@ _SHA256: Final = re.compile(r"[0-9a-f]{64}")
 
 
 class PaintedValues(NamedTuple):
-    """Validated values from a painted style's file. The weights are in a file beside it."""
+    """Validated values from a painted style's file. The weights are stored in a separate file."""
 
     name: str
     title: str
@@ -42,7 +42,7 @@ class PaintedValues(NamedTuple):
 
 
 def is_painted(path: Path) -> bool:
-    """Return whether a style file describes a painted style, or False if it cannot be read."""
+    """Return whether a style file can be read and describes a painted style."""
     try:
         return "painted" in parse(path)
     except StyleError:
@@ -57,8 +57,8 @@ def read_painted(path: Path) -> PaintedValues:
         weights.
 
     Raises:
-        StyleError: If the file cannot be read, is not of this format, or has an entry that is
-            unknown, missing or out of range.
+        StyleError: If the file cannot be read or is not in this format, or if an entry is unknown,
+            missing or out of range.
     """
     table, where = parse_named(path), path.name
     painted = table.get("painted")

@@ -18,8 +18,8 @@ class StyleLamp:
     """One studio lamp, relative to the face.
 
     Attributes:
-        distance_m: Distance from the point midway between the eyes, at least 2 m, since nearer
-            lamps do not light the whole face from one direction.
+        distance_m: Distance from the point midway between the eyes, in metres. It is at least 2 m,
+            since nearer lamps do not light the whole face from one direction.
     """
 
     azimuth_deg: float
@@ -30,7 +30,9 @@ class StyleLamp:
 
     @property
     def direction(self) -> tuple[float, float, float]:
-        """Unit vector to the lamp in the head frame (+X sitter's left, +Y up, +Z out of the face).
+        """Unit vector to the lamp in the head's frame.
+
+        +X points to the sitter's left, +Y up and +Z out of the face.
 
         Examples:
             >>> StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0).direction[0]
@@ -49,11 +51,11 @@ class Style:
     """A named target look.
 
     Attributes:
-        key_elevation_deg, key_azimuth_deg: Range (from, to) of directions from which one lamp alone
-            gives the style, relative to the face, or None for a style that needs several lamps. A
-            range from a larger to a smaller azimuth goes around the back.
-        key_diameter_deg: Range of the diameter of that lamp, or None for any.
-        expose: What a photographer exposes for.
+        key_elevation_deg, key_azimuth_deg: Ranges (from, to) of the directions, relative to the
+            face, from which one lamp alone produces the style, or None for a style that needs
+            several lamps. A range from a larger to a smaller azimuth passes behind the head.
+        key_diameter_deg: Range of that lamp's diameter, or None if any diameter will do.
+        expose: The subject for which a photographer sets the exposure.
     """
 
     name: str

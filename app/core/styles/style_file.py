@@ -41,8 +41,8 @@ def read_style(path: Path) -> Style:
         The style, with angles in degrees, azimuths in (-180, 180] and distances in metres.
 
     Raises:
-        StyleError: If the file cannot be read, is not TOML, or has an entry that is unknown,
-            missing or out of range.
+        StyleError: If the file cannot be read or is not TOML, or if an entry is unknown, missing or
+            out of range.
     """
     table, where = parse_named(path), path.name
     refuse_unknown(table, _STYLE_KEYS, where)
@@ -84,7 +84,7 @@ def _expose(table: Mapping[str, object], where: str) -> Expose:
 
 
 def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, float] | None:
-    """Return a range of angles, or None if it is missing, as in a style with several lamps."""
+    """Return a range of angles, or None if it is missing, as for a style with several lamps."""
     ends = table.get(key)
     if ends is None:
         return None
@@ -118,7 +118,7 @@ def _lamp(table: object, where: str) -> StyleLamp:
 
 
 def _signature(table: object, where: str) -> Signature:
-    """Read the signature, which a style need not have."""
+    """Read the signature of a style. A style need not have one."""
     if table is None:
         return UNSIGNED
     if not isinstance(table, dict):

@@ -1,7 +1,8 @@
-"""Style packs: the pre-integrated styles of a head, for solving without its transport.
+"""Style packs, which hold the pre-integrated styles of a head for solving without its transport.
 
-A pack contains the pre-integrated targets F of eq. 3, the search basis for match, and the target
-pictures for display. It is created by `bake` beside the transport and loads in a few milliseconds.
+A pack contains the pre-integrated targets F of eq. 3, the search basis for the match, and the
+target pictures for display. It is created by `bake` next to the transport and loads in a few
+milliseconds.
 """
 
 from __future__ import annotations
@@ -31,10 +32,10 @@ Float16: TypeAlias = NDArray[np.float16]
 
 @dataclass(frozen=True, slots=True)
 class PackHeader:
-    """Origin of a pack.
+    """Information about the origin of a pack.
 
     Attributes:
-        environment: (H, W) of the environments that the pack accepts.
+        environment: Shape (H, W) of the environments that the pack accepts.
         picture: Side of the target pictures, in pixels.
     """
 
@@ -50,26 +51,26 @@ class PackHeader:
 
 @dataclass(frozen=True)
 class StylePack:
-    """Pre-integrated styles of one head.
+    """Pre-integrated styles for one head.
 
     Attributes:
-        targets: (S, N, N, 3) float16. Linear Rec. 709 target pictures under the styles' own lamps,
-            with a largest value of 1.
+        targets: (S, N, N, 3) float16. Linear Rec. 709 target pictures, as lit by the styles' own
+            lamps, each with a maximum of 1.
         coverage: (N, N) float16. Fraction of each pixel that the head covers.
-        region: (N, N) float16. Weight of each pixel of the face for match and strength.
+        region: (N, N) float16. Weight of each pixel of the face in the match and the strength.
         areas: (A, N, N) float16. The areas of signatures (see `app.core.solver.face.AREAS`).
-        mixing, mixtures: (2, 3), (K, H) float64. Split of coloured light in the search (see
+        mixing, mixtures: (2, 3), (K, H) float64. How the search splits coloured light (see
             `app.core.solver.search.SearchColours`).
         target_rows: (S, Q, W) float32. F of eq. 3 over the whole head, as in the paper, in panorama
             coordinates at turn 0, for light as the search sees it.
-        face_rows: (S, Q, W) float32. The same over the face region.
+        face_rows: (S, Q, W) float32. The same, but over the face region.
         area_rows: (A, Q, W) float32. Pre-integrated means of the areas.
         weight_norm: (S,) float64. Norm of the weights over the face region.
         mean_rows: (Q, W) float32. Pre-integrated mean luminance of the face region.
         basis_even, basis_odd: (E, Q, W / 2), (O, Q, W / 2) float32. Search basis for the face's
             contrast.
-        studio_ratio: (S,) float64. C / mean over the face region in the target picture itself: the
-            denominator of strength.
+        studio_ratio: (S,) float64. C / mean over the face region in the target picture itself,
+            which is the denominator of the strength.
         studios: Lamps that light the targets, one entry per style, or an empty tuple if all targets
             are lit as in the paper.
     """
@@ -94,7 +95,7 @@ class StylePack:
 
     @cached_property
     def tables(self) -> SearchTables:
-        """The pack's targets and basis, transformed for the search."""
+        """The targets and the basis of the pack, transformed for the search."""
         return build_tables(
             self.target_rows,
             self.mean_rows,
@@ -106,14 +107,14 @@ class StylePack:
 
     @cached_property
     def signatures(self) -> Signatures:
-        """Signatures of all styles."""
+        """The signatures of all styles."""
         return Signatures(tuple(style.signature for style in self.styles))
 
     @cached_property
     def rivals(self) -> tuple[tuple[list[int], list[int]], ...]:
         """Rivals that may explain each style's picture, with and without its mirror image.
 
-        Styles that hardly light the face are compatible with any light on it.
+        Styles that hardly light the face are compatible with any light on the face.
         """
         every = list(enumerate(self.styles))
         groups = []
@@ -125,7 +126,7 @@ class StylePack:
 
     @cached_property
     def rivalry(self) -> Bools:
-        """(S, S) bool. Whether the style of a column may explain the picture of a row."""
+        """(S, S) bool. Whether the style in a column may explain the picture in a row."""
         table = np.zeros((len(self.styles), len(self.styles)), bool)
         for row, (alike, _) in enumerate(self.rivals):
             table[row, alike] = True
@@ -144,16 +145,16 @@ class StylePack:
                 of grey light.
 
         Returns:
-            (Q, W) float64. Rows for `app.core.solver.search.curves`, in the unit of `light`.
+            (Q, W) float64. Rows for `app.core.solver.search.curves`, in the same units as `light`.
         """
         return seen_light(light, self.mixing, self.mixtures)
 
     def region_on(self, transport: Transport) -> Float64:
-        """Return the weight of each pixel of the head for match and strength, (P,) float64."""
+        """Return the weight of each head pixel in the match and the strength, (P,) float64."""
         return self.region.ravel()[transport.pixels].astype(np.float64)
 
     def weights_on(self, transport: Transport) -> Float64:
-        """Return all styles' weights over the judged pixels, (S, P), from the targets."""
+        """Compute the weights of all styles over the judged pixels, (S, P), from the targets."""
         flat = self.targets.reshape(len(self.styles), -1, 3)[:, transport.pixels]
         luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
         region = self.region_on(transport)
@@ -164,7 +165,7 @@ class StylePack:
         """Return the index of a style.
 
         Raises:
-            StyleError: If the pack has no style of that name.
+            StyleError: If the pack has no style with that name.
         """
         for position, style in enumerate(self.styles):
             if style.name == name:
@@ -178,7 +179,7 @@ class StylePack:
         )
 
     def studio(self, name: str) -> Studio:
-        """Return the lamps of a style's target."""
+        """Return the lamps that light the target of a style."""
         return self.studios[self.index(name)] if self.studios else AS_PUBLISHED
 
     def target(self, name: str) -> Float32:
@@ -187,12 +188,15 @@ class StylePack:
 
 
 def judged_region(style: Style, transport: Transport, region: Float64) -> Float64:
-    """Return pixel weights, (P,): the face region, or the whole head for styles judged by areas."""
+    """Return the weights, (P,), of the pixels by which a style is judged.
+
+    These are the weights of the face region, or of the whole head if the style is judged by areas.
+    """
     return transport.face.astype(np.float64) if style.signature.areas else region
 
 
 def rounded(rows: Float32, digits: int = 17) -> Float32:
-    """Round float32 values to a number of binary digits, so that files compress better."""
+    """Round float32 values to the given number of binary digits to make files compress better."""
     last = 1 << (24 - digits)
     bits = np.ascontiguousarray(rows).view(np.uint32)
     return ((bits + np.uint32(last // 2)) & np.uint32(2**32 - last)).view(np.float32)

@@ -1,4 +1,4 @@
-"""Build style packs: weights from targets, pre-integrated and exactly mirrored."""
+"""Build style packs from target pictures, whose weights are pre-integrated and exactly mirrored."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class SearchBasis:
     Attributes:
         even, odd: (E, Q, W / 2), (O, Q, W / 2) float32. Left halves of the rows that are even and
             odd under mirroring.
-        paired: Whether even row r and odd row r are the parts of one row (a head without symmetry).
-        error: Largest missing fraction of a relevant texel's contrast.
+        paired: Whether even row r and odd row r are parts of one row, as for an asymmetric head.
+        error: Largest fraction missing from the contrast of a relevant texel.
     """
 
     even: Float32
@@ -53,11 +53,11 @@ def build_basis(
 ) -> SearchBasis:
     """Build the search basis of a head.
 
-    The weights of the targets are in the span of the basis, so that match never exceeds 100. The
-    basis is chosen for grey light; coloured light uses the same basis pictures.
+    The weights of the targets lie in the span of the basis, so the match never exceeds 100. The
+    basis is chosen for grey light, and coloured light uses the same basis pictures.
 
     Args:
-        weights: (S, P) float64. Target weights over the region, 0 elsewhere.
+        weights: (S, P) float64. Target weights over the region, and 0 elsewhere.
         region: (P,) float64. Weight of each pixel.
     """
     face = region > 0
@@ -97,13 +97,14 @@ def _compress(
     """Keep the directions in picture space that contain the contrast of every single texel.
 
     Args:
-        pictures: (K, T) per parity part. One column per texel.
-        tinted: (K, U) per parity part. The same for the second part of coloured light.
-        wishes: (K, S) per parity part. The targets.
+        pictures: One array for each parity, (K, T), with one column per texel.
+        tinted: One array for each parity, (K, U), with the same for the second part of coloured
+            light.
+        wishes: One array for each parity, (K, S), with the targets.
 
     Returns:
         The kept rows, (rank, T + U), and the largest fraction of a relevant texel's contrast that
-        they miss.
+        these rows miss.
     """
     exact = np.sqrt(sum((part**2).sum(axis=0) for part in pictures))
     relevant = exact > _RELEVANT * exact.max()
@@ -156,15 +157,15 @@ def build_pack(
 
     The quality C is computed over the whole head, as in the paper. Match, strength and signatures
     are computed over the face. On a symmetric head, a style and its mirror image are made exact
-    mirrors of each other, and a style that is its own mirror image is made exactly even.
+    mirror images of each other, and a style that is its own mirror image is made exactly even.
 
     Args:
-        targets: (S, P, 3) float. Target pictures of the styles on the head's pixels, linear Rec.
-            709, at any scale per style.
+        targets: (S, P, 3) float. Target pictures of the styles at the head's pixels, linear Rec.
+            709. The scale may differ between styles.
         shape: Shape of the same head.
 
     Raises:
-        StyleError: If a target picture is uniform, or does not fit the head.
+        StyleError: If a target picture is uniform or does not fit the head.
         TransportError: If the head has no face.
     """
     if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
@@ -255,7 +256,10 @@ def _make_parts(
 
 @dataclass(frozen=True, eq=False)
 class StudioPacks:
-    """Packs of a head for other studio lamps. Preparation is slow, but each pack is then fast."""
+    """Packs for a head under other studio lamps.
+
+    Preparing this object is slow, but each pack is then built quickly.
+    """
 
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
@@ -271,16 +275,16 @@ class StudioPacks:
 
     @cached_property
     def _own(self) -> Float64:
-        """Relations of all styles in their own targets, (R,) in stops."""
+        """Relations of all styles in their own targets, (R,), in stops."""
         flat = self.pack.targets.reshape(len(self.pack.styles), -1, 3)[:, self.transport.pixels]
         return self._relations(_luminance(self.transport, flat))
 
     def pack_for(self, studio: Studio, others: Mapping[str, Studio] | None = None) -> StylePack:
-        """Return the pack with targets under other lamps.
+        """Return the pack with its targets lit by other lamps.
 
         Signatures are adapted: the target is the style's own picture under these lamps, with limits
         in the same proportion as with the style's own lamps. A style keeps its own lamps if its
-        target would no longer show it, or would be mistaken for another style.
+        target would no longer show the style or would be mistaken for another one.
 
         Args:
             others: Choices for individual styles, by name.
@@ -321,7 +325,7 @@ class StudioPacks:
         )
 
     def _studio_pictures(self, studios: Sequence[Studio]) -> Floats:
-        """Return pictures of the head in the studios, (S, P, 3)."""
+        """Return the pictures of the head in the given studios, (S, P, 3)."""
         shape = self.transport.environment_shape
         lights = [
             studio_light(style, studio, shape)
@@ -332,7 +336,7 @@ class StudioPacks:
         return np.ascontiguousarray(pictures.transpose(2, 1, 0))
 
     def _relations(self, luminance: Float64) -> Float64:
-        """Return the relations of each style in its own picture, (R,), from luminance (S, P)."""
+        """Compute the relations of each style in its own picture, (R,), from luminance, (S, P)."""
         stops = stops_of(self._face.areas @ luminance.T)
         return np.concatenate(
             [
@@ -342,7 +346,7 @@ class StudioPacks:
         )
 
     def _show_themselves(self, parts: _PackParts, styles: Sequence[Style]) -> Bools:
-        """Return a mask, (S,), of the targets with their full signature that fit no other style."""
+        """Return a mask, (S,), of targets that have their full signature and fit no other style."""
         face, luminance = self._face, _luminance(self.transport, parts.pictures)
         centred = luminance - (luminance @ face.region / face.region.sum())[:, None]
         norms = np.outer(parts.weight_norm, np.sqrt(centred**2 @ face.region))
@@ -361,13 +365,13 @@ class StudioPacks:
 
 
 def _luminance(transport: Transport, pictures: Floats) -> Float64:
-    """Return the luminance, (S, P), of pictures, (S, P, 3) linear Rec. 709."""
+    """Return the luminance, (S, P), of linear Rec. 709 pictures, (S, P, 3)."""
     weights = np.asarray(transport.header.luminance_weights)
     return np.asarray(pictures.astype(np.float64) @ weights)
 
 
 def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Floats) -> Floats:
-    """Average every target picture with the mirror image of the mirrored style's target."""
+    """Average each target picture with the mirror image of the target of its mirrored style."""
     flipped = transport.mirror_pixels
     if flipped is None:
         return targets
@@ -380,7 +384,7 @@ def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Flo
 
 
 def _mirror_exact(rows: Float32, twins: Sequence[int | None]) -> Float32:
-    """Remove rounding errors from the mirror symmetry."""
+    """Make the mirror symmetry exact by removing rounding errors."""
     exact = rows.copy()
     for here, there in enumerate(twins):
         if there is not None:

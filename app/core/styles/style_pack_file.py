@@ -1,7 +1,7 @@
 """Find, save and load style packs.
 
-A pack is stored without rows that are exact mirror images of others, and with the bytes of floats
-grouped by significance, which compresses better.
+A pack is stored without rows that are exact mirror images of others. The bytes of its floats are
+grouped by significance, which improves compression.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def pack_names() -> tuple[str, ...]:
 
 
 def own_heads(folder: Path) -> tuple[Path, ...]:
-    """Return the complete heads in a folder: transports with a pack and a shape."""
+    """Return the complete heads in a folder, which are transports that have a pack and a shape."""
     files = sorted(folder.glob("*.npz"))
     return tuple(
         file
@@ -53,14 +53,14 @@ def own_heads(folder: Path) -> tuple[Path, ...]:
 
 
 def load_named_pack(head: str) -> StylePack:
-    """Load the style pack of a shipped head, or the pack beside a transport of the user's own.
+    """Load the style pack of a shipped head, or the pack next to one of the user's own transports.
 
     Args:
         head: Name of a shipped head, such as ``generic`` or ``generic-dark``, or the path of a
             transport ``T.npz`` (whose pack is ``T.styles.npz``).
 
     Raises:
-        TransportError: If there is no such head, or its pack cannot be read (see `load_pack`).
+        TransportError: If there is no such head or its pack cannot be read (see `load_pack`).
     """
     if head.endswith(".npz"):
         return load_pack(pack_path(Path(head)))
@@ -76,10 +76,10 @@ def load_named_pack(head: str) -> StylePack:
 
 
 def load_transport_of(pack: StylePack, head: str) -> Transport:
-    """Load the transport of a pack.
+    """Load the transport that belongs to a pack.
 
     Raises:
-        TransportError: If the transport cannot be read, or is not that of the pack.
+        TransportError: If the transport cannot be read or does not belong to the pack.
     """
     if head.endswith(".npz"):
         name = Path(head).name.removesuffix(_ENDING).removesuffix(".npz")
@@ -93,7 +93,7 @@ def load_transport_of(pack: StylePack, head: str) -> Transport:
 
 
 def pack_path(transport: Path) -> Path:
-    """Return the path of the style pack beside a transport.
+    """Return the path of the style pack next to a transport.
 
     Examples:
         >>> pack_path(Path("heads/anna.npz")).name, pack_path(Path("anna.styles.npz")).name
@@ -105,7 +105,7 @@ def pack_path(transport: Path) -> Path:
 
 
 def save_pack(path: Path, pack: StylePack) -> str:
-    """Save a pack atomically, and return the file's SHA-256."""
+    """Save a pack atomically and return the SHA-256 checksum of the file."""
     arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
     twins = _twins(pack)
     header = {**asdict(pack.header), "styles": [asdict(style) for style in pack.styles]}
@@ -121,7 +121,7 @@ def save_pack(path: Path, pack: StylePack) -> str:
 
 
 def restore(facts: Mapping[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Undo the packing of `save_pack`, for `read_sealed`."""
+    """Undo the packing done by `save_pack`, as the `restore` function of `read_sealed`."""
     for name in _ROWS:
         together = np.ascontiguousarray(np.moveaxis(contents[name], 0, -1))
         contents[name] = together.view(np.float32)[..., 0]
@@ -136,7 +136,7 @@ def restore(facts: Mapping[str, Any], contents: dict[str, NDArray[Any]]) -> dict
 
 
 def _twins(pack: StylePack) -> dict[str, list[tuple[int, int]]]:
-    """Return rows that are exact mirror images of an earlier row, as pairs (row, earlier row)."""
+    """Return pairs (row, earlier row) in which the row exactly mirrors the earlier one."""
     styles = [style.name for style in pack.styles]
     return {
         "style": _pairs(pack, "style", styles, [mirror_name(name) for name in styles]),
@@ -160,7 +160,7 @@ def load_pack(path: Path) -> StylePack:
     """Load a style pack.
 
     Raises:
-        TransportError: If the file is missing, damaged, made by a newer version, or not a style
+        TransportError: If the file is missing, damaged, made by a newer version or not a style
             pack.
     """
     facts, arrays = read_sealed(
@@ -210,7 +210,7 @@ _SHAPES: Final[Mapping[str, tuple[str, str]]] = {
 
 
 def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, path: Path) -> None:
-    """Reject arrays that contradict the header, or are not finite."""
+    """Reject arrays that contradict the header or are not finite."""
     height, width = header.environment
     sizes = {
         "S": styles,

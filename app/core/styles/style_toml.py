@@ -1,4 +1,4 @@
-"""Parse the TOML files of styles from untrusted sources, and check their values."""
+"""Parse TOML style files from untrusted sources and check their values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TOO_LONG: Final = tr("a number has too many digits")
 _TOO_DEEP: Final = tr("it is nested too deeply")
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 TEXT_LENGTHS: Final = {"title": 32, "place": 40, "note": 400}
-"""Maximum lengths of the texts of a built-in style, in characters."""
+"""Maximum lengths of the texts in a built-in style, in characters."""
 _RANGES: Final = {
     "azimuth_deg": (-180.0, 180.0),
     "elevation_deg": (-90.0, 90.0),
@@ -40,7 +40,7 @@ def parse(path: Path) -> Mapping[str, object]:
     """Parse a style file.
 
     Raises:
-        StyleError: If the file cannot be read, or is not small, plain TOML.
+        StyleError: If the file cannot be read or is not small, plain TOML.
     """
     try:
         with open_file(path) as stream:
@@ -76,7 +76,7 @@ def _check_values(table: Mapping[str, object]) -> None:
     """Check that integers fit in 64 bits, as in TOML, and that nesting is shallow.
 
     Raises:
-        TOMLDecodeError: If an integer is too large, or the nesting is too deep.
+        TOMLDecodeError: If an integer is too large or the nesting is too deep.
     """
     level: list[object] = [table]
     for _ in range(_DEEPEST):
@@ -92,7 +92,7 @@ def _check_values(table: Mapping[str, object]) -> None:
 
 
 def quoted(value: object) -> str:
-    """Format a value from a file for a sentence, truncating long values."""
+    """Format a value from a file for use in a sentence, truncating a long one."""
     words = repr(value)
     return words if len(words) <= _LONGEST_SHOWN else f"{words[:_LONGEST_SHOWN]}…"
 
@@ -101,7 +101,7 @@ def parse_named(path: Path) -> Mapping[str, object]:
     """Parse a style file whose stem is the name of the style.
 
     Raises:
-        StyleError: If the name is invalid, or for the reasons given in `parse`.
+        StyleError: If the name is invalid, or for any of the reasons given in `parse`.
     """
     if not _NAME.fullmatch(path.stem):
         raise StyleError(
@@ -135,13 +135,13 @@ def style_words(
 
 
 def refuse_unknown(table: Mapping[str, object], keys: tuple[str, ...], where: str) -> None:
-    """Reject a table with keys other than `keys`.
+    """Reject a table that contains keys other than `keys`.
 
     Args:
-        where: Name of the table, for the message.
+        where: Name of the table, for the error message.
 
     Raises:
-        StyleError: If there is another key.
+        StyleError: If the table contains any other key.
     """
     for key in table:
         if key not in keys:
@@ -181,7 +181,7 @@ def number_of(table: Mapping[str, object], key: str, where: str) -> float:
     """Return a number from a table.
 
     Raises:
-        StyleError: If the number is missing, or is out of range for its key.
+        StyleError: If the number is missing or is out of range for its key.
     """
     value = table.get(key)
     # bool is a subclass of int.

@@ -1,9 +1,9 @@
-"""Styles: classic studio set-ups as lamps around the sitter, one TOML file per style or pair.
+"""Styles: classic studio set-ups of lamps around the sitter, with one TOML file per style or pair.
 
-A file's name without its suffix is the style's name, as used on the command line. Built-in styles
-ship with the program; of each pair, only the left one is stored, and the right one is derived from
-it. The user's folder may add more. `app.core.styles.style_file` reads the files strictly: an
-unknown key or a lamp inside the sitter is an error.
+The name of a file, without its suffix, is the style's name, as used on the command line. Built-in
+styles ship with the program. Only the left style of each pair is stored, and the right one is
+derived from it. The user's folder may contain additional styles. `app.core.styles.style_file` reads
+the files strictly: an unknown key or a lamp inside the sitter is an error.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def mirror_name(name: str) -> str:
 
 
 def _with_mirrors(*names: str) -> tuple[str, ...]:
-    """Return the names, each left name followed by the right name that is its mirror image."""
+    """Return the names, with each left name followed by its mirror image, the right name."""
     return tuple(each for name in names for each in dict.fromkeys((name, mirror_name(name))))
 
 
@@ -64,12 +64,12 @@ NAMES: Final = (
     *_with_mirrors("left-rembrandt", "left-kicker", "left-window"),
     *("hair-light", "double-rim", "silhouette"),
 )
-"""All built-in styles, in the order of all lists."""
+"""The names of all built-in styles, in the order used in every list."""
 
 RARE: Final = frozenset(
     _with_mirrors("below", "top", "left-below-side", "hair-light", "silhouette")
 )
-"""Built-in styles that portrait photographers rarely want, so they are never suggested first."""
+"""Built-in styles that are never suggested first, since portrait photographers rarely want them."""
 
 _MAX_USER_STYLES: Final = 200
 _OTHER_SIDE: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
@@ -79,8 +79,8 @@ def mirror(style: Style) -> Style:
     """Return a style mirrored left to right.
 
     Returns:
-        The style with its name, its side and every lamp's azimuth mirrored, and with the words left
-        and right exchanged.
+        The style with its name, its side and the azimuth of every lamp mirrored, and with the words
+        left and right exchanged in its texts.
     """
     around = style.key_azimuth_deg
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
@@ -109,9 +109,10 @@ def _other_way(words: str) -> str:
 
 
 def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
-    """Load the built-in styles, followed by the user's own in order of name.
+    """Load the built-in styles, followed by the user's own styles in order of name.
 
-    Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
+    Painted styles in the user's folder, which have weights instead of lamps, are skipped. They are
+    read by `app.core.painting`.
 
     Raises:
         StyleError: If a file is missing or invalid, or a user's style has a built-in name.
