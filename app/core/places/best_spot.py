@@ -1,4 +1,4 @@
-"""Ranking of places for a style."""
+"""Rank places for a style."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from app.core.solver.style_signature import GRADES, YES
 def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
     """Rank places by their results for one style.
 
-    The better grade comes first, as in the choice of a turn, then the better match. If both are
-    equal to a tenth of a point, the wider arc, which needs less precision, comes first, then the
+    As in the choice of a turn, a better grade comes first, then a better match. If both are equal
+    to within a tenth of a point, the wider arc, which demands less precision, comes first, then the
     stronger light. `benchmarks/best-spot.md` states how often the ranking is right.
 
     Returns:
-        Indices of `answers`, best first. Ties keep their order.
+        Indices into `answers`, best place first. Ties keep their order.
     """
 
     def merit(position: int) -> tuple[int, float, float, float]:

@@ -1,4 +1,4 @@
-"""Sorting of dropped files: a place, a panorama, a video, or photos."""
+"""Sort dropped files into a place, a panorama, a video or photos."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _KINDS: Final = tr(
 
 @dataclass(frozen=True, slots=True)
 class Intake:
-    """One thing to open: a place, an environment, or files to measure.
+    """One item to open: a place, an environment or files to measure.
 
     Attributes:
-        layer: Layer to read from an environment with several layers.
-        way: Way of measuring the files, a key of `ways.WAYS`.
+        layer: Layer to read from an environment that has several layers.
+        way: Key in `ways.WAYS` of the way in which the files are measured.
         own: Options specific to that way of measuring.
     """
 
@@ -42,18 +42,18 @@ class Intake:
 
     @property
     def originals(self) -> tuple[Path, ...]:
-        """Files to copy into the place."""
+        """Files to copy into the place's folder."""
         return self.files + (() if self.own is None else self.own.more_files)
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
-    """Sort files by name, and a single file by content.
+    """Sort files by name, or a single file by its content.
 
     Args:
         way: How to measure photos, as in the setting `measure_with`.
 
     Raises:
-        CoreError: If there is nothing usable, or more than one thing to open.
+        CoreError: If there is nothing usable or more than one item to open.
     """
     for path in paths:
         if path.is_dir() and (path / PLACE).is_file():
@@ -103,7 +103,7 @@ def _check_count(number: int, way: MeasuringWay) -> None:
 
 
 def _panoramas(files: list[Path]) -> list[Path]:
-    """Return the panoramas, recognised by name, or by content in the case of a single file."""
+    """Return the panoramas among files, recognised by name or, for a single file, by content."""
     if len(files) == 1 and is_linear(files[0]):
         return files
     return [file for file in files if file.suffix.lower() in _HDR]

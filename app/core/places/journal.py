@@ -36,17 +36,17 @@ from app.core.storage.json_file import (
 )
 
 JOURNAL: Final = "session.json"
-"""Name of the journal in the session's folder."""
+"""Name of the journal in the folder of a session."""
 
 VERSION: Final = 1
-"""Version of the journal's format; a file with a higher version is not touched."""
+"""Version of the journal's format. A file with a higher version is left untouched."""
 
 EXPOSURE_LIMITS: Final = {
     "shutter_s": (1e-7, 1e5),
     "iso": (0.5, 1e7),
     "aperture": (0.3, 1000.0),
 }
-"""Smallest and largest valid values of an exposure in a journal."""
+"""Smallest and largest valid values for the exposures in a journal."""
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 
@@ -62,7 +62,7 @@ _URL: Final = r"http://[^\s/@\\?#]{1,300}/[^\s\\]{0,2000}"
 
 
 class Newer(ValueError):
-    """The journal is from a newer version."""
+    """The journal was written by a newer version."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +84,8 @@ class ShotStart:
     """State of the camera before a photo is requested.
 
     Attributes:
-        previous: URL of the camera's newest file, or "" if there is none.
-        camera_time: Time on the camera's clock, or "" if unknown.
+        previous: URL of the newest file on the camera, or "" if there is none.
+        camera_time: Time on the camera's clock, or "" if it is unknown.
     """
 
     previous: str
@@ -98,10 +98,10 @@ class SessionJournal:
 
     Attributes:
         exposed: Whether all exposures have been made.
-        shot_start: Start of a photo whose URL is not in the journal yet.
-        singles: Photos of a bracket that is shot one by one.
-        surplus: Photos of interrupted brackets, deleted on the camera once another bracket is
-            complete.
+        shot_start: State of the camera before the photo whose URL is not in the journal yet.
+        singles: Photos in a bracket that is shot one photo at a time.
+        surplus: Photos from interrupted brackets, which are deleted from the camera once another
+            bracket is complete.
     """
 
     model: str = ""
@@ -128,18 +128,18 @@ class SessionJournal:
 
     @property
     def owes(self) -> bool:
-        """Whether settings must still be restored, or photos deleted, on the camera."""
+        """Whether settings must still be restored on the camera or photos deleted from it."""
         pictures = self.picture_to_delete is not None or (self.exposed and bool(self.surplus))
         metering = self.shot_start is not None and self.stage == "metering"
         return bool(self.settings_to_restore) or pictures or metering
 
 
 def text_of(journal: SessionJournal) -> str:
-    """Format a journal as JSON, the inverse of `journal_of`.
+    """Format a journal as JSON, inverting `journal_of`.
 
     Raises:
-        Unfit: If a value is a password or would be rejected on reading. Every written journal can
-            therefore be read again.
+        Unfit: If a value is a password or would be rejected by `journal_of`. Every journal that is
+            written can therefore be read again.
     """
     facts = {"kind": _KIND, "version": VERSION, **plain(journal)}
     facts["warnings"] = facts_of(journal.warnings)
@@ -154,7 +154,7 @@ def journal_of(data: str | bytes) -> SessionJournal:
     """Parse an untrusted journal.
 
     Raises:
-        Newer: If its version is higher than `VERSION`.
+        Newer: If the version of the journal is higher than `VERSION`.
         Unfit: If the journal is invalid.
     """
     try:
@@ -169,7 +169,7 @@ def journal_of(data: str | bytes) -> SessionJournal:
 
 
 def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
-    """Drop camera settings that a journal cannot store."""
+    """Return the camera settings without those that a journal cannot store."""
     result: dict[str, JsonValue] = {}
     for name, value in settings.items():
         with suppress(Unfit):
@@ -178,7 +178,7 @@ def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
 
 
 def _line(value: Any) -> str:
-    """Validate a line of text without control characters."""
+    """Validate a single line of text that contains no control characters."""
     line = text(_MAX_TEXT)(value)
     if not line.isprintable():
         raise Unfit("control characters")

@@ -1,4 +1,4 @@
-"""Load a saved place, and find the last one that was open."""
+"""Load a saved place, and find the place that was open last."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.core.solver.place_light import prepare
 
 
 class NotFinished(PlaceError):
-    """Raised for a place that has no light yet but can be completed."""
+    """A place has no light yet but can be completed."""
 
     def __init__(self, error: CoreError, unfinished: UnfinishedPlace) -> None:
         super().__init__(error.message, error.hint)
@@ -26,10 +26,10 @@ def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
     """Read a place and its light.
 
     Args:
-        unsaved: The place with its latest changes, if they are not on disk yet.
+        unsaved: The place with its latest changes, if these are not on disk yet.
 
     Raises:
-        NotFinished: If the place has no light but has files from which it can be computed.
+        NotFinished: If the place has no light but has files from which the light can be computed.
         PlaceError: If the place or its light cannot be read.
     """
     place = unsaved or read_place(folder)
@@ -46,7 +46,10 @@ def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
 
 
 def last_opened(last: str, places: Path) -> Path | None:
-    """Return the place that was open last, or else the newest place with light."""
+    """Return the place that was open last, or the newest place with light if that one is gone.
+
+    If no place has light, the result is None.
+    """
     if last and (Path(last) / PLACE).is_file():
         return Path(last)
     whole = (one for one in list_places(places) if one.has_light and one.state == "whole")

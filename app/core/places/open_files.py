@@ -1,4 +1,4 @@
-"""Open files: load a place, or create one from them."""
+"""Open files by loading a place or by creating a new one from them."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class OpenOptions:
     """Options for opening files.
 
     Attributes:
-        places: Folder in which a new place gets its own folder.
+        places: Folder in which the folder of a new place is created.
         now: Time of the new place.
-        settings: Head and lamps of new places, and how to measure photos and videos.
+        settings: Head and lamps for new places, and how to measure photos and videos.
         name: Name of a new place, or "" to name it after its files.
         way: How to measure photos, as in the setting `measure_with`, or "" to use that setting.
-        layer: Layer to read from a panorama with several layers.
+        layer: Layer to read from a panorama that has several layers.
     """
 
     places: Path
@@ -48,15 +48,15 @@ def open_paths(
     report: Report,
     unsaved: Callable[[Path], Place | None] = lambda folder: None,
 ) -> OpenPlace:
-    """Open a place, a panorama, a bracket, a video, or a folder with one of these.
+    """Open a place, a panorama, a bracket, a video or a folder that contains one of these.
 
     Args:
-        unsaved: Function that takes the folder of a place, and returns the place with changes that
-            are not on disk yet, or None if there are none.
+        unsaved: Function that takes the folder of a place and returns the place with any changes
+            that are not on disk yet, or None if there are no such changes.
 
     Raises:
-        CoreError: If there is nothing usable, or the files cannot be read or measured.
-        Cancelled: If the token was cancelled.
+        CoreError: If there is nothing usable, or if the files cannot be read or measured.
+        Cancelled: If the token is cancelled.
     """
     intake = sort_out(paths, options.way or options.settings.measure_with)
     intake = replace(intake, name=options.name or intake.name, layer=options.layer)
@@ -66,13 +66,13 @@ def open_paths(
 
 
 def make_place(intake: Intake, options: OpenOptions, token: Token, report: Report) -> OpenPlace:
-    """Measure the light of files and save it as a new place.
+    """Measure the light in files and save it as a new place.
 
     A place that cannot be saved is opened anyway, with the reason as its `trouble`.
 
     Raises:
         CoreError: If the files cannot be read or measured.
-        Cancelled: If the token was cancelled.
+        Cancelled: If the token is cancelled.
     """
     settings = options.settings
     measured = measure_intake(intake, settings, token, report)

@@ -1,4 +1,4 @@
-"""A place: its name, its light, its answers, and the data about its measurement."""
+"""A place, with its name, its light, its answers and the data about its measurement."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class PlaceError(CoreError):
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """Sky and sun of a place, for the age of its light."""
+    """The sky and the sun at a place, from which the age of its light is judged."""
 
     kind: Kind = "unknown"
     sun: bool | None = None  # whether the sun shines on the place, or None if unknown
@@ -69,7 +69,7 @@ class AnswerBasis:
 
 @dataclass(frozen=True, slots=True)
 class FrameFacts:
-    """One frame of the bracket."""
+    """Facts about one frame in the bracket."""
 
     file: str
     shutter_s: float
@@ -105,7 +105,7 @@ class CaptureFacts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaceSource:
-    """A place's file as it was read, kept to preserve entries of newer versions."""
+    """The file of a place as it was read, kept to preserve entries from newer versions."""
 
     file_facts: Facts
     known_facts: Facts
@@ -114,12 +114,12 @@ class PlaceSource:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """The light of one spot at one time, with its results.
+    """The light at one spot and time, with its results.
 
-    Texts are cleaned and angles wrapped, so that a saved place is unchanged when read back.
+    Texts are cleaned and angles are wrapped, so a saved place is unchanged when it is read back.
 
     Raises:
-        ValueError: If a number is not finite, or a time has no offset from UTC.
+        ValueError: If a number is not finite or a time has no offset from UTC.
     """
 
     name: str
@@ -187,7 +187,7 @@ class OpenPlace:
 
 
 def clean_name(name: str) -> str:
-    """Clean the name of a place: one line of at most 120 characters, never empty.
+    """Clean the name of a place to one line of 1 to 120 characters.
 
     Examples:
         >>> clean_name("  Café   de la Paix "), clean_name("")
@@ -199,7 +199,7 @@ def clean_name(name: str) -> str:
 
 
 def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
-    """Clean the tags of a place: short, unique regardless of case, and limited in number.
+    """Clean the tags of a place to a limited number of short tags, unique regardless of case.
 
     Examples:
         >>> clean_tags(["  north   light ", "", "North light", "brick"])
@@ -213,7 +213,7 @@ def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
 
 
 def clean_notes(notes: str) -> str:
-    """Remove control characters except line breaks and tabs."""
+    """Remove control characters, except line breaks and tabs, from notes."""
     ends = notes.replace("\r\n", "\n").replace("\r", "\n")
     return "".join(c for c in ends if c in "\n\t" or ord(c) not in STEERING)
 

@@ -1,16 +1,16 @@
-"""The folder of a place: creating, reading, writing and renaming it.
+"""Create, read, write and rename the folder of a place.
 
-    ROOT/<folder>/place.json         record of the place; always replaced as a whole
-    ROOT/<folder>/environment-*.exr  the light; a new capture gets a new file
+    ROOT/<folder>/place.json         record of the place, always replaced as a whole
+    ROOT/<folder>/environment-*.exr  the light, with a new file for each new capture
     ROOT/<folder>/thumbnail.png      thumbnail for lists
     ROOT/<folder>/originals/         copies of the user's files
-    ROOT/<folder>/background.points  the panorama's feature points for the Turn step; a cache
-    ROOT/<folder>/capture*/          sessions of captures with the camera's own files
+    ROOT/<folder>/background.points  cache of the panorama's feature points for the Turn step
+    ROOT/<folder>/capture*/          sessions of captures, with the camera's own files
     ROOT/.trash/                     deleted places
 
 ``place.json`` is written last, after all files that it names are complete, so a crash at any moment
 leaves either the old or the new state. It is replaced atomically, under a lock on disks that
-support locks. A version that another process wrote in the meantime is kept as
+support locks. If another process has written a version in the meantime, that version is kept as
 ``place.json.conflict``.
 
 If a place does not exist or the disk fails, functions raise `PlaceError` and change nothing.
@@ -88,7 +88,7 @@ THUMBNAIL: Final = "thumbnail.png"
 """Name of the thumbnail."""
 
 MOST_BYTES: Final = 16 << 20
-"""Largest ``place.json`` that is read, in bytes."""
+"""Maximum size of a ``place.json`` that is read, in bytes."""
 
 _MOST_THUMBNAIL: Final = 8 << 20
 MERGED: Final = "environment.exr"
@@ -101,7 +101,7 @@ EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
 @dataclass(frozen=True, slots=True)
 class PlaceSummary:
-    """Summary of a place for lists."""
+    """A summary of a place, for use in lists."""
 
     folder: Path
     name: str
@@ -122,7 +122,7 @@ class PlaceSummary:
 
 
 def summarise(folder: Path) -> PlaceSummary | None:
-    """Return the summary of a folder, or None if it contains no part of a place."""
+    """Return the summary of the place in a folder, or None if it contains no part of a place."""
     names = _names(folder)
     file = read_json(folder / PLACE, MOST_BYTES)
     if file.state == "missing" and not any(_is_trace(name) for name in names):
@@ -151,7 +151,7 @@ def summarise(folder: Path) -> PlaceSummary | None:
 
 
 def _judge(file: JsonFile, bad: Sequence[LostPart], lightless: bool) -> tuple[State, Remark | None]:
-    """Return the most important problem of a place."""
+    """Return the state of a place and a remark on its most important problem."""
     if file.state == "missing":
         return "unfinished", Unfinished()
     if file.state == "unreadable":
@@ -167,7 +167,7 @@ def _judge(file: JsonFile, bad: Sequence[LostPart], lightless: bool) -> tuple[St
 
 
 def _is_trace(name: str) -> bool:
-    """Return whether an entry shows that its folder was meant to be a place."""
+    """Return whether the name of an entry shows that its folder was meant to be a place."""
     light = re.fullmatch(ENVIRONMENT_NAME, name) is not None
     return light or name == JOURNAL or name.startswith((f"{PLACE}.bak", ".place-"))
 
@@ -188,10 +188,10 @@ def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
 
 
 def light_at(where: Path) -> PlaceLight:
-    """Prepare the light of a place's folder, or of a panorama.
+    """Prepare the light from the folder of a place or from a panorama.
 
     Raises:
-        CoreError: As for `read_environment`.
+        CoreError: If the light cannot be read (see `read_environment`).
     """
     light = newest_light(where)
     return prepare(read_environment(where / light if light else where))
@@ -221,7 +221,7 @@ def _thumbnail(folder: Path) -> Path | None:
 def capture_folders(folder: Path) -> tuple[Path, ...]:
     """Return the capture folders of a place, oldest first.
 
-    The place's own folder is one of them if the capture was made directly in it.
+    The place's own folder is included if a capture was made directly in it.
     """
     try:
         names = [name for name in os.listdir(folder) if name.startswith(_CAPTURE)]
@@ -252,9 +252,9 @@ def _listing(folder: Path) -> Sequence[str]:
 
 
 def drop_merged(folder: Path) -> None:
-    """Remove merged light from capture folders, since the place contains it.
+    """Remove the merged light from capture folders, since the place itself contains it.
 
-    The light is removed only if the camera's own files are there, so that they can be merged again.
+    The light is removed only if the camera's own files are there and can be merged again.
     """
     for session in capture_folders(folder):
         with contextlib.suppress(OSError):
@@ -311,12 +311,12 @@ def write_place(folder: Path, place: Place) -> Path | None:
     """Write the record of a place atomically.
 
     Returns:
-        The copy of the version that another process has written since the place was read, or None
-        if there is none.
+        The path of the version that another process has written since the place was read, or None
+        if there is no such version.
 
     Raises:
-        PlaceError: If the disk fails, or the record could not be read again. In that case, the file
-            is unchanged.
+        PlaceError: If the disk fails, or if the record could not be read back. In that case, the
+            file is unchanged.
     """
     facts = to_json(place)
     bad = unreadable(place)
@@ -348,10 +348,10 @@ def _alone_in(folder: Path) -> AbstractContextManager[bool]:
 
 
 def read_place(folder: Path) -> Place:
-    """Read the record of a place, with defaults for damaged parts.
+    """Read the record of a place, using defaults for damaged parts.
 
     `Place.remarks` reports the losses. A damaged file is kept as ``place.json.bak`` before it is
-    replaced. If ``place.json`` is missing, name, time and light are derived from the folder.
+    replaced. If ``place.json`` is missing, the name, time and light are derived from the folder.
     """
     if not folder.is_dir():
         raise PlaceError(

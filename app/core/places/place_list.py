@@ -1,12 +1,12 @@
-"""Listing, deleting and restoring the places in a folder.
+"""List, delete and restore the places in a folder.
 
 A deleted place is moved as a whole to ``ROOT/.trash``. The trash is in the same folder as the
-places, so that the move is a single rename on any disk, and so that none of the user's folders is
-mistaken for the trash. Only `empty_trash` removes anything from the trash, since it contains
+places. The move is therefore a single rename on any disk, and none of the user's folders is
+mistaken for the trash. Only `empty_trash` removes anything from the trash, since the trash contains
 originals.
 
-If a place does not exist or the disk fails, functions raise `PlaceError` and change nothing; lists
-never fail.
+If a place does not exist or the disk fails, functions raise `PlaceError` and change nothing.
+Functions that list places never fail.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from app.core.places.remarks import FolderUnreadable
 from app.core.text import tr
 
 TRASH: Final = ".trash"
-"""Name of the trash in the folder of places."""
+"""Name of the trash folder in the folder of places."""
 
 _ENTRY: Final = re.compile(r"(\d{8}T\d{6}Z)--(.+?)(?:~\d+)?")
 _WHEN: Final = "%Y%m%dT%H%M%SZ"
@@ -38,8 +38,8 @@ _GOING: Final = ".going-"
 def list_places(root: Path) -> tuple[PlaceSummary, ...]:
     """List all places in a folder, newest first.
 
-    Only small files are read, and no content of these files raises an error. Damaged and unfinished
-    places are listed with the reason. Folders that were never places are left out.
+    Only small files are read, and their content never raises an error. Damaged and unfinished
+    places are listed with a reason. Folders that were never places are left out.
     """
     try:
         with os.scandir(root) as entries:
@@ -88,7 +88,7 @@ def restore_place(trashed: Path) -> Path:
     """Restore a place from the trash.
 
     Returns:
-        The place's old folder, or a folder with a number if the old one is taken.
+        The place's old folder, or a folder with a number in its name if the old one is taken.
     """
     entry = _ENTRY.fullmatch(trashed.name)
     if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
@@ -133,7 +133,7 @@ def _entries(root: Path) -> list[tuple[datetime, Path]]:
 
 
 def trash_size(root: Path) -> tuple[int, int]:
-    """Return the number of places in the trash, and their size in bytes."""
+    """Return the number of places in the trash and their total size in bytes."""
     entries, size = _entries(root), 0
     for _, entry in entries:
         for folder, _, names in os.walk(entry):
@@ -144,10 +144,10 @@ def trash_size(root: Path) -> tuple[int, int]:
 
 
 def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
-    """Empty the trash, and return the number of places deleted.
+    """Empty the trash and return the number of places deleted.
 
-    A place is deleted or kept as a whole. After an interruption, the leftovers are no longer
-    listed, and are deleted by the next call.
+    A place is either deleted or kept as a whole. After an interruption, the leftovers are no longer
+    listed, and the next call deletes them.
 
     Raises:
         PlaceError: If some places cannot be deleted. All others have been deleted by then.
@@ -175,7 +175,7 @@ def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
 
 
 def _delete_rest(trash: Path) -> OSError | None:
-    """Delete the unlisted leftovers, and return the error if some cannot be deleted."""
+    """Delete the unlisted leftovers and return the error if some of them cannot be deleted."""
     trouble: list[OSError] = []
 
     def failed(_call: object, _path: object, error: Any) -> None:

@@ -1,4 +1,4 @@
-"""The light of a place measured from files, with data about the measurement."""
+"""Measure the light of a place from files, with data about the measurement."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from app.core.storage.settings import Settings
 from app.core.styles.style_pack_file import load_named_pack
 
 NamePlace: TypeAlias = Callable[[datetime, str, Collection[str]], str]
-"""Function that names a place from its time, its light (`Findings.light`), and the names in use."""
+"""Function that names a place, given its time, its light (`Findings.light`) and names in use."""
 
 # Mean luminance of the whole sphere. Artificially lit rooms have about 20 to 300 cd/m2, overcast
 # days 1,000 and more; in between, a bright window and a dull evening look alike.
@@ -40,14 +40,14 @@ _OUTDOOR_CD_M2: Final = 1000.0
 
 
 def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFacts:
-    """Describe how a light was measured.
+    """Describe how the light was measured.
 
     Args:
         plan: "paper", "full", "files", or "rough" for a single photo.
 
     Returns:
         The facts, with the frames in order of exposure, brightest first. EV is relative to the
-        metered frame: the first shot of a planned bracket, otherwise the middle one.
+        metered frame, which is the first shot in a planned bracket and otherwise the middle one.
     """
     merged, audit = probe.merged, probe.finished.audit
     return CaptureFacts(
@@ -64,11 +64,11 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
 
 
 def location_of(probe: Measurement) -> Location:
-    """Estimate from the light whether a place is indoors, and the sun's direction.
+    """Estimate from the light whether a place is indoors and where the sun is.
 
     Returns:
-        The location. Its kind follows from the mean luminance if that is known in cd/m2, and the
-        sun is included if it was recognised.
+        The location. Its kind follows from the mean luminance, if this is known in cd/m2. The sun
+        is included if it was recognised.
     """
     if not probe.bracket.panorama:
         return Location()
@@ -96,8 +96,8 @@ def place_of_capture(
     Args:
         places: Folder of places. The name of the new place must not be in use there.
         name: The user's name for the place, or "" to name the place after its light.
-        camera, plan: Title of the camera and plan, as in `capture_facts`.
-        naming: Function that creates a name if the user has not chosen one.
+        camera, plan: Title of the camera, and plan, as in `capture_facts`.
+        naming: Function that generates a name if the user has not chosen one.
     """
     before = read_place(folder)
     if before.name == naming(before.made_at, "", ()):
@@ -116,16 +116,16 @@ def place_of_capture(
 
 
 def merged_light(probe: Measurement, name: str) -> PlaceLight:
-    """Prepare measured light for pictures and search.
+    """Prepare measured light for pictures and for the search.
 
     Raises:
-        EnvironmentFileError: If the picture is not a panorama, or is entirely black.
+        EnvironmentFileError: If the picture is not a panorama or is entirely black.
     """
     return _in_stored_precision(probe.environment(name))
 
 
 def _in_stored_precision(environment: Environment) -> PlaceLight:
-    """Prepare light in the precision of a saved place, so that nothing differs after reopening."""
+    """Prepare light at the precision of a saved place, so reopening the place changes nothing."""
     radiance = storable(environment.radiance)
     radiance.flags.writeable = False
     return prepare(replace(environment, radiance=radiance))
@@ -156,7 +156,7 @@ def _camera_of(probe: Measurement) -> str:
 
 
 def _metered_ev(probe: Measurement, plan: str) -> float:
-    """Return the exposure in stops of the frame from which the others are counted."""
+    """Return the exposure, in stops, of the frame from which the other exposures are counted."""
     stops = probe.bracket.stops or (0.0,)
     # Both plans shoot the metered frame, then 2 EV more, then darker ones.
     if plan in ("paper", "full") and len(stops) > 1:
@@ -180,10 +180,10 @@ def _kind(cd_m2: float | None) -> Kind:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredLight:
-    """The light of a place, with facts about it.
+    """The light of a place, with facts about its measurement.
 
     Attributes:
-        film: Result of a video of the sitter, or None if the light was not measured from a video.
+        film: Result from a video of the sitter, or None if the light was measured another way.
     """
 
     light: PlaceLight
@@ -195,11 +195,11 @@ class MeasuredLight:
 def measure_intake(
     intake: Intake, settings: Settings, token: Token, report: Report
 ) -> MeasuredLight:
-    """Read the light of a panorama, or measure it from files in the appropriate way.
+    """Read the light from a panorama, or measure it from other files in the appropriate way.
 
     Raises:
         CoreError: If the files cannot be read or measured.
-        Cancelled: If the token was cancelled.
+        Cancelled: If the token is cancelled.
     """
     if intake.environment is not None:
         report(0.1, Progress(Task.READING, intake.environment.name))
@@ -219,14 +219,14 @@ def measure_intake(
 
 
 def _plan_of(measured: Measurement) -> str:
-    """Return the name of the way of measuring, as saved with a place."""
+    """Return the name of the measuring method, as saved with a place."""
     if measured.rough:
         return "rough"
     return "files" if measured.way in ("bracket", "fisheye") else measured.way
 
 
 def _doubted(facts: CaptureFacts, environment: Environment) -> CaptureFacts:
-    """Add the gaps, and the styles that depend on missing light."""
+    """Add the gaps, and the styles that depend on missing light, to the facts."""
     doubt = doubt_of(environment, load_named_pack(HEAD))
     if doubt is None:
         return facts

@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class LostPart:
-    """An unreadable entry of a place. For a list, `count` of its `total` items were lost."""
+    """An unreadable entry in a place. If it is a list, `count` of its `total` items were lost."""
 
     name: str
     count: int = 0
@@ -19,7 +19,7 @@ class LostPart:
 
 @dataclass(frozen=True, slots=True)
 class LightChanged(Remark):
-    """The light's file is not the one from which the results were computed."""
+    """The file of the light is not the one from which the results were computed."""
 
     name: str
 
@@ -46,7 +46,7 @@ class PartLost(Remark):
     """Parts of a place's file that could not be read.
 
     Attributes:
-        why: Problem of the file, or "" if only entries are affected.
+        why: Problem with the file, or "" if only individual entries are affected.
         empty: Whether only the files in the place's folder are left.
     """
 
@@ -57,19 +57,19 @@ class PartLost(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FromNewer(Remark):
-    """A newer version of Turnlight saved the place. Unknown data are kept."""
+    """The place was saved by a newer version of Turnlight. Unknown data are kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class CopyKept(Remark):
-    """A damaged file was copied. `name` is the name of the copy."""
+    """A damaged file of which a copy was kept. `name` is the name of the copy."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class CopyFailed(Remark):
-    """A damaged file that could not be copied, and is still in place."""
+    """A damaged file that could not be copied and was therefore left where it is."""
 
     name: str
 

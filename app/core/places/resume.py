@@ -30,7 +30,7 @@ class UnfinishedPlace:
 
     Attributes:
         session: Folder of the place's capture, or None if the photos were opened from files.
-        here, total: Number of frames on disk, and total number of frames.
+        here, total: Number of frames on disk, and number of frames in total.
     """
 
     folder: Path
@@ -44,7 +44,7 @@ class UnfinishedPlace:
 
     @property
     def can_finish(self) -> bool:
-        """Whether there are frames to resume with."""
+        """Whether there are frames from which the place can be completed."""
         return self.session is not None or bool(self.files)
 
 
@@ -58,7 +58,7 @@ def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
 
 
 def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
-    """Describe an unfinished place, or return None if it has light."""
+    """Describe an unfinished place, or return None if the place has light."""
     if summary.has_light or summary.state == "newer":
         return None
     empty = UnfinishedPlace(summary.folder, None, summary.name, summary.made_at)
@@ -88,8 +88,8 @@ def finish_files(
     """Merge the photos of an unfinished place.
 
     Raises:
-        CoreError: If the photos cannot be merged, or the disk fails.
-        Cancelled: If the token was cancelled.
+        CoreError: If the photos cannot be merged or the disk fails.
+        Cancelled: If the token is cancelled.
     """
     intake = Intake(unfinished.name, files=unfinished.files)
     measured = measure_intake(intake, settings, token, report)
@@ -103,10 +103,10 @@ def finish_files(
 
 
 def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> bool:
-    """Remove a place whose only capture is empty, and return whether it was removed.
+    """Remove a place whose only capture is empty, and return whether the place was removed.
 
-    The place stays if it contains a photo, if anything was exposed, or if settings of the camera
-    must still be restored.
+    The place stays if it contains a photo, if anything was exposed, or if camera settings must
+    still be restored.
 
     Args:
         session: Folder of the capture.

@@ -1,4 +1,4 @@
-"""Save a place in its own folder, in a new one, or in its own folder recreated from memory."""
+"""Save a place in its own folder or in a new one, or recreate its own folder from memory."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.core.text import tr
 
 
 class FolderState(Enum):
-    """State of the open place's folder."""
+    """State of the folder of the open place."""
 
     THERE = "there"
     GONE = "gone"  # deleted, moved or renamed
@@ -41,8 +41,8 @@ def save_place(open_place: OpenPlace, *, open_since: bool = False) -> OpenPlace:
     """Save the light and the record of a place that has a folder.
 
     Args:
-        open_since: Whether the place was on screen in the meantime, in which case data of the same
-            measurement in its folder are newer.
+        open_since: Whether the place has been on screen in the meantime. If so, the data in its
+            folder are newer if they belong to the same measurement.
 
     Raises:
         PlaceError: If the disk fails.
@@ -70,7 +70,7 @@ def save_place(open_place: OpenPlace, *, open_since: bool = False) -> OpenPlace:
 def save_new_place(
     places: Path, place: Place, light: PlaceLight, files: Sequence[Path], token: Token
 ) -> OpenPlace:
-    """Save a place in a new folder, leaving nothing behind after a failure.
+    """Save a place in a new folder, leaving nothing behind if this fails.
 
     Args:
         files: Originals to copy into the new folder.
@@ -107,9 +107,9 @@ def save_again(open_place: OpenPlace) -> OpenPlace:
 
 
 def save_anywhere(open_place: OpenPlace, places: Path) -> OpenPlace:
-    """Save a place wherever possible, before a forced exit.
+    """Save a place wherever possible before a forced exit.
 
-    The place's own folder is recreated if it is gone; otherwise the place gets a new folder in
+    If the place's own folder is gone, it is recreated. Otherwise, the place gets a new folder in
     `places`.
 
     Raises:
@@ -133,5 +133,5 @@ def original_files(folder: Path | None) -> tuple[Path, ...]:
 
 
 def with_light_of(place: Place, saved: Place) -> Place:
-    """Return a place with the light of `saved`."""
+    """Return a copy of a place with the light of `saved`."""
     return replace(place, environment=saved.environment, fingerprint=saved.fingerprint)

@@ -1,4 +1,4 @@
-"""Solving a place for all styles, built-in and painted."""
+"""Solve a place for all styles, both built-in and painted."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def solve_place(
 ) -> tuple[StyleResult, ...]:
     """Solve a place for all styles with the current settings.
 
-    A head without views is seen straight from the front.
+    A head that has no views is seen straight from the front.
 
     Args:
         own: The painted styles.
-        lens: Permitted positions of the lens, with azimuths in the panorama.
+        lens: Permitted positions of the lens, with azimuths measured in the panorama.
     """
     wish = lens.moved(front_deg) if head.views else STRAIGHT
     return solve_styles(
@@ -64,14 +64,14 @@ def solve_styles(
 
     Args:
         light: As in `solve_all`.
-        wish: Permitted positions of the lens. Its background is counted from `front_deg`, as turns
-            are.
-        names: Built-in styles to solve, or None for all.
+        wish: Permitted positions of the lens. Its background, like turns, is measured from
+            `front_deg`.
+        names: Built-in styles to solve, or None to solve all of them.
         own: The painted styles. A copy without strokes gets the result of its origin.
-        head: Head for searching painted styles, or None if no style has strokes.
+        head: Head with which to search for painted styles, or None if no style has strokes.
 
     Raises:
-        EnvironmentFileError: If the environment is black, is not finite, or has the wrong size.
+        EnvironmentFileError: If the environment is black, is not finite or has the wrong size.
     """
     where: dict[str, Any] = {"front_deg": front_deg}
     built_in = solve_lens(pack, views, light, wish, objective, **where)

@@ -1,4 +1,4 @@
-"""Thumbnails of a place's frames."""
+"""Thumbnails of the frames of a place."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ _CLIPPED_CODE: Final = 250
 def frame_pictures(
     folder: Path | None, facts: CaptureFacts, radiance: FloatImage
 ) -> tuple[Bytes | None, ...]:
-    """Return thumbnails of a place's frames.
+    """Return thumbnails of the frames of a place.
 
     Args:
         radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance of the merge, from which the
-            pictures of missing files are simulated.
+            thumbnails of missing files are simulated.
 
     Returns:
-        For each frame, in the order of `facts.frames`, a picture, (128, w, 3) uint8 sRGB, or None.
+        One entry for each frame, in the order of `facts.frames`: a thumbnail, (128, w, 3) uint8
+        sRGB, or None.
     """
     homes = [] if folder is None else [folder, *reversed(capture_folders(folder))]
     level = clip_level([frame.ev for frame in facts.frames])

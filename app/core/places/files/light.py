@@ -1,7 +1,7 @@
 """Save and read the light of a place with every bit preserved.
 
-A new place's light is rounded to half floats before anything is computed from it (`storable`), so
-that it can be stored exactly in a third of the space. Other light, such as that of earlier places,
+The light of a new place is rounded to half floats before anything is computed from it (`storable`).
+It can then be stored exactly in a third of the space. Other light, such as that of earlier places,
 is saved as 32-bit OpenEXR. A file is read back and compared before it gets its final name. The name
 contains the first digits of the checksum, so new light never replaces an existing file.
 """
@@ -60,24 +60,24 @@ def store_environment(
     rough: bool = False,
     shares: Mapping[str, Float32] | None = None,
 ) -> StoredLight:
-    """Save the light of a place, so that `read_light` returns exactly the same values.
+    """Save the light of a place. `read_light` will return exactly the same values.
 
-    ``place.json`` must name the file afterwards (`write_place`). Until then, the place keeps its
-    old light.
+    Afterwards, the file must be named in ``place.json`` (`write_place`). Until then, the place
+    keeps its old light.
 
     Args:
-        radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance as in
-            `environment.environment.Environment`: finite, not negative, not all 0. It is not
-            changed.
-        display: (h, w, 3) uint8. The panorama in sRGB, for the thumbnail. By default, it is made
-            from the radiance.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance, as in
+            `environment.environment.Environment`: finite, non-negative and not zero everywhere. The
+            array is not changed.
+        display: (h, w, 3) uint8. The panorama in sRGB, for the thumbnail. By default, it is
+            computed from the radiance.
         white_cd_m2: Luminance of radiance 1, in cd/m2, to record in the file.
         rough: Whether much of the light is estimated, to record in the file.
         shares: Clipped light and gaps (see `app.core.environment.environment.kept_shares`).
 
     Raises:
-        PlaceError: If the radiance is not such an environment, or the disk fails or returns data
-            other than what was written. In that case, nothing has changed.
+        PlaceError: If the radiance is not such an environment, or if the disk fails or returns
+            other data than were written. In that case, nothing has changed.
     """
     _check(radiance)
     fingerprint = fingerprint_of(radiance)
@@ -104,12 +104,12 @@ def store_environment(
 
 
 def storable(radiance: FloatImage) -> FloatImage:
-    """Round radiance to half floats, within 0.05% of each value.
+    """Round radiance to half floats, to within 0.05% of each value.
 
-    Values below 2**-14, 12 stops below a grey wall, are rounded more coarsely.
+    Values below 2**-14, which is 12 stops below a grey wall, are rounded more coarsely.
 
     Args:
-        radiance: (H, W, 3) float32. Linear Rec. 709 radiance, finite and not negative.
+        radiance: (H, W, 3) float32. Linear Rec. 709 radiance, finite and non-negative.
     """
     scale = 1.0 if 1.0 <= float(radiance.max()) <= _LARGEST else _scale(radiance)
     return _rounded(radiance, scale)
@@ -133,7 +133,7 @@ def _rounded(radiance: FloatImage, scale: float) -> FloatImage:
 
 
 def _holds(radiance: FloatImage, scale: float) -> bool:
-    """Return whether half floats store every bit of a radiance."""
+    """Return whether half floats preserve every bit of the radiance."""
     if not np.finfo(np.float32).tiny <= scale or float(radiance.max()) > _LARGEST * scale:
         return False
     wide = np.ascontiguousarray(radiance)
@@ -141,7 +141,7 @@ def _holds(radiance: FloatImage, scale: float) -> bool:
 
 
 def fingerprint_of(radiance: FloatImage) -> str:
-    """Return the SHA-256 of an environment's size and radiance.
+    """Return the SHA-256 checksum of an environment's size and radiance.
 
     Args:
         radiance: (H, W, 3) float32. Linear Rec. 709 radiance.
@@ -156,12 +156,12 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
     """Read the light of a place.
 
     Returns:
-        The environment and the remarks. A remark reports a file other than the one from which the
-        results were computed. They must then be computed again.
+        The environment and the remarks. A remark reports if the file is not the one from which the
+        results were computed. In that case, the results must be recomputed.
 
     Raises:
-        PlaceError: If the place has no light, or its file is missing or damaged. The hint says what
-            to do.
+        PlaceError: If the place has no light, or if its file is missing or damaged. The hint says
+            what to do.
     """
     if not place.environment:
         raise PlaceError(

@@ -1,6 +1,6 @@
-"""Copies of the user's files in a place, under portable names.
+"""Copy the user's files to a place, under portable names.
 
-The user's own files are only read. Leftovers of interrupted copies are deleted after an hour.
+The user's own files are only read. Leftovers from interrupted copies are deleted after an hour.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _OnBytes = Callable[[int], None]
 
 
 LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
-"""Files that operating systems leave in folders."""
+"""Names of files that operating systems leave in folders."""
 
 STAGING: Final = ".new-"
 """Prefix of a folder that is not a place yet."""
@@ -60,7 +60,7 @@ def folder_stem(name: str, made_at: datetime) -> str:
 
 
 def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
-    """Return the approximate name and local time of a place from its folder's name.
+    """Return the approximate name and local time of a place, as told by the name of its folder.
 
     Examples:
         >>> told_by_folder("2026-05-04-1705-cafe-terrasse")[0]
@@ -76,7 +76,7 @@ def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
 
 
 def free_names(stem: str, ending: str = "") -> Iterator[str]:
-    """Yield ``stem``, ``stem-2``, ``stem-3`` ... with an ending, up to a limit."""
+    """Yield ``stem``, ``stem-2``, ``stem-3`` and so on, each with an ending, up to a limit."""
     for number in range(1, _MOST_TRIES + 1):
         yield f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
     raise PlaceError(
@@ -104,7 +104,7 @@ def safe_file_name(name: str) -> str:
 
 
 def publish(half: Path, target: Path) -> bool:
-    """Rename a complete file, unless the name is taken.
+    """Rename a completed file unless the new name is taken.
 
     Returns:
         False if the name is taken, in which case nothing has changed.
@@ -125,7 +125,7 @@ def publish(half: Path, target: Path) -> bool:
 
 
 def sweep(folder: Path, now_s: float | None = None) -> None:
-    """Remove temporary files older than an hour from a place's folder."""
+    """Remove temporary files that are older than an hour from a place's folder."""
     limit = (time.time() if now_s is None else now_s) - _OLD_S
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
@@ -145,12 +145,12 @@ def _remove(entry: os.DirEntry[str], is_staging: bool) -> None:
 
 
 def _only_named(folder: str) -> bool:
-    """Return whether the folder contains only the file with the place's name."""
+    """Return whether a folder contains only the file with the name of the place."""
     return all(name.startswith(("place.json", ".place-")) for name in os.listdir(folder))
 
 
 ORIGINALS: Final = "originals"
-"""Name of the folder of originals in a place's folder."""
+"""Name of the folder in a place's folder that contains the originals."""
 
 _MOST_FILES: Final = 200
 _MOST_BYTES: Final = 1 << 31
@@ -162,14 +162,14 @@ _SPARE: Final = 64 << 20  # bytes reserved for the environment computed from the
 def adopt_files(
     folder: Path, paths: Sequence[Path], token: Token | None = None, report: Report = silent
 ) -> tuple[Path, ...]:
-    """Copy files into a place's ``originals``.
+    """Copy files into the ``originals`` folder of a place.
 
-    A copy gets its final name once it is complete, and never the name of another file. A file that
-    already exists with the same content is not copied again.
+    A copy gets its final name once it is complete, and never replaces another file. A file whose
+    content is already in the folder is not copied again.
 
     Raises:
-        PlaceError: If a file cannot be read, is too large or changes while it is copied, or if the
-            disk is full.
+        PlaceError: If a file cannot be read, is too large or changes while it is being copied, or
+            if the disk is full.
     """
     token = token or Token()
     sizes = [_size_of(path) for path in paths]
@@ -256,7 +256,7 @@ def _adopt(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> Path:
 
 
 def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path, str]:
-    """Copy to a temporary file, flush it to disk, and return its path with the SHA-256."""
+    """Copy to a temporary file, flush it to disk, and return its path and SHA-256 checksum."""
     half: Path | None = None
     try:
         handle, name = tempfile.mkstemp(prefix=".adopt-", suffix=".part", dir=target)
@@ -285,7 +285,7 @@ def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path
 
 
 def _pour(source: BinaryIO, out: BinaryIO, size: int, on_bytes: _OnBytes) -> tuple[str, int]:
-    """Copy up to one block more than `size`, and return the SHA-256 and the number of bytes."""
+    """Copy at most one block more than `size`, and return the SHA-256 and the byte count."""
     total = hashlib.sha256()
     done = 0
     while done <= size and (chunk := source.read(_CHUNK)):

@@ -1,7 +1,7 @@
-"""The photos taken at a place, and how far each one missed the light.
+"""The photos taken at a place, and how far each of them missed the light.
 
-    PLACE/shots.json         one entry per photo; always replaced as a whole
-    PLACE/shots/originals/   copies of the photos; the user's own files are only read
+    PLACE/shots.json         one entry per photo, always replaced as a whole
+    PLACE/shots/originals/   copies of the photos (the user's own files are only read)
     PLACE/shots/shot-N.jpg   thumbnails for the list
 
 A removed photo stays on disk, marked as removed, so that it can be restored. Its copy is deleted
@@ -72,9 +72,9 @@ _QUALITY: Final = 88
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """A photo with its verdict.
+    """A photo and its verdict.
 
-    Azimuths are in the panorama's frame, so that they stay valid when the marker of the
+    Azimuths are given in the panorama's frame, so they stay valid when the marker for the
     photographer's position is moved.
     """
 
@@ -156,7 +156,7 @@ def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
     """Read the photos of a place, skipping damaged entries.
 
     Returns:
-        The photos in the order in which they were added, without removed photos, and the remarks.
+        The photos in the order in which they were added, except for removed ones, and the remarks.
     """
     shots, remarks, _, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), remarks
@@ -194,7 +194,7 @@ def _facts(shot: Shot) -> Facts:
 
 
 def _write(folder: Path, shots: list[Shot], file_facts: Facts, version: str) -> None:
-    """Write all photos, keeping unreadable entries and those of newer versions."""
+    """Write all photos, keeping entries that are unreadable or from newer versions."""
     if len(shots) > _MOST_SHOTS:
         raise PlaceError(
             tr("This place has more than {most} photos.", most=_MOST_SHOTS),
@@ -222,13 +222,13 @@ def add_shot(
 ) -> Shot:
     """Add a photo to a place.
 
-    A photo that is opened again for the same style replaces its existing entry.
+    Opening a photo again for the same style replaces its existing entry.
 
     Args:
-        picture: (H, W, 3) uint8. sRGB, upright, for the list.
+        picture: (H, W, 3) uint8. The photo in sRGB, upright, for its thumbnail in the list.
 
     Raises:
-        PlaceError: If the photo cannot be copied or the disk fails. In that case, nothing is
+        PlaceError: If the photo cannot be copied or the disk fails. In that case, the photo is not
             listed.
     """
     (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
@@ -254,7 +254,7 @@ def _next_key(file_facts: Facts) -> str:
 
 
 def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
-    """Write the thumbnail, ignoring failures, which only affect the list."""
+    """Write the thumbnail, ignoring any failure, which would affect only the list."""
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
@@ -270,7 +270,7 @@ def is_frame(shot: Shot) -> bool:
 
 
 def photo_of(folder: Path, shot: Shot) -> Path:
-    """Return the path of a photo's copy."""
+    """Return the path of the copy of a photo."""
     return folder / _FOLDER / ORIGINALS / shot.file
 
 
@@ -289,7 +289,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """Remove a photo from the list, or restore it.
 
     Raises:
-        PlaceError: If the photo no longer exists, or the disk fails.
+        PlaceError: If the photo no longer exists or the disk fails.
     """
     with writing(folder.parent):
         shots, _, file_facts, version = _read(folder)
@@ -302,7 +302,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 
 
 def purge_shots(folder: Path) -> int:
-    """Delete removed photos and their copies for good.
+    """Permanently delete removed photos and their copies.
 
     Returns:
         The number of deleted photos. Photos that cannot be deleted stay on disk.
@@ -330,7 +330,7 @@ def purge_shots(folder: Path) -> int:
 def keep_film_frames(
     folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
 ) -> None:
-    """Save a video's frames at the turns of the styles within reach, as photos of the place.
+    """Save the video's frames at the turns for the styles within reach as photos of the place.
 
     Frames that cannot be saved are left out.
     """

@@ -1,1 +1,1 @@
-"""Places, results, reasons and remarks as saved by this version and earlier ones."""
+"""Places, results, reasons and remarks, as saved by this version and earlier ones."""

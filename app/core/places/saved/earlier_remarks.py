@@ -19,7 +19,7 @@ _SKIES: Final = {"a clear sky": "clear", "haze": "hazy", "thin cloud": "thin clo
 
 
 def remark_of(sentence: str) -> Remark:
-    """Parse a sentence from an earlier file, as a plain remark if its kind does not matter."""
+    """Parse a sentence from an earlier file, returning a plain remark if its kind is irrelevant."""
     if sentence.startswith(_SAFE):
         return ClippingSafe(0, every=True)
     if turns := _TURNS.fullmatch(sentence):

@@ -1,4 +1,4 @@
-"""The record of a place as JSON, as in ``place.json``, with exact floats."""
+"""Convert the record of a place to and from the JSON of ``place.json``, with exact floats."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
 
 def _head(value: Any) -> str:
-    """Validate the name of a built-in head, or the path of the user's own head."""
+    """Validate the name of a built-in head or the path of one of the user's own heads."""
     own = isinstance(value, str) and value.endswith(".npz")
     return text(_LONGEST_SENTENCE if own else LONGEST_WORD)(value)
 
@@ -174,11 +174,11 @@ _LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long 
 
 
 def to_json(place: Place) -> Facts:
-    """Convert a place to JSON, including unknown entries of newer versions.
+    """Convert a place to JSON, including unknown entries from newer versions.
 
     Raises:
-        PlaceError: If the result could not be read back because the notes are too long, or because
-            a result is not a number.
+        PlaceError: If the JSON could not be read back because the notes are too long or because a
+            result is not a number.
     """
     facts = _facts_of(place)
     source = place.source
@@ -241,14 +241,14 @@ def _read_fact(facts: Facts, name: str, bad: list[LostPart]) -> Any:
 
 
 def summary_of(facts: Facts, bad: list[LostPart]) -> Facts:
-    """Read the entries for a list of places."""
+    """Read only the entries that a list of places needs."""
     return {each: _read_fact(facts, each, bad) for each in _SUMMARY_KEYS}
 
 
 def answers_of(facts: Facts) -> tuple[int, int, str]:
     """Return the number of styles within reach, the number of all styles, and the suggested style.
 
-    This is for a list of places, so unreadable entries are skipped.
+    Unreadable entries are skipped, since the result is only for a list of places.
     """
     results = facts.get("results")
     rows = [row for row in results if isinstance(row, dict)] if isinstance(results, list) else []
@@ -271,7 +271,7 @@ def unreadable(place: Place) -> list[LostPart]:
 
 
 def place_of(facts: Facts, bad: list[LostPart], name: str, made_at: datetime) -> Place:
-    """Parse a place, with defaults for missing or invalid entries."""
+    """Parse a place, using defaults for missing or invalid entries."""
     place = _decoded(facts, bad, name, made_at)
     # What this version would write for an unchanged file.
     return replace(place, source=PlaceSource(facts, _facts_of(place)))
@@ -299,7 +299,7 @@ def _part(
     bad_parts: list[LostPart],
     key: str,
 ) -> Location | CaptureFacts:
-    """Read the valid entries of an object, and list the object once if it has invalid ones."""
+    """Read the valid entries in an object, and report the object once if any are invalid."""
     bad: list[LostPart] = []
     values = {
         name: take(facts, name, check, getattr(default, name), bad, LostPart(key))

@@ -1,4 +1,4 @@
-"""The results of a place as JSON with exact floats, checked when they are read again."""
+"""Convert the results of a place to and from JSON with exact floats, checking them on reading."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def _result(
 
 
 result_of: Final = record(_result, _RESULT | _WHY, _RESULT.keys() - _NEW)
-"""Validator for a result. Its curves are (64,) float64, read-only."""
+"""Validator for a result. The curves of the result are (64,) float64, read-only."""
 
 
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:

@@ -1,4 +1,4 @@
-"""Read saved reasons, which are stored as data, or as sentences in earlier places."""
+"""Read saved reasons, which are stored as data or, in earlier places, as sentences."""
 
 from __future__ import annotations
 
@@ -79,6 +79,6 @@ def shortfall_of(value: Any) -> Shortfall:
 
 
 def sentence_of(value: Any) -> SavedReason | None:
-    """Parse the sentence of an earlier place."""
+    """Parse a sentence from an earlier place."""
     words = _SENTENCE(value)
     return SavedReason(words) if words else None

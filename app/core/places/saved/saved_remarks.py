@@ -1,6 +1,6 @@
-"""Format of saved remarks: each remark is saved as the name of its class with its fields.
+"""Format of saved remarks. Each remark is saved as the name of its class and its fields.
 
-Earlier files contain sentences. Remarks from a newer version of Turnlight are skipped.
+Earlier files contain sentences. Remarks from newer versions of Turnlight are skipped.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _kinds() -> dict[str, type[Remark]]:
 
 
 KINDS: Final = _kinds()
-"""The remarks that a file may contain, by the names of their classes."""
+"""The kinds of remark that a file may contain, by class name."""
 
 
 def facts_of(remarks: Sequence[Remark], most: int = _MOST) -> list[Facts | str]:
@@ -76,7 +76,7 @@ def facts_of(remarks: Sequence[Remark], most: int = _MOST) -> list[Facts | str]:
 
 
 def remarks_of(value: Any) -> tuple[Remark, ...]:
-    """Validate a list of remarks, some of which may be sentences."""
+    """Validate a list of remarks, some of which may be stored as sentences."""
     remarks = listed(_remark, _MOST)(value)
     return tuple(each for each in remarks if each is not None)
 
@@ -104,7 +104,7 @@ def _remark(value: Any) -> Remark | None:
 
 
 def _check_of(hint: Any) -> Check:
-    """Return the validator of a field for its type."""
+    """Return the validator for a field, given its type."""
     arguments = get_args(hint)
     if get_origin(hint) is Literal:
         return _one_of(dict.fromkeys(arguments))
