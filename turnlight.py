@@ -1,4 +1,4 @@
-"""Turnlight's Python API, and the `turnlight` command.
+"""Turnlight's Python API and the `turnlight` command.
 
 Measure the light of a place, find how far to turn for each studio style, and render the face:
 
@@ -77,12 +77,12 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
     """Read an HDR panorama, repair it and fill its gaps.
 
     Args:
-        path: An equirectangular panorama, 2:1, OpenEXR (``.exr``) or Radiance (``.hdr``).
+        path: A 2:1 equirectangular panorama in OpenEXR (``.exr``) or Radiance (``.hdr``) format.
         layer: The layer to read if the file has several. The default is the beauty pass.
 
     Returns:
         The environment. `radiance` is (H, 2 H, 3) float32, linear Rec. 709, relative, with the
-        zenith in row 0 and azimuth 0 in the middle. `warnings` lists repairs and gaps as data;
+        zenith in row 0 and azimuth 0 in the middle. `warnings` lists repairs and gaps as data, and
         `sentences` puts them into words.
 
     Raises:
@@ -117,16 +117,16 @@ def merge(
 
     Args:
         files: JPEG, PNG or TIFF frames in any order, or one folder of them.
-        times: Exposure times in seconds, in the order of the files, to use instead of those in
-            EXIF.
+        times: Exposure times, in seconds, in the order of the files. They are used instead of those
+            in EXIF.
         full: Whether to keep the size of the frames instead of merging at 2048 x 1024 pixels.
 
     Returns:
-        The light, with its lamps, its warnings, and the styles that depend on clipped light.
-        `environment(name)` converts it to an environment that can be solved.
+        The light, with its lamps, its warnings and the styles that depend on clipped light.
+        `environment(name)` converts the light to an environment that can be solved.
 
     Raises:
-        CoreError: If the frames cannot be read, or are not a bracket.
+        CoreError: If the frames cannot be read or are not a bracket.
     """
     _import_package()
     from app.core.measure.options import MeasureOptions
@@ -146,20 +146,21 @@ def measure(
     """Measure the light of a place from photos or a video.
 
     Args:
-        files: JPEG, PNG or TIFF photos, or one folder of them, or one video for ``film``.
-        way: ``bracket``: exposures of one panorama; ``single``: one 360 photo, for a rough
-            answer; ``fisheye``: frames with two fisheye circles; ``ball``: a mirror ball;
-            ``photos``: photos taken all around; ``film``: a video of the sitter turning once.
-        options: Corrections for the lamps, the sun and the masks, and the options of `way`.
-        token: Token whose `cancel` stops the work from another thread.
-        report: Function called with the completed fraction, 0 to 1, and the current step.
+        files: JPEG, PNG or TIFF photos, one folder of them, or one video for ``film``.
+        way: ``bracket`` for exposures of one panorama, ``single`` for one 360 photo and a rough
+            answer, ``fisheye`` for frames with two fisheye circles, ``ball`` for a mirror ball,
+            ``photos`` for photos taken all around, or ``film`` for a video of the sitter turning
+            once.
+        options: Corrections to the lamps, the sun and the masks, and the options of `way`.
+        token: Token whose `cancel` method stops the work from another thread.
+        report: Function called with the fraction completed, 0 to 1, and the current step.
 
     Returns:
         The measured light, as returned by `merge`.
 
     Raises:
-        CoreError: If the photos cannot be read, or are unusable for this way of measuring.
-        Cancelled: If the token was cancelled.
+        CoreError: If the photos cannot be read or are unusable for this way of measuring.
+        Cancelled: If the token is cancelled.
     """
     _import_package()
     from app.core.base.progress import silent
@@ -185,10 +186,10 @@ def solve(
         head: A built-in head (``generic``, ``generic-dark``, ``male`` ...), or the path of a baked
             ``T.npz``.
         styles: Names of the styles to solve, such as ``left-rembrandt``. The default is all styles.
-        objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
-            quality C of the paper.
-        yaw: Turn of the face away from the lens in degrees, positive towards the sitter's own left,
-            or ``short``, ``broad`` or ``auto`` to search for the best yaw.
+        objective: ``picture`` for the best match to the studio picture, or ``paper`` for the
+            highest quality C as defined in the paper.
+        yaw: Turn of the face away from the lens, in degrees, positive towards the sitter's own
+            left, or ``short``, ``broad`` or ``auto`` to search for the best yaw.
         front_deg: Azimuth of the photographer in the panorama, in degrees, from which turns are
             counted.
 
@@ -198,7 +199,7 @@ def solve(
         Curves are (64,) float64, with one value every 5.625 degrees.
 
     Raises:
-        CoreError: If the head or a style is unknown, or the environment is unusable.
+        CoreError: If the head or a style is unknown, or if the environment is unusable.
     """
     _import_package()
     from app.core.environment.environment import reduce
@@ -239,20 +240,20 @@ def render(
 
     Args:
         environment: The light of the place.
-        turn_deg: Azimuth of the panorama that the sitter faces, in degrees.
+        turn_deg: Azimuth in the panorama that the sitter faces, in degrees.
         head: A built-in head, or the path of a baked ``T.npz``.
-        yaw_deg: Turn of the face away from the lens in degrees, positive towards the sitter's own
+        yaw_deg: Turn of the face away from the lens, in degrees, positive towards the sitter's own
             left. The nearest baked view is used.
         height: Height of a portrait with hair and background, 64 to 2048 pixels, or None for the
             transport's small picture on a black background.
-        plain: Whether to leave out the hair, colours and background of a portrait.
+        plain: Whether to leave out a portrait's hair, colours and background.
 
     Returns:
-        The picture. `srgb` is (H, W, 3) uint8, exposed for the face; `linear` is (H, W, 3)
-        float32, linear Rec. 709 in the unit of the environment.
+        The picture. `srgb` is (H, W, 3) uint8, exposed for the face. `linear` is (H, W, 3) float32,
+        linear Rec. 709, in the same units as the environment.
 
     Raises:
-        CoreError: If the head is unknown or has no portrait, or the height is out of range.
+        CoreError: If the head is unknown or has no portrait, or if the height is out of range.
     """
     _import_package()
     from app.core.portrait.render import render_head
@@ -261,7 +262,7 @@ def render(
 
 
 class Place:
-    """A saved place with its light, its notes, and the results for each style.
+    """A saved place, with its light, its notes and the results for each style.
 
     Turns are counted from the photographer's position, at panorama azimuth `front_deg`.
     """
@@ -274,7 +275,7 @@ class Place:
         """Load a place from its folder.
 
         Raises:
-            CoreError: If the folder contains no place, or the place has no readable light.
+            CoreError: If the folder contains no place, or if the place has no readable light.
         """
         _import_package()
         from app.core.places.load_saved import load_place
@@ -290,12 +291,12 @@ class Place:
         Args:
             files: An HDR panorama, the frames of a bracket, photos, a video, or a folder of these.
             places: Folder in which to create the place's own folder.
-            name: Name of the place. By default, it is derived from the files.
+            name: Name of the place. By default, the name is derived from the files.
             way: How to read photos: ``camera`` for a bracket, ``photos`` for a panorama taken in
-                parts, ``ball`` for a mirror ball, ``film`` for a video.
+                parts, ``ball`` for a mirror ball, or ``film`` for a video.
 
         Raises:
-            CoreError: If the files cannot be read or measured, or the place cannot be saved.
+            CoreError: If the files cannot be read or measured, or if the place cannot be saved.
         """
         _import_package()
         from datetime import datetime
@@ -313,13 +314,13 @@ class Place:
 
     @property
     def folder(self) -> Path:
-        """Folder of the place."""
+        """The folder of the place."""
         assert self._opened.folder is not None
         return self._opened.folder
 
     @property
     def name(self) -> str:
-        """Name of the place."""
+        """The name of the place."""
         return self._opened.place.name
 
     @property
@@ -339,19 +340,19 @@ class Place:
 
     @property
     def environment(self) -> Environment:
-        """Light of the place."""
+        """The light of the place."""
         return self._opened.light.environment
 
     @property
     def results(self) -> tuple[StyleResult, ...]:
-        """Results saved with the place, or an empty tuple if the place has not been solved yet."""
+        """Results saved with the place, or an empty tuple if it has not been solved yet."""
         return self._opened.place.results
 
     def solve(self, head: str = "") -> tuple[StyleResult, ...]:
-        """Solve the built-in styles with the place's lamps and lens, without saving.
+        """Solve the built-in styles with the place's lamps and lens, without saving the results.
 
         Args:
-            head: Name of a head. The default is that of the place.
+            head: Name of a head. The default is the head of the place.
 
         Raises:
             CoreError: If the head is unknown.
@@ -367,7 +368,7 @@ class Place:
     def render(
         self, turn_deg: float, head: str = "", *, yaw_deg: float = 0.0, height: int | None = None
     ) -> HeadPicture:
-        """Render the head of the place at a turn, with the arguments of `turnlight.render`."""
+        """Render the place's head at a turn. The arguments are those of `turnlight.render`."""
         return render(
             self.environment,
             turn_deg + self.front_deg,
@@ -378,7 +379,7 @@ class Place:
 
 
 def __getattr__(name: str) -> Any:
-    """Import an API class on first use, since `turnlight --help` needs none."""
+    """Import an API class on first use, since `turnlight --help` needs none of them."""
     if name not in _CLASSES:
         raise AttributeError(f"module 'turnlight' has no attribute {name!r}")
     _import_package()
@@ -386,7 +387,7 @@ def __getattr__(name: str) -> Any:
 
 
 def main() -> int:
-    """Run the command line.
+    """Run the `turnlight` command.
 
     Returns:
         The exit code.
@@ -407,9 +408,9 @@ def main() -> int:
 
 
 def _import_package() -> None:
-    """Import the package beside this file, even if PYTHONPATH lists another `app` first.
+    """Import the package next to this file, even if PYTHONPATH lists another `app` first.
 
-    PYTHONPATH often contains the current folder, sometimes unintentionally through a trailing
+    PYTHONPATH often contains the current folder, sometimes unintentionally because of a trailing
     colon.
     """
     package = sys.modules.get(_PACKAGE)

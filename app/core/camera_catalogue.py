@@ -1,10 +1,10 @@
-"""Read the table of cameras, `resources/cameras/theta.toml`, with what each Ricoh Theta accepts.
+"""Read the table of Ricoh Theta cameras and their settings, `resources/cameras/theta.toml`.
 
 The bracket planner, the client (`app.devices.protocol_profiles`) and the simulated cameras
 (`app.devices.simulated.cameras`) each use the table in their own way, so a new row adds a model to
 all three. Exposure times, ISO values and apertures are those of the manual program, exactly as in
 Ricoh's Web API v2.1 (options/shutter_speed.md, iso.md, aperture.md). If a camera reports its own
-lists (`shutterSpeedSupport` and so on), those take precedence.
+lists (`shutterSpeedSupport` and so on), those lists take precedence.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from app.core.base.paths import resources
 from app.core.text import tr
 
 Preview = tuple[int, int, int]
-"""Width, height and frames per second of a live preview."""
+"""Width and height of a live preview, in pixels, and its number of frames per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,18 +59,19 @@ class CameraFacts:
         name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
         sizes: Rows and columns of the camera's panoramas, largest first.
         overhead_s: Time that each frame takes in addition to its exposure, in seconds.
-        native_bracket: Whether the camera can shoot a bracket of at most `max_shots` frames on one
-            command.
-        by_method: Whether the bracket has to be selected with `_shootingMethod`.
-        old_bracket: Whether the frames of a bracket are requested without a program or a white
+        native_bracket: Whether a single command makes the camera shoot a bracket of at most
+            `max_shots` frames.
+        by_method: Whether the bracket must be selected with `_shootingMethod`.
+        old_bracket: Whether the frames in a bracket are requested without a program or a white
             balance.
-        watched: Whether the camera never reports the end of a bracket.
+        watched: Whether the camera must be watched because it never reports the end of a bracket.
         switches_api: Whether the camera starts in API 2.0 and must be switched to 2.1.
         previews: Accepted preview formats, the best for viewing first, or an empty tuple if the
             camera reports only zeros.
-        user_prefix: Letters before the serial number in the camera's user name, or "" if unknown.
-        stitching: Whether the seam and the levelling of one picture can be kept for the next.
-        sensor: Model whose sensor the simulated camera uses, or "" for the camera's own.
+        user_prefix: Letters before the serial number in the camera's user name, or "" if they are
+            unknown.
+        stitching: Whether the seam and the levelling of one picture can be kept for the next one.
+        sensor: Model whose sensor the simulated camera uses, or "" for the camera's own sensor.
     """
 
     name: str
@@ -124,11 +125,11 @@ def _read() -> tuple[CameraFacts, ...]:
 
 
 CAMERAS: Final = _read()
-"""All models, oldest first."""
+"""All camera models, oldest first."""
 
 
 def camera_facts(model: str) -> CameraFacts | None:
-    """Return a model by its name in EXIF or from the camera, or None if it is unknown.
+    """Return a model by the name that EXIF or the camera reports, or None if it is unknown.
 
     Args:
         model: Name such as "RICOH THETA SC2" or "Z1". Extra spaces do not matter.

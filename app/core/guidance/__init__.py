@@ -1,1 +1,1 @@
-"""Guidance through a turn: from the camera's heading to the next step."""
+"""Guidance through a turn, from the camera's heading to the next step."""

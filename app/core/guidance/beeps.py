@@ -1,8 +1,8 @@
-"""Sounds of the guidance, synthesised from sine waves as 16-bit mono samples, without files.
+"""Sounds for the guidance, synthesised from sine waves as 16-bit mono samples.
 
-During a turn, beeps get faster and slightly higher towards the goal. Inside the arc they come in
-pairs, and within two degrees of the goal they become a steady tone, so that the photographer can
-keep looking at the sitter.
+During a turn, the beeps get faster and slightly higher towards the goal. Inside the arc they come
+in pairs, and within two degrees of the goal they become a steady tone. The photographer can
+therefore keep looking at the sitter.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from app.core.guidance.guide import Guide, Phase
 
 Pcm: TypeAlias = NDArray[np.int16]
 Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]
-"""Sound during a turn."""
+"""Kind of sound during a turn."""
 
 RATE: Final = 44_100
-"""Samples per second."""
+"""Number of samples per second."""
 
 _LEVEL: Final = 0.35  # of full scale: audible outdoors without startling the sitter
 _FADE_S: Final = 0.008  # without a fade, every tone begins and ends with a click
@@ -39,7 +39,7 @@ _STEPS: Final = 8  # number of pitches, so that only a few sounds are made and c
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """The sound to play.
+    """The sound to play during a turn.
 
     Attributes:
         sound: ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (a loop) or ``none``.
@@ -53,7 +53,7 @@ class Cue:
 
 
 def cue(guidance: Guide) -> Cue:
-    """Return the sound for a guide, or ``none`` while there is no number to show."""
+    """Return the sound for a guide, which is ``none`` while there is no number to show."""
     if guidance.to_go is None:
         return Cue("none")
     if guidance.phase is Phase.HOLD:
@@ -72,7 +72,7 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
     """Return the samples of one sound.
 
     Returns:
-        (N,) int16, read-only. Mono samples, at `RATE`. ``steady`` is a seamless one-second loop;
+        (N,) int16, read-only. Mono samples at `RATE`. ``steady`` is a seamless one-second loop, and
         ``none`` is empty.
     """
     if sound == "none":
@@ -90,10 +90,10 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
 
 @cache
 def chime() -> Pcm:
-    """Return the chime for "You may move now": three rising notes that fade out.
+    """Return the chime for "You may move now", which consists of three rising notes that fade out.
 
     Returns:
-        (N,) int16, read-only. Mono samples, at `RATE`, about 1.2 s long.
+        (N,) int16, read-only. Mono samples at `RATE`, about 1.2 s long.
     """
     length = round(1.2 * RATE)
     mixed = np.zeros(length)

@@ -1,13 +1,13 @@
-"""Choose the next step of a turn: a pure function of goal, arc, heading and previous state.
+"""Choose the next step in a turn, as a pure function of goal, arc, heading and previous state.
 
 `guide` takes the current reading and the `GuideMemory` returned by the previous call, and returns
-the numbers to show and the next memory; `app.words.guidance` writes the words. Time enters only
-through the reading's `time_s`. Goal, current turn and the ends of the arc are rounded to whole
-degrees first, and all other numbers are their differences, so that the numbers on screen always add
-up.
+the numbers to show and the next memory. `app.words.guidance` writes the words. Time enters only
+through the reading's `time_s`. The goal, the current turn and the ends of the arc are rounded to
+whole degrees first. All other numbers are differences between them, so the numbers on screen always
+add up.
 
 The direction is the shorter way round. It is kept until the other way is 10 degrees shorter, so
-that a sitter half-way round is not sent back and forth. After an overshoot, a sitter who entered
+a sitter who is half-way round is not sent back and forth. After an overshoot, a sitter who entered
 the arc on one side and left it on the other sees the distance back *to the arc*, just as they first
 saw the distance into it.
 """
@@ -21,19 +21,19 @@ from typing import Final
 from app.core.base.angles import Direction, direction_of, ends_of, whole, wrap
 
 HOLD_DEG: Final = 2
-"""Largest distance from the goal, in degrees, that needs no correction."""
+"""Maximum distance from the goal, in degrees, that needs no correction."""
 
 KEEP_DEG: Final = 10
 """Advantage of the other way round, in degrees, at which the direction changes."""
 
 LOCK_DEG: Final = 1
-"""Distance outside the light, in degrees, at which the light counts as left."""
+"""Distance outside the light, in degrees, at which the sitter counts as having left the light."""
 
 LOST_AFTER_S: Final = 1.0
-"""Time, in seconds, for which the last number stays on screen after the heading is lost."""
+"""Time, in seconds, for which the last number stays on screen once the heading is lost."""
 
 NOSE_DEG: Final = 8
-"""Tolerance of the nose's direction, in degrees. A face cannot be read more precisely."""
+"""Tolerance for the direction of the nose, in degrees. A face cannot be read more precisely."""
 
 _BESIDE_DEG: Final = 5  # largest offset of the lens from its goal at which the nose is read
 _SETTLE_DEG: Final = 0.7  # a number on screen stays while the heading is within this distance
@@ -63,7 +63,7 @@ class HeadingSource(StrEnum):
 
 
 class Phase(StrEnum):
-    """State of the guidance on screen."""
+    """Phase of the guidance, as shown on screen."""
 
     NO_WEBCAM = "no webcam"
     STARTING = "starting"
@@ -82,10 +82,10 @@ class Goal:
     """The target of a turn.
 
     Attributes:
-        turn_deg: Turn of the lens to reach, in degrees, positive clockwise.
+        turn_deg: Turn that the lens should reach, in degrees, positive clockwise.
         arc_deg: Tolerance arc, (from, to) clockwise, in degrees. If the user chose their own turn,
-            this is None or an arc that does not contain the goal. Only the goal itself then counts,
-            within `HOLD_DEG`.
+            this is None or an arc that does not contain the goal. In that case, only the goal
+            itself counts, to within `HOLD_DEG`.
         lamp: Instruction for the second light, such as "hold the LED panel in front, raised 28°, at
             full power", or an empty string if the light of the place is enough.
         yaw_deg: Turn of the face towards the sitter's own left, away from the lens, in degrees.
@@ -97,7 +97,7 @@ class Goal:
     yaw_deg: float = 0.0
 
     def facing(self, front_deg: float) -> tuple[float, tuple[float, float] | None]:
-        """Return the nose's goal and arc as azimuths in the panorama, in degrees.
+        """Return the goal and the arc of the nose as azimuths in the panorama, in degrees.
 
         Args:
             front_deg: Panorama azimuth of the photographer at turn 0, in degrees.
@@ -112,12 +112,12 @@ class Reading:
     """Measurements at one moment.
 
     Attributes:
-        turn_deg: The sitter's turn, from the heading, or None if no heading was found.
+        turn_deg: The sitter's turn according to the heading, or None if no heading was found.
         time_s: Time of the reading, in seconds from any origin.
-        left_behind: Whether the camera stays where it is while the photographer walks, so that its
-            view reveals nothing about the sitter's turn.
-        from_deg: Turn to start from if there is no heading: 0 at first, later the turn of the last
-            photo.
+        left_behind: Whether the camera stays where it is while the photographer walks. Its view
+            then reveals nothing about the sitter's turn.
+        from_deg: Turn to start from if there is no heading, which is 0 at first and later the turn
+            of the last photo.
         yaw_deg: Yaw of the face, as in `Goal`, or None if no yaw was read.
     """
 
@@ -131,21 +131,22 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class GuideMemory:
-    """State that one call passes to the next, starting with `FRESH`.
+    """State that each call passes to the next one, starting with `FRESH`.
 
     Attributes:
-        goal: Goal, reach of the arc on both sides and yaw, or None before the first call.
-        way: Direction on screen: 1 for clockwise, -1 for counter-clockwise, 0 if there is none yet.
+        goal: Goal, reach of the arc on both sides, and yaw, or None before the first call.
+        way: Direction on screen: 1 for clockwise, -1 for counter-clockwise, or 0 if there is none
+            yet.
         approach: Direction in which the arc was or will be entered, or 0 if the turn started inside
-            it.
+            the arc.
         shown_deg: Last turn on screen, in whole degrees.
         turn_deg: Last turn, in degrees.
         seen_s: Time of the last heading, in seconds, or None if there is none.
         inside: Whether the turn was inside the arc.
         hold: Whether the turn was at the goal.
-        nose: As in `Guide`, but steady.
-        faces: Time in seconds and yaw in degrees of each face since the last movement of the head,
-            newest first.
+        nose: As in `Guide`, but steadied.
+        faces: Time, in seconds, and yaw, in degrees, of each face since the last movement of the
+            head, newest first.
         on_target: Whether the nose was in the light.
     """
 
@@ -173,21 +174,21 @@ class Guide:
     Attributes:
         goal, now: Goal and current turn, in whole degrees within (-180, 180]. `now` is None if
             there is no heading.
-        to_go: goal - now in the direction on screen: positive clockwise, in (-360, 360). Equal to
-            goal - now except for full circles.
-        number: The large number on screen: whole degrees in `direction`, to the goal, back to the
-            light, or for the nose. Without a webcam, it is the whole turn. None if no number may be
-            shown.
-        has_arc: Whether there is light to turn into. False for a style out of reach and for a turn
-            chosen by the user.
+        to_go: Angle from `now` to `goal` in the direction on screen, positive clockwise, in
+            (-360, 360). It equals goal - now except for full circles.
+        number: The large number on screen, in whole degrees in `direction`, which counts to the
+            goal, back to the light or for the nose. Without a webcam, it is the whole turn. It is
+            None if no number may be shown.
+        has_arc: Whether there is light to turn into. This is False for a style out of reach and for
+            a turn chosen by the user.
         inside: Whether the turn is inside the arc.
         hold: Whether the turn is at the goal.
-        beyond: Whether the turn went through the arc and out at its far end.
-        until_light: Whole degrees to the arc in the direction on screen. It is 0 inside the arc,
-            and stays 0 until the arc counts as left.
+        beyond: Whether the turn has gone through the arc and out at its far end.
+        until_light: Distance to the arc in the direction on screen, in whole degrees. It is 0
+            inside the arc and stays 0 until the sitter counts as having left the arc.
         lamp: As in `Goal`.
-        nose: Whole degrees that the nose still has to turn towards the sitter's left, or None if
-            the nose should point at the lens or no face was read.
+        nose: Angle that the nose still has to turn towards the sitter's left, in whole degrees, or
+            None if the nose should point at the lens or no face was read.
         yaw: As in `Goal`, but in whole degrees.
         start: Turn, in whole degrees, from which the whole turn is counted if there is no heading.
     """
@@ -210,7 +211,7 @@ class Guide:
 
     @property
     def further(self) -> int:
-        """Degrees that the face alone still has to turn to the sitter's left, or 0 to hold."""
+        """Degrees that the face alone still has to turn towards the sitter's left, or 0 to hold."""
         # Towards the sitter's left is counter-clockwise.
         number = self.number or 0
         return -number if self.direction == "clockwise" else number
@@ -218,10 +219,10 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """Goal and arc in whole degrees, with the arc given as its reach on both sides of the goal.
+    """Goal and arc in whole degrees, with the arc given as its reach on either side of the goal.
 
     Attributes:
-        ends: Reach on both sides before rounding, for the nose, in degrees.
+        ends: Reach on either side before rounding, in degrees, which is used for the nose.
     """
 
     goal: int
@@ -248,7 +249,7 @@ class _Target:
         return 0 if to_go <= near or 360 - to_go <= far else to_go - near
 
     def within(self, nose: float) -> float:
-        """Return how many degrees inside the light a nose is, given its angle from the goal."""
+        """Return how many degrees inside the light the nose is, given its angle from the goal."""
         return min(nose + self.ends[0], self.ends[1] - nose)
 
     def further(self, past: float, off: float) -> float:
@@ -258,7 +259,7 @@ class _Target:
 
 
 def guide(goal: Goal, reading: Reading, memory: GuideMemory = FRESH) -> tuple[Guide, GuideMemory]:
-    """Return the instructions, and the `memory` for the next call."""
+    """Return the instructions for this moment and the `memory` for the next call."""
     target = _target(goal)
     if memory.goal != target.key:
         memory = GuideMemory(goal=target.key, shown_deg=memory.shown_deg, seen_s=memory.seen_s)
@@ -294,7 +295,7 @@ def _target(goal: Goal) -> _Target:
 
 
 def _settled(turn_deg: float, shown_deg: int | None) -> int:
-    """Round the turn, but keep the previous number if the turn is close enough to it."""
+    """Round the turn, but keep the previous number if the turn is still close enough to it."""
     if shown_deg is not None and abs(wrap(turn_deg - shown_deg)) <= _SETTLE_DEG:
         return shown_deg
     return whole(turn_deg)
@@ -323,7 +324,7 @@ def _mean_yaw(faces: tuple[tuple[float, float], ...]) -> float:
 
 
 def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
-    """Return how many degrees the nose still has to turn left, 0 if lit, or None if unsure."""
+    """Return how many degrees the nose must still turn left, 0 if it is lit, or None if unsure."""
     past, faces = wrap(memory.turn_deg - target.goal), memory.faces
     off = target.yaw - faces[0][1]
     within = target.within(past + off)
@@ -351,7 +352,7 @@ def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
 
 
 def _way(clockwise: int, before: int) -> int:
-    """Return the direction to show, from the clockwise distance and the last direction."""
+    """Return the direction to show, given the clockwise distance and the last direction."""
     if clockwise == 0:
         return 0
     if before == 0:
@@ -401,7 +402,7 @@ def _turning(target: _Target, memory: GuideMemory, now: int) -> tuple[Guide, Gui
 
 
 def _aside(guidance: Guide, off: int) -> Guide:
-    """Return the guide for a turn of the face alone: the lens is right and the nose is not."""
+    """Return the guide for a turn of the face alone, when the lens is right but the nose is not."""
     return replace(
         guidance,
         phase=Phase.NOSE,
@@ -414,7 +415,7 @@ def _aside(guidance: Guide, off: int) -> Guide:
 
 
 def _locked(memory: GuideMemory, until: int, away: int) -> tuple[bool, bool]:
-    """Return whether the turn is in the light and whether it is at the goal, with hysteresis."""
+    """Return, with hysteresis, whether the turn is in the light and whether it is at the goal."""
     inside = until <= (LOCK_DEG if memory.inside else 0)
     return inside, inside and away <= HOLD_DEG + (LOCK_DEG if memory.hold else 0)
 
@@ -434,7 +435,7 @@ def _silent(target: _Target, phase: Phase) -> Guide:
 
 
 def _without(target: _Target, reading: Reading) -> Guide:
-    """Return a guide for the whole turn, to be made by eye when there is no heading."""
+    """Return a guide for the whole turn, which is made by eye when there is no heading."""
     if reading.source is HeadingSource.AWAY:
         return _silent(target, Phase.AWAY)
     start = whole(reading.from_deg)

@@ -1,9 +1,9 @@
-"""The turn seen from above, as plain data: positions of people and light.
+"""The turn as seen from above, as plain data: the positions of the people and the light.
 
-Up in the drawing is the direction of the photographer's view at the start. A photographer who walks
-around the sitter starts at the bottom and looks at the sitter, so their left is on the left. In a
-selfie, the photographer is in the middle. The camera starts in front of them, at the top, and moves
-around them.
+Up in the drawing is the direction in which the photographer looks at the start. A photographer who
+walks around the sitter starts at the bottom, facing the sitter, so the photographer's left is on
+the left. In a selfie, the photographer is in the middle. The camera starts in front of the
+photographer, at the top, and moves around them.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from app.core.guidance.guide import Goal, Guide
 from app.core.guidance.who_moves import Mode
 
 Kind: TypeAlias = Literal["start", "now", "goal", "nose", "light", "lamp", "background"]
-"""Kinds of mark. The first three are on the ring of the photographer's path."""
+"""Kinds of mark. The first three are placed on the ring that is the photographer's path."""
 
 _APART_DEG: Final = 5.0  # closer marks would hide each other
 
 
 @dataclass(frozen=True, slots=True)
 class PlanMark:
-    """An object around the sitter, with its name in `lamp` if it is a lamp."""
+    """A mark for an object around the sitter. If the object is a lamp, `lamp` is its name."""
 
     kind: Kind
     turn_deg: float
@@ -33,14 +33,14 @@ class PlanMark:
 
 @dataclass(frozen=True, slots=True)
 class PlanDrawing:
-    """Contents of the drawing, with all angles given as turns in degrees, positive clockwise.
+    """Contents of the drawing. All angles are turns in degrees, positive clockwise.
 
     Attributes:
         up_deg: Turn at the top of the drawing.
         nose_deg: Direction of the face in the middle.
         lens_deg: Turn of the lens.
-        way: The remaining walk: the turn that it starts from, and its signed angle.
-        arc_deg: Range of the turns in the light, (from, to) clockwise.
+        way: The remaining walk, as the turn at which it starts and its signed angle.
+        arc_deg: Range of turns that are in the light, (from, to) clockwise.
         yaw_deg: Turn of the nose at the goal, from the lens towards the sitter's left.
     """
 
@@ -62,11 +62,11 @@ def plan_of(
     start_deg: float = 0.0,
     lights: Sequence[PlanMark] = (),
 ) -> PlanDrawing:
-    """Return the drawing of the walk that a guide requests.
+    """Return a drawing of the walk that a guide asks for.
 
     Args:
         start_deg: Turn to start from while there is no heading.
-        lights: Light sources that light the sitter.
+        lights: Marks for the light sources that light the sitter.
     """
     selfie = mode is Mode.SELFIE
     here = float(whole(start_deg) if guidance.now is None else guidance.now)

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Mode(StrEnum):
-    """Who moves: the photographer around the sitter, or a single person on the spot."""
+    """The person who moves: the photographer around the sitter, or a single person on the spot."""
 
     WALK = "walk"
     SELFIE = "selfie"

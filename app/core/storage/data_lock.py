@@ -2,7 +2,7 @@
 
 The operating system holds a lock and releases it when the process ends, however that happens. There
 is therefore nothing to recover after a kill, a power cut or the reuse of a process ID. Some network
-folders and read-only disks do not support locks. In them, `app.core.storage.json_file.write_json`
+folders and read-only disks do not support locks. There, `app.core.storage.json_file.write_json`
 compares versions instead.
 """
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 WINDOW_LOCK: Final = "window.lock"
-"""Name of the file in a data folder that the open window locks."""
+"""Name of the file, in a data folder, that the open window locks."""
 
 LOCKS: Final = "locks"
-"""Name of the folder, inside the data folder, for the files that are locked during a write."""
+"""Name of the folder, in a data folder, that contains the files locked during writes."""
 
 _PATIENCE_S: Final = 5.0
 
 
 class Owner(Enum):
-    """Owner of a data folder's lock."""
+    """The owner of the lock on a data folder."""
 
     US = "us"
     ANOTHER_PROCESS = "another process"
@@ -76,8 +76,8 @@ def writing(folder: Path) -> Iterator[bool]:
 
     Yields:
         Whether other processes are locked out. They are not if the folder does not support locks,
-        or if another process does not finish within seconds. The caller then compares its version
-        with that of the file.
+        or if another process does not finish within seconds. In that case, the caller compares its
+        version with that of the file.
     """
     lock = None
     with contextlib.suppress(OSError, NotImplementedError):

@@ -1,4 +1,4 @@
-"""Move the data folder of earlier versions to its new location, once."""
+"""Move the data folder of an earlier version to its new location. This happens only once."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _SETTINGS: Final = "settings.json"
 
 
 def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | None = None) -> None:
-    """Move the data of an earlier version on Windows from the Roaming folder to the Local one.
+    """Move the data of an earlier version on Windows from the Roaming folder to the Local folder.
 
-    If that is not possible now, for example while an earlier version is open, ``TURNLIGHT_HOME`` is
-    set so that this process uses the old folder.
+    If this is not possible now, for example because an earlier version is open, ``TURNLIGHT_HOME``
+    is set to make this process use the old folder.
     """
     env = os.environ if environ is None else environ
     old = roaming_data(env, home)
@@ -39,12 +39,13 @@ def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | No
 
 
 def move_data(old: Path, new: Path) -> bool:
-    """Move a data folder, and return whether the new folder exists.
+    """Move a data folder and return whether the new folder exists.
 
-    The new folder appears either complete or not at all, and the old one is deleted only then.
+    The new folder appears either complete or not at all. The old folder is deleted only once the
+    new one is complete.
 
     Raises:
-        OSError: If the folder cannot be moved. In that case nothing has changed.
+        OSError: If the folder cannot be moved. In that case, nothing has changed.
     """
     if os.path.lexists(new):
         return True
@@ -73,7 +74,7 @@ def _copy(old: Path, new: Path) -> None:
 
 
 def _same(one: Path, other: Path) -> bool:
-    """Compare every file of two folders, byte for byte."""
+    """Return whether the other folder contains an identical copy of every file in the first."""
     for folder, _, names in os.walk(one):
         copy = other / Path(folder).relative_to(one)
         _, unlike, missing = filecmp.cmpfiles(folder, copy, names, shallow=False)

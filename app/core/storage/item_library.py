@@ -1,6 +1,6 @@
-"""A library of user items in a folder: titles, names and a trash.
+"""A library of the user's items in a folder, with titles, names and a trash folder.
 
-Nothing is overwritten or lost, because names are always new, and changed or deleted items are moved
+Nothing is overwritten or lost, because names are always new and changed or deleted items are moved
 to the subfolder ``trash``. An item is valid once its text file exists, so that file is written
 last.
 """
@@ -31,7 +31,7 @@ def title_key(title: str) -> str:
 
 
 def titles_like(title: str, longest: int) -> Iterator[str]:
-    """Yield a title, then numbered variants of it, so that the caller can pick a free one.
+    """Yield a title and then numbered variants of it, from which the caller picks a free one.
 
     Examples:
         >>> from itertools import islice
@@ -45,7 +45,7 @@ def titles_like(title: str, longest: int) -> Iterator[str]:
 
 
 def names_like(title: str, otherwise: str, reserved: Collection[str]) -> Iterator[str]:
-    """Yield names for commands and files from a title, so that the caller can pick a free one.
+    """Yield names for commands and files, derived from a title, from which the caller picks one.
 
     Examples:
         >>> next(names_like("Café de l'Été", "lamp", ()))
@@ -66,14 +66,14 @@ _MOST_IN_TRASH: Final = 100_000
 
 @dataclass(frozen=True, slots=True)
 class DamagedItem:
-    """An unreadable item of a library, whose files are left unchanged."""
+    """An unreadable item in a library. Its files are left unchanged."""
 
     path: Path
     error: CoreError
 
     @property
     def reason(self) -> str:
-        """The sentence and the hint of the error."""
+        """The error's sentence and its hint."""
         return str(self.error)
 
 
@@ -88,7 +88,7 @@ class TrashedItem:
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """A kind of item, with its names in sentences and on disk."""
+    """A library of one kind of item, with the names for that kind in sentences and on disk."""
 
     noun: str
     error: type[CoreError]
@@ -122,7 +122,7 @@ class Library:
         return titles
 
     def new_title(self, folder: Path, name: str, title: str) -> str:
-        """Clean an item's new title, or raise the library's error if another item has it."""
+        """Clean an item's new title, or raise the library's error if the title is taken."""
         new_title = self.clean_title(title)
         if title_key(new_title) in self.titles(folder, without=name):
             raise self.error(
@@ -132,7 +132,7 @@ class Library:
         return new_title
 
     def free_title(self, folder: Path, title: str) -> str:
-        """Return this title, with a number added if it is already taken."""
+        """Return the given title, with a number added if the title is already taken."""
         titles = self.titles(folder)
         likes = titles_like(title, self.longest)
         return self._first(each for each in likes if title_key(each) not in titles)
@@ -143,14 +143,14 @@ class Library:
         return self._first(each for each in likes if not self.is_taken(folder, each))
 
     def names_for(self, folder: Path, title: str, name: str = "") -> tuple[str, str]:
-        """Return a free name and a free title, keeping `name` if it is free."""
+        """Return a free name and a free title. If `name` is free, it is kept."""
         free = self.free_title(folder, title)
         if name and not self.is_taken(folder, name):
             return name, free
         return self.free_name(folder, free), free
 
     def trash_folder(self, folder: Path, name: str) -> Path:
-        """Create an empty folder in the trash, or raise the library's error if that fails."""
+        """Create an empty folder in the trash, or raise the library's error if this fails."""
         trash = folder / _TRASH
         try:
             make_folder(trash)
@@ -164,7 +164,7 @@ class Library:
         raise self.error(tr("The trash is full."), tr("Empty {trash}.", trash=trash))
 
     def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> TrashedItem:
-        """Move an item's files to the trash, starting with the text file that makes it valid."""
+        """Move an item's files to the trash, starting with the text file, which makes it valid."""
         away = self.trash_folder(folder, name)
         with os_errors_as(self.error, tr("“{title}” was not deleted: {reason}."), title=title):
             for file in files:
@@ -182,16 +182,18 @@ class Library:
 
 
 def one_line(text: str) -> str:
-    """Convert text to one line of visible characters."""
+    """Convert text to a single line of visible characters."""
     visible = "".join(letter if letter.isprintable() else " " for letter in text)
     return " ".join(visible.split())
 
 
 def files_in(folder: Path, ending: str) -> list[Path]:
-    """List a folder's files with an ending, sorted by name. A missing folder contains none.
+    """List the files in a folder that have the given ending, sorted by name.
+
+    A missing folder contains no files.
 
     Raises:
-        OSError: If the folder cannot be read. `Path.glob` would return nothing.
+        OSError: If the folder cannot be read. In this case, `Path.glob` would return nothing.
     """
     try:
         names = os.listdir(folder)
@@ -202,7 +204,7 @@ def files_in(folder: Path, ending: str) -> list[Path]:
 
 
 def unreadable_folder(folder: Path, error: OSError) -> DamagedItem:
-    """Return the item that reports an unreadable library folder."""
+    """Return an item that reports that the folder of a library is unreadable."""
     return DamagedItem(
         folder, CoreError(tr("The folder cannot be read: {reason}.", reason=words_of(error)))
     )

@@ -1,7 +1,7 @@
 """Write JSON files atomically, and validate them field by field.
 
 A *check* returns a value as the program uses it, or raises `Unfit`. Tables of checks define the
-valid content of a file; what the content means is not judged here.
+valid content of a file. The meaning of the content is not judged here.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class JsonFile:
 
     @property
     def why(self) -> str:
-        """The error's message, worded as part of a sentence, or "" for a whole file."""
+        """The error message, worded as part of a sentence, or "" if the file is undamaged."""
         return "" if self.error is None else self.error.message
 
 
@@ -108,23 +108,23 @@ def _is_shallow(value: Any, depth: int) -> bool:
 
 
 _digests: Final[dict[Path, str]] = {}
-"""Versions that this process wrote, by path, which do not count as conflicts."""
+"""Versions written by this process, by path. These versions do not count as conflicts."""
 
 
 def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | None:
-    """Write a JSON file atomically, saving a concurrent version of the file beside it.
+    """Write a JSON file atomically, saving any concurrent version of the file next to it.
 
     Args:
-        base: Version of the file that the facts are based on, from `read_json`, or "" if nothing
+        base: Version of the file on which the facts are based, from `read_json`, or "" if no file
             was read.
 
     Returns:
-        The copy of a version that is neither the base nor one that this process wrote, or None if
-        there is none.
+        The path of the concurrent version, which is neither the base nor a version written by this
+        process, or None if there is none.
 
     Raises:
-        CoreError: If the disk fails, or the file would be larger than `most` bytes and so could not
-            be read again.
+        CoreError: If the disk fails, or if the file would be larger than `most` bytes and therefore
+            could not be read again.
     """
     data = dump(facts)
     if len(data) > most:
@@ -146,7 +146,7 @@ def _other_version(path: Path, most: int, base: str) -> Path | None:
 
 
 def dump(facts: Facts) -> bytes:
-    """Format entries as JSON, one per line, with floats that are read back exactly.
+    """Format entries as JSON, one per line, with floats that can be read back exactly.
 
     Examples:
         >>> print(dump({"name": "Café", "turns": [1, 2.5]}).decode(), end="")
@@ -183,7 +183,7 @@ def _finite(value: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Convert values to JSON, including times, dataclasses and NumPy values."""
+    """Convert a value, such as a time, a dataclass or a NumPy value, to plain JSON values."""
     if isinstance(value, np.ndarray):
         return value.astype(np.float64).tolist()
     if isinstance(value, np.generic):
@@ -205,11 +205,11 @@ def keep_bad(path: Path, most: int) -> Path | None:
 
 
 def keep_copy(path: Path, most: int, ending: str) -> Path | None:
-    """Keep a copy of a file beside it as ``NAME.ENDING``, or ``NAME.ENDING-2`` and so on.
+    """Keep a copy of a file next to it, named ``NAME.ENDING``, ``NAME.ENDING-2`` and so on.
 
-    The file itself stays until it is written again, so that a power cut in between loses nothing.
-    A file of more than `most` bytes is renamed instead of copied. An earlier copy with the same
-    content is reused.
+    The file itself stays until it is written again, so a power cut in between loses nothing. A file
+    of more than `most` bytes is renamed instead of copied. An earlier copy with the same content is
+    reused.
 
     Returns:
         The path of the copy, or None if the file could not be copied.
@@ -244,7 +244,7 @@ def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
 
     Returns:
         `file_facts` if nothing has changed. Otherwise, `new` with the entries that only
-        `file_facts` has.
+        `file_facts` contains.
 
     Examples:
         >>> carry_unknown({"a": 2}, {"a": 1}, {"a": 1, "b": 7})
@@ -263,7 +263,7 @@ def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
 
 
 def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], part: _Lost) -> Any:
-    """Return an entry or its default, removing an invalid entry and listing it in `bad`."""
+    """Return an entry or its default. An invalid entry is removed and listed in `bad`."""
     if name not in facts:
         return default
     try:
@@ -275,7 +275,7 @@ def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], 
 
 
 def clean(words: str) -> str:
-    """Remove control characters, line breaks and broken characters.
+    """Remove control characters, line breaks and broken characters from a text.
 
     Direction marks are removed too, since they would reverse neighbouring text.
     """
@@ -285,7 +285,7 @@ def clean(words: str) -> str:
 
 
 def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
-    """Return a check for text up to a maximum length, with an optional pattern."""
+    """Return a check for text that has a maximum length and, optionally, matches a pattern."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or len(value) > longest:
@@ -341,7 +341,7 @@ def truth(value: Any) -> bool:
 
 
 def moment(value: Any) -> datetime:
-    """Check a time in ISO format."""
+    """Check that a value is a time in ISO format."""
     try:
         return datetime.fromisoformat(text(64)(value))
     except ValueError as error:
@@ -377,8 +377,8 @@ def record(
     """Return a check that converts an object whose entries all pass their checks.
 
     Args:
-        make: Called with the checked entries. Entries without a check are ignored.
-        needs: Required entries, or None for all that have a check.
+        make: Function called with the checked entries. Entries without a check are ignored.
+        needs: Required entries, or None if every entry that has a check is required.
     """
     keys = checks if needs is None else needs
 

@@ -1,8 +1,9 @@
 """Make the user's older data private.
 
-Places contain photos of people and the locations where they were taken. New folders and files are
-created private (`core.base.atomic_files`); this module is for older data folders. It does not touch
-links, files of other users, files with a second hard link, or anything from other programs.
+Places contain photos of people and the locations where the photos were taken. New folders and files
+are created private (`core.base.atomic_files`). This module is for older data folders. It does not
+touch links, files that belong to other users, files with a second hard link, or anything from other
+programs.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ _FILE_MODE: Final = 0o600
 
 
 def tighten(home: Path, places: Path, token: Token) -> int:
-    """Remove others' permissions from a data folder and from places stored elsewhere.
+    """Remove other users' permissions from a data folder and from places stored elsewhere.
 
     Returns:
-        The number of folders and files that were open to others.
+        The number of folders and files that were accessible to others.
     """
     if os.name != "posix":
         return 0  # on Windows, only the user has access to their profile
@@ -75,7 +76,7 @@ def _walk(path: Path) -> Iterator[Path]:
 
 
 def _close(path: Path) -> bool:
-    """Close one folder or file to others, and return whether it was open to them."""
+    """Make a folder or file private and return whether it was accessible to others."""
     with contextlib.suppress(OSError):
         about = path.lstat()
         folder = stat.S_ISDIR(about.st_mode)

@@ -1,4 +1,4 @@
-"""The settings, in one table for the dialog, the file and docs/settings.md.
+"""The settings, in a single table for the dialog, the file and docs/settings.md.
 
 Each setting is a field of `Settings`. Its text is in `app.words.settings`.
 """
@@ -43,17 +43,17 @@ _SECTIONS: Final = {
 
 
 class SettingsError(CoreError):
-    """A setting is unknown, invalid, or cannot be saved."""
+    """A setting is unknown or invalid, or cannot be saved."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """One row of the table of settings. Its text is in `app.words.settings`.
+    """One row in the table of settings. Its text is in `app.words.settings`.
 
     Attributes:
-        choices: Values of a choice, or an empty tuple if `offers` names their source.
+        choices: Values to choose from, or an empty tuple if `offers` names their source.
         offers: Source of the values in the dialog, such as "heads" for the available heads.
-        unit: Unit of a number, separated from the number by a space, except for "°" and "×".
+        unit: Unit of a number, separated from the number by a space unless it is "°" or "×".
     """
 
     key: str
@@ -71,7 +71,7 @@ class Setting:
     visible: bool = True
 
     def check(self, value: object) -> Value:
-        """Return a validated value.
+        """Validate a value and return it.
 
         Raises:
             SettingValueError: If the value is invalid for this setting.
@@ -128,10 +128,10 @@ class SettingValueError(SettingsError):
 
 @dataclass(frozen=True, slots=True)
 class SettingsNote:
-    """Something that was lost while reading the settings.
+    """A note about a loss while reading the settings.
 
     Attributes:
-        why: What is wrong with the file.
+        why: The problem with the file.
         unreadable: The file, if the system denies access to it.
         entry: The setting that was reset to its default.
         copy: The copy of the original file.
@@ -151,11 +151,11 @@ def _line(
     within: tuple[float, float] = (0.0, 0.0),
     **more: object,
 ) -> Any:
-    """Declare a field of `Settings`, whose kind follows from the default and the choices.
+    """Declare a field of `Settings`. Its kind follows from the default and the choices.
 
     Args:
         within: Minimum and maximum of a number.
-        more: Further fields of `Setting`.
+        more: Additional fields of `Setting`.
     """
     if isinstance(default, bool):
         kind = "toggle"
@@ -172,7 +172,7 @@ def _line(
 class Settings:
     """A valid value for every setting, in the order of the dialog.
 
-    ``Settings()`` has all the defaults, and `with_` changes one value. An invalid value raises
+    ``Settings()`` contains all the defaults, and `with_` changes one value. An invalid value raises
     `SettingsError`.
 
     Examples:
@@ -218,7 +218,7 @@ class Settings:
 
     @property
     def objective(self) -> Objective:
-        """The rule for choosing turns."""
+        """The rule by which turns are chosen."""
         return "paper" if self.paper_mode else "picture"
 
     @property
@@ -229,7 +229,7 @@ class Settings:
 
     @property
     def looks(self) -> tuple[str, bool]:
-        """The head's hair, and whether the place is shown behind the head."""
+        """The hair of the head, and whether the place is shown behind the head."""
         return self.hair, self.behind == "place"
 
     def value(self, key: str) -> Value:
@@ -238,12 +238,12 @@ class Settings:
         return value
 
     def with_(self, key: str, value: object) -> Settings:
-        """Return the settings with one value changed."""
+        """Return a copy of the settings with one value changed."""
         changes: dict[str, Any] = {setting(key).key: setting(key).check(value)}
         return replace(self, **changes)
 
     def reset(self) -> Settings:
-        """Return the settings with every setting in the dialog reset to its default."""
+        """Return a copy in which every setting shown in the dialog has its default value."""
         changes: dict[str, Any] = {each.key: each.default for each in TABLE if each.visible}
         return replace(self, **changes)
 
@@ -261,13 +261,13 @@ TABLE: Final = tuple(_table())
 """All settings, in the order of the dialog."""
 
 SECTIONS: Final[tuple[str, ...]] = tuple(dict.fromkeys(entry.section for entry in TABLE))
-"""Sections in the order of the dialog."""
+"""All sections, in the order of the dialog."""
 
 _BY_KEY: Final = {entry.key: entry for entry in TABLE}
 
 
 def setting(key: str) -> Setting:
-    """Return the row of the table for a key.
+    """Return the row of the table that has the given key.
 
     Raises:
         SettingsError: If there is no such setting.

@@ -1,4 +1,7 @@
-"""The settings file, read field by field, written atomically and shared between processes."""
+"""Read and write the settings file, which several processes may share.
+
+The file is read field by field and written atomically.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ FILE: Final = "settings.json"
 """Name of the settings file in the user's data folder."""
 
 VERSION: Final = 1
-"""Version of the file's format."""
+"""Version of the settings file's format."""
 
 _VERSION_KEY: Final = "format_version"
 _MOST_BYTES: Final = 1 << 20
@@ -34,8 +37,8 @@ def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
     """Read the settings, replacing invalid entries with their defaults.
 
     Returns:
-        The settings, and a note for each loss. If anything was lost, a copy of the bad file is kept
-        as ``NAME.bak``.
+        The settings, and a note about each loss. If anything was lost, a copy of the bad file is
+        kept as ``NAME.bak``.
     """
     file = read_json(path, _MOST_BYTES)
     if file.state == "missing":
@@ -61,14 +64,15 @@ def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
 
 
 def write_settings(path: Path, settings: Settings, base: Settings | None = None) -> Path | None:
-    """Write the settings that differ from the defaults to the file, atomically.
+    """Atomically write to the file the settings that differ from the defaults.
 
     Args:
         base: The settings as this process last read or wrote them. Changes that another process has
-            made since then are kept, unless this process has changed the same setting.
+            made since then are kept unless this process has changed the same setting.
 
     Returns:
-        The path of a copy of the file if it had another value for the same setting, otherwise None.
+        The path of a copy of the file if the file contained a different value for the same setting,
+        otherwise None.
     """
     with os_errors_as(
         SettingsError,
@@ -91,7 +95,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
 
 
 def _merged(path: Path, ours: Settings, base: Settings) -> tuple[Settings, bool]:
-    """Merge in another process's changes, and return whether both changed the same setting."""
+    """Merge in the changes of another process and return whether both changed the same setting."""
     file = read_json(path, _MOST_BYTES)
     if file.state != "whole":
         return ours, False
@@ -113,7 +117,7 @@ def _merged(path: Path, ours: Settings, base: Settings) -> tuple[Settings, bool]
 
 
 def _renamed(facts: Facts) -> Facts:
-    """Convert the names that earlier versions gave to settings."""
+    """Replace the names that settings had in earlier versions with the current ones."""
     current = dict(facts)
     objective = current.pop("objective", None)
     if objective == "paper":

@@ -1,4 +1,4 @@
-"""Translate whole sentences with placeholders into the language of the program."""
+"""Translate whole sentences with placeholders into the program's language."""
 
 from typing import Final
 
@@ -9,18 +9,18 @@ from app.core.base.paths import resources
 __all__ = ["LANGUAGES", "TextError", "set_language", "tr", "tr_plural"]
 
 LANGUAGES: Final = ("en", "test")
-"""Languages that the program supports."""
+"""The languages that the program supports."""
 
 
 class TextError(CoreError):
-    """A language has no catalogue."""
+    """A language has no translation catalogue."""
 
 
 def set_language(language: str) -> None:
-    """Set the language of the program.
+    """Set the program's language.
 
     Raises:
-        TextError: If the language has no catalogue.
+        TextError: If the language has no translation catalogue.
     """
     try:
         speak(language, resources() / "locale")
