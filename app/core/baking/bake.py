@@ -181,7 +181,7 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
 
 
 def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[BakedView]:
-    """Yield the views from cameras at the side of the head."""
+    """Yield the views as seen by cameras at the side of the head."""
     ends = np.linspace(start, 0.95, 1 + len(yaws)).tolist()
     for yaw, part in zip(yaws, pairwise(ends), strict=True):
         job, skin_cover, places = _turn_job(setup.job, setup.head, setup.skin, yaw)
@@ -195,7 +195,11 @@ def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[B
 def _turn_job(
     job: BakeJob, head: HeadMesh, skin: Skin, yaw: float
 ) -> tuple[BakeJob, Float32, Float32]:
-    """Return the job, coverage (P,) and positions (P, 3) for a camera at the side of the head."""
+    """Prepare a bake for a camera at the side of the head.
+
+    Returns:
+        The job, and the coverage, (P,), and position on the head, (P, 3), of each pixel.
+    """
     scene = build_scene(head, skin, frame_head(head, job.picture, yaw))
     skin_cover, places = look_from(head, scene, job.picture)
     pixels = np.flatnonzero(skin_cover > 0).astype(np.int32)
@@ -207,7 +211,7 @@ def _turn_job(
 def _matrix(
     job: BakeJob, light: SkinLight, keep: Keep, progress: PartProgress, part: tuple[float, float]
 ) -> Float32:
-    """Compute the transport of all pixels, (P, columns, 3)."""
+    """Compute the transport for all pixels, (P, columns, 3)."""
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
     following = progress.part(*part, Task.FOLLOWING_LIGHT)
     for start, stop in _batches(len(matrix), job.quality.paths):
@@ -228,7 +232,7 @@ def _batches(pixels: int, paths: int) -> Iterator[tuple[int, int]]:
 
 
 def _batch(job: BakeJob, light: SkinLight, start: int, stop: int, watch: Watch) -> Float32:
-    """Compute the transport of some pixels, (n, columns, 3)."""
+    """Compute the transport for one batch of pixels, (n, columns, 3)."""
     pixels, seed = job.pixels[start:stop], job.seed * 1_000_003 + start
     first, last = part_of(watch, 0.0, 0.5), part_of(watch, 0.5, 1.0)
     totals = trace_pixels(job.tables, pixels, job.quality.paths, seed, first)

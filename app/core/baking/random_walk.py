@@ -394,7 +394,7 @@ class Shares:
         self._deposit(at, at.leaves | at.glances)
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
-        """Do nothing."""
+        """Ignore a path that left the scene."""
 
     def _deposit(self, at: Meeting, active: Any) -> None:
         """Add the path's value to the three points around the hit, and its lean to one of them."""
@@ -449,4 +449,4 @@ class Profile:
         self.tally.add(bin_, at.value, at.leaves)
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
-        """Do nothing."""
+        """Ignore a path that left the scene."""

@@ -16,7 +16,7 @@ _NO_TURN_DEG = 0.05  # smaller turns appear as 0.0 in a table with one decimal
 
 
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
-"""Direction of a turn, seen from above."""
+"""Direction of a turn, as seen from above."""
 
 
 def wrap(angle_deg: float) -> float:
@@ -39,7 +39,7 @@ def wrap(angle_deg: float) -> float:
 
 
 def difference(a_deg: float, b_deg: float) -> float:
-    """Return the clockwise angle from ``b`` to ``a`` in (-180, 180] degrees.
+    """Return the clockwise angle from ``b`` to ``a``, in degrees within (-180, 180].
 
     Args:
         a_deg, b_deg: Two turns or azimuths, in degrees.
@@ -55,7 +55,7 @@ def turn_of_index(index: float, count: int = TURNS) -> float:
     """Return the turn at an index of the search grid.
 
     Returns:
-        360 * index / count in (-180, 180], in degrees.
+        The turn, 360 * index / count, in degrees within (-180, 180].
 
     Examples:
         >>> turn_of_index(1), turn_of_index(63), turn_of_index(32)
@@ -65,7 +65,7 @@ def turn_of_index(index: float, count: int = TURNS) -> float:
 
 
 def direction(turn_deg: float) -> str:
-    """Return the direction of a turn, seen from above.
+    """Return the direction of a turn, as seen from above.
 
     Args:
         turn_deg: Turn, in degrees.

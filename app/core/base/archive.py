@@ -41,7 +41,7 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     """Read all arrays in an ``.npz`` file.
 
     Args:
-        noun, hint: What to call this kind of file, and advice to the user, both for error messages.
+        noun, hint: Name for this kind of file, and advice to the user, as used in error messages.
         most: Maximum size in bytes, whether compressed or decompressed.
 
     Raises:
@@ -104,7 +104,7 @@ def write_arrays(
             slow.
 
     Raises:
-        CoreError: If the file cannot be written; see `atomic_write`.
+        CoreError: If the file cannot be written (see `atomic_write`).
     """
     # Built in memory, since a zip file on a full disk would fail again when garbage-collected.
     stream = io.BytesIO()
@@ -129,7 +129,7 @@ def read_sealed(
     """Read a sealed file.
 
     Args:
-        noun, hint: What to call this kind of file, and advice to the user, both for error messages.
+        noun, hint: Name for this kind of file, and advice to the user, as used in error messages.
         version, oldest: The newest and the oldest version that can be read.
         names: Names of the arrays to read, or None for all.
         most: Maximum size in bytes, whether compressed or decompressed.

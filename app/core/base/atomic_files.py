@@ -1,4 +1,4 @@
-"""Write files atomically, and open untrusted ones safely."""
+"""Write files atomically, and open untrusted files safely."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ def atomic_write_text(path: Path | str, text: str) -> None:
     r"""Atomically write text as UTF-8 with ``\n`` line endings.
 
     Raises:
-        CoreError: If the file cannot be written; see `atomic_write`.
+        CoreError: If the file cannot be written (see `atomic_write`).
     """
     # File names may contain bytes that are not text.
     atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))

@@ -124,7 +124,7 @@ def srgb_encode(linear: ArrayLike) -> FloatImage:
     """Apply the sRGB curve (IEC 61966-2-1) to linear light.
 
     Args:
-        linear: array_like, any shape. Linear light; values outside 0..1 are clipped.
+        linear: array_like, any shape. Linear light. Values outside 0..1 are clipped.
 
     Returns:
         Float32, same shape. Display values in 0..1.
@@ -144,7 +144,7 @@ def srgb_decode(encoded: ArrayLike) -> FloatImage:
     """Invert the sRGB curve of `srgb_encode`.
 
     Args:
-        encoded: array_like, any shape. Display values; values outside 0..1 are clipped.
+        encoded: array_like, any shape. Display values. Those outside 0..1 are clipped.
 
     Returns:
         Float32, same shape. Linear light in 0..1.
@@ -248,7 +248,7 @@ def to_bytes(display: ArrayLike) -> Bytes:
     """Round display values to bytes.
 
     Args:
-        display: array_like, any shape. Display values; values outside 0..1 are clipped.
+        display: array_like, any shape. Display values. Those outside 0..1 are clipped.
 
     Returns:
         Uint8, same shape. Values in 0..255.

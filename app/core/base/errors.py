@@ -1,6 +1,6 @@
 """Errors that the user can act on, each with one clear sentence and perhaps a hint.
 
-None of them derives from `RuntimeError`, lest a job runner mistake one for a failure of its own.
+None of them derives from `RuntimeError`, since a job runner could mistake one for its own failure.
 The user never sees a traceback, since `app.cli` prints the sentence instead.
 """
 
@@ -13,7 +13,7 @@ class CoreError(Exception):
     """An error that the user can act on, with one sentence and perhaps a hint.
 
     Args:
-        hint: What the user can do, as a second sentence, or "" if there is no advice.
+        hint: Advice to the user, as a second sentence, or "" if there is none.
 
     Examples:
         >>> print(CoreError("The file is empty.", "Copy it again."))

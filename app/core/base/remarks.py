@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 
 class Remark:
-    """Something worth knowing about a result."""
+    """A warning or a note about a result."""
 
     __slots__ = ()
 

@@ -433,7 +433,7 @@ def _brightest(radiance: Float32) -> Float32:
 def _corners(columns: Float32, rows: Float32, shape: tuple[int, int]) -> tuple[Int64, Float64]:
     """Return the four texels around each position, (4, N), and their weights, (4, N).
 
-    The texels lie across the panorama's edge or poles where necessary.
+    Where necessary, the texels lie across the panorama's edge or poles.
     """
     height, width = shape
     top, left = np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64)

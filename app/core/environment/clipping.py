@@ -39,7 +39,7 @@ _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
 
 
 def plateau(radiance: FloatImage) -> Bools | None:
-    """Return a mask, (H, W), of the clipped texels, or None if too few share a value.
+    """Return a mask, (H, W), of the clipped texels, or None if too few texels share a value.
 
     The common value is the maximum of one channel, or of the largest channel.
 

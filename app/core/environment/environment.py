@@ -273,7 +273,7 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
     """Repeat texels without interpolation, for reference renders of exactly these texels.
 
     Args:
-        radiance: (H, W, ...) float32. Environment.
+        radiance: (H, W, ...) float32. Radiance of the environment.
         shape: Rows and columns of the result, which must be whole multiples of H and W.
 
     Returns:

@@ -213,7 +213,7 @@ def _as_panorama(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
 
 
 def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
-    """Combine the gaps in the file with those that were filled before it was saved."""
+    """Combine the gaps in the file with those that were filled before the file was saved."""
     if filled is None:
         return unseen
     marks = filled > _HALF

@@ -25,7 +25,7 @@ Suns that are too bright for a half float have a radiance of 1e5 to 1e6 if that 
 
 _MOST_REPAIRED: Final = 0.03  # maximum damaged fraction of the sphere or of the light
 BAND_ROWS: Final = 64
-"""Number of rows changed at once, to save memory."""
+"""Number of rows that are changed at a time, to save memory."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ HOLD_DEG: Final = 2
 """Maximum distance from the goal, in degrees, that needs no correction."""
 
 KEEP_DEG: Final = 10
-"""Advantage of the other way round, in degrees, at which the direction changes."""
+"""Amount, in degrees, by which the other way round must be shorter to change the direction."""
 
 LOCK_DEG: Final = 1
 """Distance outside the light, in degrees, at which the sitter counts as having left the light."""
@@ -253,7 +253,7 @@ class _Target:
         return min(nose + self.ends[0], self.ends[1] - nose)
 
     def further(self, past: float, off: float) -> float:
-        """Return how many degrees the nose still has to turn left with the lens `past` the goal."""
+        """Return how many degrees the nose must still turn left if the lens is `past` the goal."""
         well = min(_WELL_DEG, sum(self.ends) / 2)
         return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 

@@ -142,7 +142,7 @@ class Region:
 
     @property
     def empty(self) -> bool:
-        """Whether the region is empty."""
+        """Whether the region contains no pixels."""
         return self.left >= self.right or self.top >= self.bottom
 
     @property
@@ -196,7 +196,7 @@ def canvas_size(transport: Transport) -> int:
 
 
 def blank(transport: Transport) -> Canvas:
-    """Return an empty canvas."""
+    """Return a canvas without any paint."""
     return make_canvas(np.zeros((canvas_size(transport),) * 2, np.float32))
 
 

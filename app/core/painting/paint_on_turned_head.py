@@ -50,7 +50,7 @@ class PaintedHead:
         return weights_of(make_canvas(style.weights, style.ignore), self.front)
 
     def view(self, yaw_deg: float) -> HeadView:
-        """Return the view at a yaw."""
+        """Return the view at the given yaw."""
         return self.views.at(yaw_deg, self.styles)
 
     def weights_in(self, view: HeadView, weights: PaintedWeights) -> PaintedWeights:
@@ -98,7 +98,7 @@ class PaintedHead:
         return bool(visibility.size) and float(visibility.mean()) >= LEAST_VISIBLE
 
     def target(self, style: UserStyle, yaw_deg: float) -> Float32:
-        """Return the target picture from the side (see `target_picture`)."""
+        """Return the target picture as seen from the side (see `target_picture`)."""
         view = self.view(yaw_deg)
         picture = target_picture(view.transport, self.weights_in(view, self.weights(style)))
         # Use one colour, since in deep shadow a view's own colour is lost in its noise.
@@ -117,7 +117,7 @@ def solve_painted(
     limits: Limits = LIMITS,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn and yaw for painted styles. Otherwise, this works as `solve_user_styles`.
+    """Find the best turn and yaw for painted styles, but otherwise work like `solve_user_styles`.
 
     Args:
         wish: Permitted positions of the lens. Its background, like turns, is measured from

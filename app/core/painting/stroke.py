@@ -30,7 +30,7 @@ _EDGE: Final = 1.0  # the hardest edge still fades over a pixel; otherwise it wo
 
 
 class Tool(StrEnum):
-    """Effect of a stroke."""
+    """The effect that a stroke has on the canvas."""
 
     BRIGHTER = "brighter"
     DARKER = "darker"
@@ -40,7 +40,7 @@ class Tool(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Brush:
-    """Brush settings."""
+    """Settings of the brush."""
 
     tool: Tool = Tool.BRIGHTER
     diameter: float = 64.0  # canvas pixels

@@ -54,7 +54,7 @@ class TileChange:
         return tuple(regions.values())
 
     def __bool__(self) -> bool:
-        """Return whether anything changed."""
+        """Return whether the stroke changed anything."""
         return bool(self.tiles)
 
 

@@ -1,4 +1,4 @@
-"""Places. Each place and time has a folder with its light, its results and the user's files.
+"""Store each place and time in a folder, with its light, its results and the user's files.
 
 `open_files` opens files, `load_saved` loads a saved place, `solve_place` computes its answers,
 `save` writes it, and `resume` completes an interrupted capture. `place_folder` manages the folder

@@ -39,7 +39,7 @@ _SECTIONS: Final = {
     "places_folder": "files",
     "live_source": "remembered",
 }
-"""The first setting of each section. The dialog does not show the last section."""
+"""Sections, keyed by their first setting. The dialog does not show the last section."""
 
 
 class SettingsError(CoreError):

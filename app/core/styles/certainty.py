@@ -53,7 +53,7 @@ def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
 
 @lru_cache(maxsize=1)
 def shipped_certainty() -> Certainty | None:
-    """Return the shipped certainty, or None if it is missing."""
+    """Return the certainty data that ship with the program, or None if they are missing."""
     try:
         return load_certainty(resources() / "evaluation" / "certainty.json")
     except CoreError:

@@ -57,7 +57,7 @@ PAPER_NAMES: Final = _with_mirrors(
     "left-below-side",
     "left-loop-rim",
 )
-"""The sixteen styles of the paper (E, Fried, Agrawala, UIST 2019)."""
+"""The names of the sixteen styles in the paper (E, Fried, Agrawala, UIST 2019)."""
 
 NAMES: Final = (
     *PAPER_NAMES,

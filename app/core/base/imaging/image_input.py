@@ -43,7 +43,7 @@ _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 ROUGH: Final = "turnlight:rough"
 """Attribute that marks light as mostly estimated, such as light from a single photo."""
 SCALE: Final = "turnlight:scale"
-"""Attribute in half-float files that contains the factor that restores the measured values."""
+"""Attribute in half-float files. Its value is the factor that restores the measured values."""
 CLIPPED: Final = "turnlight.clipped"
 """Channel in an environment that contains the fraction of each texel that was clipped."""
 UNSEEN: Final = "turnlight.unseen"

@@ -51,7 +51,7 @@ def frame_pictures(
 
 
 def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
-    """Expose a panorama without tone mapping, like a camera.
+    """Expose a panorama without tone mapping, as a camera does.
 
     Args:
         radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance.

@@ -76,8 +76,8 @@ def store_environment(
         shares: Clipped light and gaps (see `app.core.environment.environment.kept_shares`).
 
     Raises:
-        PlaceError: If the radiance is not such an environment, or if the disk fails or returns
-            other data than were written. In that case, nothing has changed.
+        PlaceError: If the radiance is not such an environment, or if the disk fails or returns data
+            that differ from what was written. In that case, nothing has changed.
     """
     _check(radiance)
     fingerprint = fingerprint_of(radiance)
@@ -156,8 +156,8 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
     """Read the light of a place.
 
     Returns:
-        The environment and the remarks. A remark reports if the file is not the one from which the
-        results were computed. In that case, the results must be recomputed.
+        The environment and the remarks. If the file is not the one from which the results were
+        computed, a remark says so, and the results must be recomputed.
 
     Raises:
         PlaceError: If the place has no light, or if its file is missing or damaged. The hint says

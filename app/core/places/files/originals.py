@@ -31,7 +31,7 @@ LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"
 """Names of files that operating systems leave in folders."""
 
 STAGING: Final = ".new-"
-"""Prefix of a folder that is not a place yet."""
+"""Prefix of the name of a folder that is not a place yet."""
 
 # Half-written files of `atomic_write` (".NAME-xxxxxxxx.END") and of `adopt_files`.
 _HALF: Final = re.compile(

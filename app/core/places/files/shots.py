@@ -265,7 +265,7 @@ def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
 
 
 def is_frame(shot: Shot) -> bool:
-    """Return whether a photo is a frame of a video."""
+    """Return whether a photo is a frame from a video."""
     return shot.file.endswith(".frame.png")
 
 

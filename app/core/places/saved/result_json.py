@@ -39,7 +39,7 @@ LONGEST_WORD: Final = 200
 
 
 def arc(value: Any) -> tuple[float, float]:
-    """Validate two turns, (from, to), in degrees."""
+    """Validate an arc, given as two turns, (from, to), in degrees."""
     if not isinstance(value, list) or len(value) != 2:
         raise Unfit("an arc is not a pair")
     return _TURN(value[0]), _TURN(value[1])
