@@ -301,7 +301,7 @@ def _finish(
 
 
 def _targets(styles: Sequence[Style], pictures: Float32) -> Float32:
-    """Add up the pictures of the lamps, (P, lamps, 3), to the pictures of the styles, (S, P, 3)."""
+    """Sum the pictures of the lamps, (P, lamps, 3), to form those of the styles, (S, P, 3)."""
     targets = np.empty((len(styles), len(pictures), 3), np.float32)
     end = 0
     for target, style in zip(targets, styles, strict=True):

@@ -115,7 +115,7 @@ def check_target(path: Path | str) -> Path:
 
 
 def is_private(path: Path | str) -> bool:
-    """Return whether a path must be private: it is in the data folder or in a saved place."""
+    """Return whether a path must be private since the data folder or a saved place contains it."""
     full = Path(os.path.realpath(path))
     if full.is_relative_to(os.path.realpath(user_data())):
         return True

@@ -214,7 +214,7 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
 
 
 def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> float:
-    """Return the gain that shows a panorama's middle tone at `level` and keeps most below white.
+    """Return the gain that shows the middle tone at `level` and most of the panorama below white.
 
     The middle tone is the geometric mean over the sphere. The gain is lower if more than a fifth of
     the sphere would otherwise be brighter than 0.6, as with a white floor under a black ceiling.

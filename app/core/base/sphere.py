@@ -299,7 +299,7 @@ def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64
 def _positions(
     x: Float32, y: Float32, z: Float32, shape: tuple[int, int]
 ) -> tuple[Float32, Float32]:
-    """Return the same as `positions`, but overwrite the vectors' components to save memory."""
+    """Compute `positions` from the vectors' components, which are overwritten to save memory."""
     height, width = shape
     columns = np.arctan2(-x, z)
     columns *= np.float32(width / (2.0 * np.pi))

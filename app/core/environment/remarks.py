@@ -43,7 +43,7 @@ class ClippedFile(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PartUnseen(Remark):
-    """Part of the sphere is not in the picture and was filled. `share` is its size, 0 to 1."""
+    """Part of the sphere is not in the picture and was filled. `share` is its fraction, 0 to 1."""
 
     name: str
     share: float

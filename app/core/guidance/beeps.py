@@ -19,7 +19,7 @@ from app.core.guidance.guide import Guide, Phase
 
 Pcm: TypeAlias = NDArray[np.int16]
 Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]
-"""Kind of sound during a turn."""
+"""Kind of sound that is played during a turn."""
 
 RATE: Final = 44_100
 """Number of samples per second."""

@@ -176,9 +176,9 @@ class Guide:
             there is no heading.
         to_go: Angle from `now` to `goal` in the direction on screen, positive clockwise, in
             (-360, 360). It equals goal - now except for full circles.
-        number: The large number on screen, in whole degrees in `direction`, which counts to the
-            goal, back to the light or for the nose. Without a webcam, it is the whole turn. It is
-            None if no number may be shown.
+        number: The large number on screen, in whole degrees in `direction`. It is the distance to
+            the goal or back to the light, or the angle that the nose still has to turn. Without a
+            webcam, it is the whole turn. It is None if no number may be shown.
         has_arc: Whether there is light to turn into. This is False for a style out of reach and for
             a turn chosen by the user.
         inside: Whether the turn is inside the arc.

@@ -28,7 +28,7 @@ _ORIGIN: Final = 80
 
 
 def photo_lamps(light: FaceLight) -> tuple[StyleLamp, ...]:
-    """Return the lamps that light a face: the key and, if there is one, a frontal fill.
+    """Return lamps that reproduce the light on a face: the key and, if needed, a frontal fill.
 
     Raises:
         StyleError: If the key's direction is unknown.

@@ -55,7 +55,7 @@ from app.core.styles.styles import NAMES
 from app.core.text import tr
 
 EXPORT_ENDING: Final = ".turnstyle"
-"""Suffix of the file of an exported style."""
+"""Suffix of the files to which styles are exported."""
 
 _TEXT: Final = "style.toml"
 _LAYERS: Final = "weights.exr"

@@ -28,7 +28,7 @@ class Intake:
 
     Attributes:
         layer: Layer to read from an environment that has several layers.
-        way: Key in `ways.WAYS` of the way in which the files are measured.
+        way: Key in `ways.WAYS` that determines how the files are measured.
         own: Options specific to that way of measuring.
     """
 

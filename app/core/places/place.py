@@ -187,7 +187,7 @@ class OpenPlace:
 
 
 def clean_name(name: str) -> str:
-    """Clean the name of a place to one line of 1 to 120 characters.
+    """Convert the name of a place to one clean line of 1 to 120 characters.
 
     Examples:
         >>> clean_name("  Café   de la Paix "), clean_name("")
@@ -199,7 +199,7 @@ def clean_name(name: str) -> str:
 
 
 def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
-    """Clean the tags of a place to a limited number of short tags, unique regardless of case.
+    """Reduce the tags of a place to a limited number of short ones, unique regardless of case.
 
     Examples:
         >>> clean_tags(["  north   light ", "", "North light", "brick"])

@@ -204,7 +204,7 @@ def files_in(folder: Path, ending: str) -> list[Path]:
 
 
 def unreadable_folder(folder: Path, error: OSError) -> DamagedItem:
-    """Return an item that reports that the folder of a library is unreadable."""
+    """Return an item to report that the folder of a library cannot be read."""
     return DamagedItem(
         folder, CoreError(tr("The folder cannot be read: {reason}.", reason=words_of(error)))
     )

@@ -281,7 +281,7 @@ def as_stored() -> ImageSpec:
 
 
 def stated_scale(path: Path) -> float:
-    """Return the factor for the values in a file, stated by `SCALE`, or 1 if it is missing."""
+    """Return the factor for the values in a file, or 1 if it has no attribute `SCALE`."""
     source = open_image(path)
     if source is None:
         return 1.0

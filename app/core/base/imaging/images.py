@@ -70,7 +70,7 @@ def write_exr(
         white_cd_m2: Luminance of the value 1, in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
         check: Function called with the temporary file before it replaces the old one. The function
             may raise an exception to keep the old file.
-        rough: Whether much of the light is estimated. The answer is saved as the attribute `ROUGH`.
+        rough: Whether much of the light is estimated. This is saved as the attribute `ROUGH`.
         shares: Extra channels to save, by name, each (H, W) float32.
 
     Raises:

@@ -60,7 +60,7 @@ def folder_stem(name: str, made_at: datetime) -> str:
 
 
 def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
-    """Return the approximate name and local time of a place, as told by the name of its folder.
+    """Derive the approximate name and local time of a place from the name of its folder.
 
     Examples:
         >>> told_by_folder("2026-05-04-1705-cafe-terrasse")[0]
