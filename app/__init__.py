@@ -1,3 +1,3 @@
-"""Turnlight: how far to turn so that a place lights a face like a studio style."""
+"""Turnlight finds how far to turn for a place to light a face like a studio style."""
 
 __version__ = "0.1.0"

@@ -1,8 +1,9 @@
-"""The command line: its commands, and the handling of their errors.
+"""The command line: its commands and how their errors are handled.
 
-Exit codes: 0 done, 2 bad usage, bad input or a full disk (one sentence on stderr), 3 camera or
-network failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP). Answers go to stdout and
-everything else to stderr, so that ``--json`` leaves exactly one JSON object on stdout.
+The exit code is 0 for success, 2 for bad usage, bad input or a full disk (with one sentence on
+stderr), 3 for a camera or network failure, and 130 after an interruption (143 by SIGTERM, 129 by
+SIGHUP). Answers go to stdout and everything else goes to stderr. With ``--json``, stdout therefore
+contains exactly one JSON object.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ COMMANDS: Final = (
     "evaluate",
     "bench",
 )
-"""Commands in the order of ``--help``. Their code is in `app.commands`."""
+"""Commands, in the order in which ``--help`` lists them. Their code is in `app.commands`."""
 
 _DONE = 0
 _BAD_INPUT = 2
@@ -54,7 +55,7 @@ _DEVICE = 3
 _USUAL_NEED: Final = 700 << 20
 _WINDOW_NEED: Final = 1500 << 20
 _NEEDS: Final = {"styles": 450 << 20, "film": 1000 << 20}
-"""Minimum address space in bytes that the libraries of a command need."""
+"""Minimum address space that each command's libraries need, in bytes."""
 _WITH_VALUE: Final = ("--screenshots", "--theme", "--scale")
 
 
@@ -92,13 +93,13 @@ class _Parser(argparse.ArgumentParser):
 def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     """Build the parser for one command line.
 
-    A command's options require its module, and with it the libraries that it imports. Therefore
-    only the module of the selected command is imported; the other commands have only a name and a
-    line of help.
+    To define a command's options, its module has to be imported, along with the libraries that the
+    module uses. Therefore only the selected command's module is imported. The other commands get
+    only a name and a one-line help text.
 
     Returns:
-        The parser. If `command` is given, parsed arguments have the attribute ``run``, a callable
-        that takes them and returns the exit code.
+        The parser. If `command` is given, the parsed arguments have the attribute ``run``, a
+        callable that takes them and returns the exit code.
     """
     parser = _Parser(
         prog="turnlight",
@@ -124,18 +125,18 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
 
 
 def command_module(name: str) -> ModuleType:
-    """Import the module with the options and the code of a command."""
+    """Import the module that contains a command's options and code."""
     if name in INSTRUMENTS:
         return instrument(name)
     return importlib.import_module(f"app.commands.{name.replace('-', '_')}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and convert its errors to a sentence and an exit code.
+    """Run one command, turning any error into a one-sentence message and an exit code.
 
     Returns:
-        Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130 interrupted,
-        143 ended by SIGTERM, 129 by SIGHUP.
+        The exit code: 0 for success, 2 for bad usage or input, 3 for a device or network failure,
+        130 after an interruption, 143 after SIGTERM or 129 after SIGHUP.
     """
     if argv is None and not sys.warnoptions:
         # Library warnings about unusual numbers are meant for developers.
@@ -248,7 +249,7 @@ def _add_window_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _language_in(arguments: list[str]) -> tuple[str, list[str]]:
-    """Return the language of a command line ("en" by default) and the other arguments."""
+    """Return the language chosen on the command line ("en" by default) and the other arguments."""
     for at, word in enumerate(arguments):
         option, equals, value = word.partition("=")
         if option == "--language" and (equals or arguments[at + 1 :]):
@@ -260,7 +261,7 @@ def _language_in(arguments: list[str]) -> tuple[str, list[str]]:
 
 
 def _command_in(arguments: list[str]) -> str | None:
-    """Return the first plain word that is not the value of a window option."""
+    """Return the first argument that is neither an option nor the value of a window option."""
     before = ""
     for word in arguments:
         if _is_plain(before, word):
@@ -270,7 +271,7 @@ def _command_in(arguments: list[str]) -> str | None:
 
 
 def _files_in(arguments: list[str], command: str | None) -> tuple[tuple[Path, ...], list[str]]:
-    """Split off the files to open in the window, or none if the line contains a command."""
+    """Split off the files to open in the window. There are none if the line contains a command."""
     if command is None or command in COMMANDS or not os.path.exists(command):
         return (), arguments
     words = list(zip(["", *arguments], arguments, strict=False))

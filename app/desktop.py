@@ -1,4 +1,4 @@
-"""Assembly of the app: its devices, its window and the steps at start and exit."""
+"""Assembly of the app: its devices, its window, and the steps taken at start-up and exit."""
 
 from __future__ import annotations
 

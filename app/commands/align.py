@@ -1,4 +1,4 @@
-"""``turnlight align``: compare two photos and report how far is left to turn."""
+"""``turnlight align``: compare two photos and report how far remains to turn."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Align two photos and, if requested, write an overlay of them.
 
-    The overlay is written atomically and may not overwrite either photo.
+    The overlay is written atomically, and never over either photo.
 
     Returns:
         Exit code 0, even if the position of VIEW is uncertain, since that is a valid answer.
 
     Raises:
-        CoreError: If an argument or a photo is unusable. Nothing is written then.
+        CoreError: If an argument or a photo is unusable. In that case nothing is written.
     """
     start_s = time.perf_counter()
     _check(args)

@@ -1,4 +1,4 @@
-"""``turnlight ball``: convert a bracket of a mirror ball to an environment."""
+"""``turnlight ball``: convert a bracket of a mirror ball into an environment."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Unwrap a mirror ball and write the environment atomically.
+    """Unwrap the photos of a mirror ball and write the environment atomically.
 
     Raises:
-        CoreError: If an argument or a file is unusable. Nothing is written then.
+        CoreError: If an argument or a file is unusable. In that case nothing is written.
     """
     start_s = time.perf_counter()
     ball_options = _ball_options(args)

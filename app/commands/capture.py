@@ -88,7 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Shoot a bracket, or wait for one in a watched folder.
+    """Shoot a bracket, or wait for one to arrive in a watched folder.
 
     Raises:
         CoreError: If an argument, a folder or a file is unusable.
@@ -260,7 +260,7 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
     """Read the password supplied by the user.
 
     Raises:
-        CoreError: If only one of the two options was given, or the file cannot be read.
+        CoreError: If only one of the two options is given, or the file cannot be read.
     """
     if user is None and password_file is None:
         return None
@@ -272,7 +272,7 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
 
 
 def kept_password(camera: FoundCamera) -> Credentials | None:
-    """Look up the password in the system keyring if the camera requires one.
+    """Get the password from the system keyring if the camera requires one.
 
     Raises:
         PasswordNeeded: If the camera requires a password and none is stored.
@@ -294,10 +294,10 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
 
     Args:
         info: The camera's description of itself, or None. A camera that requires a password sends
-            it only after login.
-        credentials: Credentials typed for this camera, or None if they came from the keyring or if
-            there are none. They are not saved if the camera never asked for them, since they may be
-            wrong.
+            its description only after login.
+        credentials: Credentials typed by the user for this camera, or None if they came from the
+            keyring or there are none. They are not saved if the camera never asked for them, since
+            they may be wrong.
     """
     needs_password = camera.needs_password
     if info is not None:
@@ -378,7 +378,7 @@ def _is_file(output: Path) -> bool:
 
 
 def _next_bracket(path: Path, token: Token) -> IncomingBracket:
-    """Wait for the first complete bracket, and report files that are skipped."""
+    """Wait for the first complete bracket, reporting any files that are skipped."""
     folder = WatchedFolder(path, SystemClock(), say=say)
     say(tr("Waiting for photos in {folder}. Press Ctrl-C to stop.", folder=folder.folder))
     bracket = next(folder.brackets(token))
@@ -387,7 +387,7 @@ def _next_bracket(path: Path, token: Token) -> IncomingBracket:
 
 
 def _target(output: Path | None, bracket: IncomingBracket) -> Path:
-    """Return the path for the environment. A file is replaced only if the user named it."""
+    """Return the path for the environment. A file is replaced only if the user chose its name."""
     if output is not None and _is_file(output):
         return output
     # Never default to the watched folder, where the result would be mistaken for the next photo.

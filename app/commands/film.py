@@ -120,7 +120,7 @@ def _measured(video: Path, mirrored: bool) -> Film:
 
 
 def _live(frames: Iterator[tuple[float, float, Bytes]], pack: StylePack) -> Film:
-    """Read a video, and print interim results along the way."""
+    """Read a video, printing interim results along the way."""
     due = _EVERY_S
     with FilmReader() as reader:
         for time_s, _, picture in frames:

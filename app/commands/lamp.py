@@ -208,7 +208,7 @@ def _edit(lamp: CapturedLamp, boxes: list[tuple[_Box, bool]]) -> CapturedLamp:
 
 
 def _boxes(args: argparse.Namespace) -> list[tuple[_Box, bool]]:
-    """Parse the boxes to add to the lamp's mask (True) and to remove from the mask (False).
+    """Parse the boxes to add to the lamp's mask (True) or to remove from it (False).
 
     Raises:
         CoreError: If a box is invalid.

@@ -146,7 +146,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Scale:
-    """The brightness of the place, and whether that is only assumed."""
+    """The brightness of the place, and whether it is only an assumption."""
 
     gain: float
     lux: float
@@ -209,7 +209,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
-    """Find a lamp by name. Set a captured lamp's illuminance at its camera to `lux` if given."""
+    """Find a lamp by name.
+
+    If `lux` is given, set a captured lamp's illuminance at its camera to this value.
+    """
     lamp = _lamp_named(text)
     if lux is None:
         return lamp
@@ -244,7 +247,7 @@ def _lamp_named(text: str) -> _Lamp:
 
 
 def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scale:
-    """Return the luminance of radiance 1 in cd/m2, whether set by the user, stored or assumed."""
+    """Return the luminance in cd/m2 of radiance 1, as set by the user, stored or assumed."""
     relative = illuminance(radiance, args.front)
     if args.lux is not None:
         return _scale_from(check_lux(args.lux), relative)

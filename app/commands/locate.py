@@ -62,7 +62,7 @@ def _fov(text: str) -> float:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Locate the photo in the panorama. Not finding the photo is a valid answer."""
+    """Locate the photo in the panorama. Failing to find it is a valid answer."""
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())

@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_wishes(parser: argparse.ArgumentParser) -> None:
-    """Add the options for the outputs and for information about the frames."""
+    """Add the options for the outputs and for details of the frames."""
     add = partial(argument, parser)
     add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
     _add_camera(parser)
@@ -92,7 +92,7 @@ def _add_camera(parser: argparse.ArgumentParser) -> None:
 
 
 def add_corrections(parser: argparse.ArgumentParser) -> None:
-    """Add the options that correct lamps, the sun and masks, and the option for the preview."""
+    """Add the options for correcting lamps, the sun and masks, and for the preview."""
     add = partial(argument, parser)
     add(
         "--lamp-gain ID=STOPS",
@@ -128,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
     """Merge a bracket and write the environment atomically.
 
     Raises:
-        CoreError: If an argument or a file is unusable. Nothing is written then.
+        CoreError: If an argument or a file is unusable. In that case nothing is written.
     """
     start_s = time.perf_counter()
     options = replace(options_of(args), full=args.full)
@@ -137,7 +137,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: Any) -> int:
-    """Write the measured light and print a summary. `more` adds entries to the JSON."""
+    """Write the measured light and print a summary. The entries of `more` are added to the JSON."""
     say(*sentences((*probe.warnings, *probe.notes)))
     skip_search = bool(args.mask) or not probe.bracket.panorama
     suggestions = () if skip_search else suggest(probe.finished.measured)
@@ -172,7 +172,7 @@ def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: 
 
 
 def options_of(args: argparse.Namespace, *more: Path) -> MeasureOptions:
-    """Read the options added by `add_wishes`. `more` lists photos besides `args.images`."""
+    """Read the options added by `add_wishes`. List any photos besides `args.images` in `more`."""
     return replace(
         corrections(args, *more),
         times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),

@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) -> None:
-    """Report whether the photo was flipped if that differs from the user's option."""
+    """Report whether the photo was mirrored, if that contradicts the user's option."""
     if location.status != "found":
         if photo.front_camera and not by_option:
             say(FRONT_CAMERA)
@@ -107,7 +107,7 @@ def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) ->
 
 
 def _mirror_face(face: Face, width: int) -> Face:
-    """Map a face detected in the mirrored photo back to the file's own pixels."""
+    """Map a face detected in the mirrored photo back to the pixels of the original file."""
     marks = face.landmarks.copy()
     marks[:, 0] = width - marks[:, 0]
     return Face(marks, face.confidence)
@@ -141,7 +141,7 @@ def _locate(photo: Photo, promise: Promise | None) -> PhotoLocation:
 
 
 def _facts(face: Face, check: Check, promise: Promise | None, scale: float) -> dict[str, Any]:
-    """Return a face's JSON entries, with its box in pixels of the original file."""
+    """Return a face's JSON entries, with its box in pixel coordinates of the original file."""
     light = check.light
     numbers = {
         "yaw_deg": light.pose.yaw_deg,
@@ -224,7 +224,7 @@ def _key(light: FaceLight) -> str:
 
 
 def _titles(light: FaceLight) -> str:
-    """List the most similar styles with their sides."""
+    """List the most similar styles, each with its side."""
     styles = {style.name: style for style in load_named_pack("generic").styles}
     return ", ".join(_title(styles[name]) for name, _ in light.styles[:_LIKEST])
 

@@ -66,7 +66,8 @@ def run(args: argparse.Namespace) -> int:
     """Render one picture and write it atomically.
 
     Raises:
-        CoreError: If an argument, the panorama or the head is unusable. Nothing is written then.
+        CoreError: If an argument, the panorama or the head is unusable. In that case nothing is
+            written.
     """
     start_s = time.perf_counter()
     output: Path = args.output

@@ -1,8 +1,9 @@
 """``turnlight simulate-camera``: run a simulated 360 camera on this computer.
 
-Panoramas are relative: no file reliably records its unit in cd/m2. The scene is therefore scaled to
-a mean of 400 cd/m2 over the sphere, between a brightly lit room and an overcast sky, or to
-the value of ``--mean``. Every camera can expose for this mean with room to spare on both sides.
+Panoramas are relative, since no file reliably records its unit in cd/m2. The scene is therefore
+scaled to a mean of 400 cd/m2 over the sphere, which lies between a brightly lit room and an
+overcast sky, or to the value of ``--mean``. Every camera can expose for this mean with latitude to
+spare in both directions.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from app.devices.simulated.server import CameraServer
 from app.words.remarks import sentences
 
 MEAN_CD_M2: Final = 400.0
-"""Default mean luminance of a scene over the sphere, in cd/m2."""
+"""Default mean luminance of a scene, taken over the sphere, in cd/m2."""
 
 _MODELS: Final = tuple(each.name for each in PERSONALITIES)
 _TICK_S: Final = 0.2
@@ -51,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS) -> None:
-    """Add the options for the camera (one of `models`), its scene and its server."""
+    """Add the options for the camera (one of `models`), for its scene and for its server."""
     add = partial(argument, parser)
     add("--scene ENV", tr("the scene: .exr or .hdr (default: a courtyard)"), type=Path)
     add(
@@ -139,7 +140,7 @@ def _input_closed() -> threading.Event:
 
 
 def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> float:
-    """Return the luminance of one unit of an environment in cd/m2, given its mean luminance."""
+    """Return the luminance, in cd/m2, of one unit of an environment that has the given mean."""
     mean = float(luminance(energy(environment.radiance))) / (4.0 * math.pi)
     return mean_cd_m2 / mean
 

@@ -161,7 +161,8 @@ def _solve(
 ) -> tuple[StyleResult, ...]:
     """Solve with the requested lens position.
 
-    If the lens is straight in front, the results also show what other positions would gain.
+    If the lens is straight in front of the sitter, the results also show what other lens positions
+    would gain.
     """
     wish = asked_lens(args)
     # Heads baked by earlier versions have no views, but solving straight in front needs none.
@@ -207,7 +208,7 @@ def _own_styles(style_names: Sequence[str] | None, pack: StylePack) -> list[User
 
 
 def _studio_json(pack: StylePack, name: str) -> dict[str, Any]:
-    """Return the JSON entries of a style's lamps, or an empty dictionary for a painted style."""
+    """Return the JSON entries for a style's lamps, or an empty dictionary for a painted style."""
     return asdict(pack.studio(name)) if any(one.name == name for one in pack.styles) else {}
 
 

@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     """Stitch photos and write the environment atomically.
 
     Raises:
-        CoreError: If an argument or a file is unusable. Nothing is written then.
+        CoreError: If an argument or a file is unusable. In that case nothing is written.
     """
     start_s = time.perf_counter()
     options, report = corrections(args), ProgressPrinter()

@@ -1,4 +1,4 @@
-"""Connections with a deadline that holds however slowly a camera sends.
+"""Connections whose deadline holds however slowly a camera sends.
 
 The timeouts of `requests` restart with every byte, even inside a header, so a camera that sends
 only a trickle could hold up its client for hours. Here every read from the socket has a deadline on
@@ -58,7 +58,7 @@ class Watch:
         """Wait until there is something to read.
 
         Args:
-            silence_s: Timeout in seconds, or None for no limit except the deadline.
+            silence_s: Timeout in seconds, or None if the deadline is the only limit.
 
         Raises:
             ConnectionAbortedError: If the watch is closed.
@@ -162,7 +162,7 @@ class WatchedAdapter(HTTPAdapter):
         self.poolmanager.pool_classes_by_scheme = {"http": Pool}
 
     def close(self) -> None:
-        """Close all connections immediately. urllib3 would wait for every reply to end."""
+        """Close all connections immediately, whereas urllib3 would wait for every reply to end."""
         pools = self.poolmanager.pools
         for key in pools.keys():  # noqa: SIM118 - keys() is a safe copy; pools cannot be iterated
             pool = pools.get(key)

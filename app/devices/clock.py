@@ -1,7 +1,7 @@
-"""Clocks for clients and simulators: real or virtual.
+"""Real and virtual clocks for clients and simulators.
 
-Every wait, timeout, poll and rate in `app.devices` uses a `Clock`, so that tests run hundreds of
-captures with all their timeouts in a few seconds.
+Every wait, timeout, poll and rate in `app.devices` uses a `Clock`, so tests can run hundreds of
+captures, with all their timeouts, in a few seconds.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _STEP_S: Final = 0.1  # seconds until a cancelled wait ends
 
 
 class Clock(Protocol):
-    """A source of monotonic time in seconds, from an arbitrary start."""
+    """A source of monotonic time in seconds, counted from an arbitrary moment."""
 
     def now(self) -> float:
         """Return the time in seconds."""
@@ -33,16 +33,16 @@ class SystemClock:
         return time.monotonic()
 
     def sleep(self, seconds: float) -> None:
-        """Sleep."""
+        """Sleep for the given number of seconds."""
         if seconds > 0.0:
             time.sleep(seconds)
 
 
 class VirtualClock:
-    """A clock that moves only when `sleep` is called.
+    """A clock that advances only when `sleep` is called.
 
     Args:
-        start: First reading in seconds.
+        start: Initial reading, in seconds.
 
     Examples:
         >>> clock = VirtualClock()
@@ -60,14 +60,14 @@ class VirtualClock:
         return self._now
 
     def sleep(self, seconds: float) -> None:
-        """Move the time forward without waiting."""
+        """Advance the time without waiting."""
         if seconds > 0.0:
             with self._lock:
                 self._now += seconds
 
 
 def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
-    """Wait in short steps, so that cancelling takes effect promptly.
+    """Wait in short steps so that cancelling takes effect promptly.
 
     Raises:
         Cancelled: If the token is cancelled.

@@ -1,7 +1,7 @@
-"""The devices used by the window: real ones, or the simulated ones of the demo.
+"""The devices that the window uses: real ones, or the simulated ones in the demo.
 
 The demo camera runs in a separate process and is reached over this computer's network like a real
-one. The demo webcam shows the sitter of the demo location.
+one. The demo webcam shows the sitter at the demo location.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class RealDevices:
         return Passwords()
 
     def webcams(self) -> Sequence[tuple[int, str]]:
-        """Return the index and name of every webcam. This is slow, since it opens each of them."""
+        """Return the index and name of every webcam. This is slow, since each webcam is opened."""
         return list_webcams()
 
     def webcam(self, index: int) -> Webcam:

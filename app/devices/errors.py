@@ -1,4 +1,4 @@
-"""Errors of cameras and networks. Each has a sentence, a hint and a code.
+"""Errors from cameras and networks, each with a message, a hint and a code.
 
 They are not subclasses of `CoreError`, and commands that raise them end with exit code 3. None of
 them derives from `RuntimeError` or `OSError`, so that no job runner or library mistakes them for
@@ -14,7 +14,7 @@ from typing import Final, TypeVar
 from app.core.text import tr
 
 DISK: Final = frozenset({"disk", "disk-full"})
-"""Codes of errors on this computer when its disk cannot be written."""
+"""Error codes for a disk of this computer that cannot be written to."""
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -85,7 +85,7 @@ class BadReply(DeviceError):
 
 
 class CameraNotReady(DeviceError):
-    """The camera cannot shoot: battery, storage, heat, plug-in or firmware."""
+    """The camera cannot shoot because of its battery, storage, heat, plug-in or firmware."""
 
     default_code = "not-ready"
 
@@ -109,7 +109,7 @@ LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)
 
 
 def not_written(kind: type[_Failed], folder: Path, error: OSError) -> _Failed:
-    """Return the error for a folder that cannot be written, always with the same wording."""
+    """Return the error for a folder that cannot be written to, always with the same wording."""
     reason = (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
     hint = tr("Check the folder and its disk, then try again.")
     if error.errno in _NO_ROOM:

@@ -31,7 +31,7 @@ class Mailbox(Generic[T]):
         self._item: T | None = None
 
     def put(self, item: T) -> None:
-        """Store an item, replacing one that has not been read."""
+        """Store an item, replacing any that has not been read."""
         with self._changed:
             self._item = item
             self._changed.notify()

@@ -1,4 +1,4 @@
-"""Motion JPEG: the frames of a camera's endless multipart reply, decoded defensively.
+"""Motion JPEG: frames from a camera's endless multipart reply, decoded defensively.
 
 Ricoh's cameras omit the "--" that the standard requires before the boundary; other cameras and
 simulators send it. After any damage (lost packets, garbage, missing or wrong lengths, truncated
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_FRAME_BYTES: Final = 8 << 20
-"""Size limit of a frame in bytes. Larger frames are dropped."""
+"""Size limit for a frame, in bytes. Larger frames are dropped."""
 
 MAX_SHAPE: Final = (2048, 4096)
 """Maximum number of rows and columns of a frame. Larger frames are not decoded."""
@@ -56,10 +56,10 @@ class MjpegParser:
     """Extracts frames from a stream of bytes in packets of any size.
 
     A part consists of a boundary line, header lines, an empty line and the frame. With a correct
-    Content-Length, the frame has that length. Otherwise, the parser walks through the segments of
-    the frame to find its end, so that an embedded thumbnail is not mistaken for the end. A frame
-    cut off by the next boundary is dropped. Without a boundary, frames are found by their first
-    bytes.
+    Content-Length, the frame has that length. Otherwise, the parser walks through the frame's
+    segments to find its end, so that the end of an embedded thumbnail is not mistaken for it. A
+    frame cut off by the next boundary is dropped. Without a boundary, frames are found by their
+    first bytes.
     """
 
     def __init__(self, boundary: str = "") -> None:
@@ -201,7 +201,7 @@ class MjpegParser:
         self._leave(end)
 
     def _drop(self, end: int, limit: int, *, whole: bool) -> None:
-        """Drop a frame, but keep the start of a boundary unless `whole` is set."""
+        """Drop a frame, keeping the start of a boundary unless `whole` is set."""
         self.dropped += 1
         keep = self._tail if self._mark and not whole else 0
         self._leave(max(min(end, limit - keep), 2))
@@ -247,11 +247,11 @@ class _SegmentWalk:
         self._fill = 0
 
     def advance(self, data: bytearray, limit: int) -> int:
-        """Return the length of the frame, 0 if it needs more bytes, or -1 if it is invalid.
+        """Return the length of the frame, 0 if more bytes are needed, or -1 if it is invalid.
 
         Args:
             data: Buffer that starts with the first byte of the frame.
-            limit: Number of bytes of the buffer to examine.
+            limit: Number of bytes in the buffer to examine.
         """
         while self.place + 2 <= limit:
             if self._packed:
@@ -287,7 +287,7 @@ class _SegmentWalk:
 
 
 def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
-    """Return the rows and columns of a frame without decoding it.
+    """Return the number of rows and columns in a frame without decoding it.
 
     Returns:
         Rows and columns, or None for anything but a sequential Huffman-coded JPEG with 8 bits and
@@ -311,8 +311,8 @@ def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
 def decode(jpeg: bytes) -> NDArray[np.uint8] | None:
     """Decode an untrusted frame in the caller's thread.
 
-    Keep the array until the next frame is decoded, because allocating its memory each time can cost
-    as much as decoding.
+    Keep the array until the next frame is decoded, because allocating memory for every frame can
+    take as long as decoding it.
 
     Returns:
         (H, W, 3) uint8 sRGB in RGB order, or None if the frame is larger than `MAX_SHAPE` or not a

@@ -33,7 +33,7 @@ _WHERE: Final = tr(
 )
 
 SERVICE: Final = "Turnlight camera"
-"""Service name of the passwords in the keyring."""
+"""Service name under which passwords are stored in the keyring."""
 
 _LONGEST: Final = 256
 _MOST_BYTES: Final = 4096
@@ -51,7 +51,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Credentials:
-    """User name and password for a camera."""
+    """The user name and password for a camera."""
 
     user: str
     password: str = field(repr=False)
@@ -70,7 +70,7 @@ def password_refused() -> PasswordNeeded:
 
 
 class Digest(HTTPDigestAuth):
-    """Responses to a camera's challenges (RFC 7616, with the algorithms of `requests`).
+    """Responses to a camera's challenges (RFC 7616), using the algorithms in `requests`.
 
     Only the digest computation of `requests` is used, because its handling of a 401 reads a body of
     any size and repeats the request on its own.
@@ -161,7 +161,7 @@ class Passwords:
         return bool(ok)
 
     def _try(self, work: Callable[[Any], _T]) -> _T | None:
-        """Access the keyring, and return None after any failure or a timeout."""
+        """Access the keyring, returning None after a timeout or any failure."""
         results: list[_T] = []
 
         def run() -> None:

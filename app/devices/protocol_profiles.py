@@ -18,7 +18,7 @@ from app.core.camera_catalogue import CAMERAS, CameraFacts, CameraLimits, camera
 from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192
-"""Largest width of a photo to request, in pixels, unless the camera offers only larger photos."""
+"""Largest photo width to request, in pixels, unless the camera offers only wider photos."""
 
 KELVIN: Final = 5000
 """Colour temperature of the fixed white balance, in kelvin."""
@@ -68,9 +68,9 @@ class ModelProfile:
             A "single" camera has no bracket, and an "insta-hdr" one has no usable one; both take
             single photos.
         overhead_s: Time that a frame takes in addition to its exposure, in seconds.
-        asks_support: Whether to query photo sizes, apertures and shooting methods, for a Theta that
-            is not in the table.
-        picture: Columns and rows of the JPEG, or None to leave them to the camera.
+        asks_support: Whether to query photo sizes, apertures and shooting methods, which is
+            necessary for a Theta that is not in the table.
+        picture: Columns and rows of the JPEG, or None to let the camera choose.
         rest_s: Pause between single photos, in seconds.
         settle_s: Pause between a change of options and a photo, in seconds.
         poll_s: Pause between two status requests, in seconds.
@@ -207,7 +207,7 @@ def profile_for(info: Info) -> ModelProfile:
     """Return the profile that matches a camera's description.
 
     An unknown model gets the profile of a generic OSC camera. A model whose firmware is too old for
-    its own bracket gets the style "single".
+    its own bracket is treated as a "single" camera.
     """
     if "THETA" not in info.model.upper():
         return profile_named("insta360" if "insta360" in info.model.lower() else "generic")

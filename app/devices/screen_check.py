@@ -1,4 +1,4 @@
-"""Display checks before Qt loads: whether this computer can show a window."""
+"""Checks, made before Qt is loaded, that this computer can show a window."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class DisplayError(DeviceError):
 
 @cache
 def _packages() -> dict[str, list[str]]:
-    """Return the Debian and Fedora packages that contain each library."""
+    """Return the Debian and Fedora packages that provide each library."""
     return tomllib.loads((resources() / "packages.toml").read_text(encoding="utf-8"))
 
 
@@ -56,7 +56,7 @@ def check_display(
         The Qt platform to use if Qt's default would fail, otherwise None.
 
     Raises:
-        DesktopError: If there is no display, or a library for windows is missing.
+        DesktopError: If there is no display, or a library needed to show windows is missing.
         DisplayError: If the display in the environment does not respond.
     """
     env = os.environ if environ is None else environ
@@ -162,7 +162,7 @@ def _plugins() -> Path:
 
 
 def missing_library(message: str) -> DesktopError:
-    """Return the error for a message from the system's loader, with the packages to install.
+    """Return the error for a system loader's message, with the packages to install.
 
     The error names all missing libraries, so that one command installs them all.
 
@@ -209,7 +209,7 @@ def _absent() -> Iterable[str]:
 
 
 def _commands(names: list[str], option: str = "", verb: str = "install") -> str:
-    """Return the commands that install packages, each on a separate line for copying."""
+    """Return the commands that install the packages, each on a separate line for copying."""
     packages = [_packages()[name] for name in names if name in _packages()]
     if not packages:
         return ""

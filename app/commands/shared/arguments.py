@@ -1,4 +1,4 @@
-"""Arguments shared by several commands, and checks on them.
+"""Arguments shared by several commands, and the checks on them.
 
 A command may not overwrite its own inputs.
 """
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
     from app.core.measure.finish.masks import MaskSpec
 
 MOST_DEG: Final = 36000.0
-"""Largest accepted angle, in degrees. Beyond it, floats lose precision."""
+"""Largest accepted angle, in degrees. Larger values lose precision as floats."""
 
 _Key: TypeAlias = tuple[int, int, str]
 
 
 def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: Any) -> None:
-    """Add an argument. The first of several choices is the default unless another is given.
+    """Add an argument. If it has choices, the first is the default unless another default is given.
 
     Args:
         names: Names of the argument followed by a placeholder for its value, such as
@@ -112,7 +112,7 @@ def add_layer(parser: argparse.ArgumentParser) -> None:
 
 
 def environment_facts(environment: Environment) -> dict[str, Any]:
-    """Return an environment's JSON entries: layer, gaps and clipping."""
+    """Return an environment's JSON entries: its layer, gaps and clipping."""
     facts: dict[str, Any] = {"blind": round(environment.blind, 4)}
     if environment.layers:
         facts |= {"layer": environment.layer, "layers": list(environment.layers)}
@@ -141,7 +141,7 @@ def add_lens(parser: argparse.ArgumentParser) -> None:
 
 
 def asked_lens(args: argparse.Namespace) -> LensWish:
-    """Return the requested lens position, or straight in front if none was requested."""
+    """Return the requested lens position, or the one straight in front if none was requested."""
     yaw: YawAsked | None = args.yaw
     if yaw is None:
         yaw = 0.0 if args.background is None else "auto"
@@ -244,7 +244,7 @@ def degrees(text: str) -> float:
 
 
 def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
-    """Check that a path has a suffix that fits the kind of file."""
+    """Check that a path has one of the suffixes allowed for its kind of file."""
     if path.suffix.lower() not in endings:
         raise CoreError(
             tr(
@@ -339,11 +339,11 @@ def _list_inputs(inputs: Iterable[Path | str | None], members: Sequence[str]) ->
 
 
 def _keys(path: Path) -> set[_Key]:
-    """Return keys by which two names of the same file can be recognized.
+    """Return keys that all names of the same file have in common.
 
     One key is the file's inode; the other combines its folder's inode with its name. Names are
-    compared regardless of case and Unicode composition, since some file systems ignore both. Pipes
-    and devices among the inputs do not matter, because they cannot be outputs.
+    compared without regard to case or Unicode composition, since some file systems ignore both.
+    Pipes and devices among the inputs need no keys, because they cannot be outputs.
     """
     keys: set[_Key] = set()
     try:

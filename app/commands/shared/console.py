@@ -1,11 +1,12 @@
-"""Standard output and error streams that accept any text and never break a command midway.
+"""Standard output and error streams that accept any text and never abort a command midway.
 
-File names can contain anything. Control characters and invalid text are shown as escapes such as
-``\u001b``, which JSON decodes to the original. If standard error is closed or full, only messages
-are lost. If standard output is closed or full, the result is lost, which is an error.
+File names can contain anything. Control characters and invalid text are shown as escape sequences
+such as ``\u001b``, which a JSON parser decodes to the original. If standard error is closed or
+full, only messages are lost. If standard output is closed or full, the result is lost, and that is
+an error.
 
-Ctrl-C is cooperative: a task stops at its next check. SIGTERM and SIGHUP behave the same way, so
-that partial files are removed; only the exit code differs.
+Ctrl-C is cooperative: a task stops at its next check. SIGTERM and SIGHUP are handled in the same
+way, and partial files are removed. Only the exit code differs.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def plain_streams(*, quiet: bool) -> Iterator[None]:
 
     Args:
         quiet: Whether to suppress what C libraries print directly to standard error, such as
-            libpng's messages about a damaged file, because Turnlight prints a message of its own.
+            libpng's messages about a damaged file. Turnlight prints its own message instead.
     """
     _fill_descriptors()
     before = sys.stdout, sys.stderr
@@ -120,7 +121,7 @@ def one_line(text: str) -> str:
 
 
 def _fill_descriptors() -> None:
-    """Reopen closed standard descriptors, so that no other file takes their numbers."""
+    """Reopen closed standard descriptors so that no other file is given their numbers."""
     if os.name != "posix":
         return
     for number in range(3):
@@ -224,7 +225,7 @@ def _is_importing(frame: FrameType | None) -> bool:
 
 @contextlib.contextmanager
 def stopping(token: Token, words: str = "") -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM or SIGHUP request a stop, and let a second signal exit immediately."""
+    """Request a stop on Ctrl-C, SIGTERM or SIGHUP, and exit immediately on a second signal."""
     words = words or tr("Stopping.")
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread receives signals

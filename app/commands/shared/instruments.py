@@ -1,4 +1,4 @@
-"""Commands that run a tool from `benchmarks`, which is in the source tree but not in a wheel."""
+"""Commands that run a tool from `benchmarks`, which is in the source tree but not in the wheel."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ INSTRUMENTS: Final = {
     "evaluate": "answers/evaluation",
     "--screenshots": "ui/screenshots",
 }
-"""Folder in `benchmarks` for each command or option."""
+"""Folder in `benchmarks` that each command or option uses."""
 
 
 def instrument(command: str) -> ModuleType:

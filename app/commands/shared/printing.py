@@ -53,7 +53,7 @@ def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
 
 
 def reach_facts(one: StyleResult | LampPlacement) -> dict[str, Any]:
-    """Return a style's JSON entries about its reach: grade, reason and cause as data."""
+    """Return a style's JSON entries on reach: the grade, the reason and the cause, as data."""
     words = reason_sentence(one.shortfall) or None
     return {
         "attainable": one.attainable,
@@ -66,7 +66,7 @@ def reach_facts(one: StyleResult | LampPlacement) -> dict[str, Any]:
 
 
 def short(value: float) -> float:
-    """Round to nine significant digits, which exceeds the precision of the data."""
+    """Round to nine significant digits, which is more than the precision of the data."""
     return float(f"{value:.9g}")
 
 
@@ -84,7 +84,7 @@ class ProgressPrinter:
         self._last_line = ""
 
     def __call__(self, fraction: float, step: Progress | str) -> None:
-        """Print the progress unless it was already printed."""
+        """Print the progress unless it has already been printed."""
         now, message = time.monotonic(), progress_words(step)
         if self._first is None or fraction < self._first[0]:
             self._first = (fraction, now)

@@ -1,4 +1,4 @@
-"""The output of the light-probe commands: the frames, the lamps and advice on the lamps."""
+"""Output of the light-probe commands: the frames, the lamps, and advice about the lamps."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LEAST_SHARE: Final = 0.0005  # minimum fraction of all light for a separate row
 
 
 def probe_facts(probe: Measurement) -> dict[str, Any]:
-    """Return a probe's JSON entries, whichever options were chosen."""
+    """Return the JSON entries that every probe has, whichever options were chosen."""
     finished, audit, response = probe.finished, probe.finished.audit, probe.response.response
     residual = response.residual_stops
     advice = () if audit is None else audit.advice
@@ -77,12 +77,12 @@ def own_facts(probe: Measurement) -> dict[str, Any]:
 
 
 def probe_table(probe: Measurement, *more: str) -> str:
-    """Format tables of the frames and the important lamps, with advice on the lamps."""
+    """Format tables of the frames and of the important lamps, with advice about the lamps."""
     return "\n".join([*_frame_rows(probe), *_lamp_rows(probe), *more])
 
 
 def wrote(probe: Measurement, target: Path, seconds: float | None = None) -> str:
-    """Report the path and size of an environment, and the time it took."""
+    """Report where an environment was written, its size, and the time it took."""
     rows, columns = probe.merged.radiance.shape[:2]
     size = f"{columns} x {rows}"
     if seconds is None:
@@ -121,7 +121,7 @@ def _lamp_rows(probe: Measurement) -> list[str]:
 
 
 def clutter_facts(each: Clutter) -> dict[str, Any]:
-    """Return the JSON entries of a mask."""
+    """Return the JSON entries for a mask."""
     return {
         "name": clutter_name(each),
         **fields(each, "solid_angle_sr", "confidence"),
@@ -130,7 +130,7 @@ def clutter_facts(each: Clutter) -> dict[str, Any]:
 
 
 def _frames(probe: Measurement) -> list[tuple[Frame, float, float]]:
-    """Return each frame with its exposure in stops and its clipped fraction."""
+    """Return each frame with its exposure in stops and the fraction of it that is clipped."""
     fractions = probe.merged.clipped_fractions
     return list(zip(probe.bracket.frames, probe.bracket.stops, fractions, strict=True))
 

@@ -1,1 +1,1 @@
-"""From a camera to an environment: metering, bracket, download and merge."""
+"""The way from a camera to an environment: metering, bracketing, downloading and merging."""

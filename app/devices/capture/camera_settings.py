@@ -93,7 +93,7 @@ def settle(contact: Contact, profile: ModelProfile) -> None:
 def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProfile:
     """Save in the journal the settings that `prepare` and the shots will change.
 
-    Settings already in the journal date from before an interruption and are left as they are.
+    Settings already in the journal date from before an interruption and are kept unchanged.
 
     Returns:
         The profile without the options that the camera does not report, or reports with an invalid
@@ -139,7 +139,7 @@ def _learned(contact: Contact, profile: ModelProfile) -> ModelProfile:
 
 
 def _panorama(value: Any) -> tuple[int, int] | None:
-    """Return the columns and rows of the largest JPEG panorama with at most `WIDEST` columns."""
+    """Return the size (columns, rows) of the largest JPEG panorama within `WIDEST` columns."""
     sizes = set()
     for each in value if isinstance(value, list) else ():
         if isinstance(each, dict) and each.get("type") == "jpeg" and "_mode" not in each:
@@ -150,10 +150,10 @@ def _panorama(value: Any) -> tuple[int, int] | None:
 
 
 def prepare(contact: Contact, profile: ModelProfile) -> None:
-    """Set the camera to plain photos and keep it awake, using the options it supports.
+    """Set the camera to take plain photos and stay awake, using the options that it supports.
 
     Raises:
-        CameraRefused: If the camera cannot be set to photos.
+        CameraRefused: If the camera cannot be set to take photos.
     """
     change(contact, {"captureMode": "image"})
     contact.pause(profile.settle_s)
@@ -194,8 +194,8 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
         The names of the options that the camera refused.
 
     Raises:
-        DeviceError: If the camera cannot be reached or is busy. The settings then stay in the
-            journal.
+        DeviceError: If the camera cannot be reached or is busy. In that case the settings stay in
+            the journal.
     """
     settings = dict(session.journal.settings_to_restore)
     if not settings:
@@ -262,7 +262,7 @@ def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
 
 
 def _white(rest: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """Yield the colour temperature in the only mode that accepts one, then the white balance."""
+    """Yield the colour temperature in the only mode that accepts it, then the white balance."""
     balance = _take(rest, ("whiteBalance",))
     kelvin = _take(rest, ("_colorTemperature",))
     if kelvin and kelvin["_colorTemperature"] != KELVIN:

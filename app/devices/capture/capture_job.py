@@ -1,4 +1,4 @@
-"""One capture: its settings, its tools and its results so far."""
+"""The state of one capture: its settings, its tools and its results so far."""
 
 from __future__ import annotations
 
@@ -29,12 +29,13 @@ from app.devices.theta.messages import Info
 
 @dataclass(slots=True)
 class CaptureJob:
-    """One capture in progress: its settings, its tools and its results so far.
+    """One capture in progress, with everything that its steps share.
 
     Attributes:
-        client, contact: The client for the camera, and a wrapper that retries its requests.
-        session, board: The folder with its journal, and the status.
-        debts: The captures whose camera settings still have to be restored, or None to record none.
+        client, contact: Client for the camera, and the wrapper that retries its requests.
+        session, board: Folder of the capture with its journal, and the board that shows the status.
+        debts: The captures whose camera settings still have to be restored, or None to keep no such
+            record.
         profile: The camera's profile.
         info: The camera's description of itself, or None until the camera answers.
     """
@@ -73,7 +74,7 @@ class CaptureJob:
         return plan
 
     def warn(self, warning: Remark | str) -> None:
-        """Add a warning for the user, once."""
+        """Add a warning for the user unless it is already there."""
         remark = PlainRemark(warning) if isinstance(warning, str) else warning
         if warning and remark not in self.warnings:
             self.warnings.append(remark)

@@ -2,8 +2,8 @@
 
     connecting -> metering -> exposing -> downloading -> merging -> done / cancelled / failed
 
-Each step is a function in another module. This module contains their order, the remaining steps of
-an interrupted session, and the cleanup at the end of a capture, however it ends.
+Each step is a function in another module. This module defines the order of the steps, the steps
+that an interrupted session still needs, and the cleanup at the end of a capture, however it ends.
 """
 
 from __future__ import annotations
@@ -55,8 +55,9 @@ class CaptureResult:
     """The result of a capture.
 
     Attributes:
-        info: The camera's description, or None if the session was finished without the camera.
-        seconds: Durations in seconds of "metering", "exposing", "download" and "merge".
+        info: The camera's description of itself, or None if the session was finished without the
+            camera.
+        seconds: Durations, in seconds, of "metering", "exposing", "download" and "merge".
     """
 
     profile: ModelProfile
@@ -70,7 +71,7 @@ class CaptureResult:
 
 
 class Capture:
-    """One capture, which runs in the caller's thread.
+    """One capture, which runs on the caller's thread.
 
     It resumes an interrupted session without repeating downloads or shots.
     """
@@ -112,7 +113,8 @@ class Capture:
         """Run the remaining steps. This may be called only once.
 
         Raises:
-            DeviceError: If the camera or the connection fails. Complete files stay in the session.
+            DeviceError: If the camera or the connection fails. Any complete files stay in the
+                session.
             CoreError: If the files cannot be written or merged.
             Cancelled: If the token is cancelled.
         """
@@ -142,14 +144,14 @@ class Capture:
         return _result(job)
 
     def give_back(self) -> str:
-        """Restore only the settings that an earlier capture could not restore.
+        """Restore the settings that an earlier capture could not restore, and do nothing else.
 
         Returns:
             A sentence about settings that the camera refused, or "" if there are none.
 
         Raises:
-            DeviceError: If the camera does not answer or is busy, or if another camera answers. The
-                settings then still have to be restored.
+            DeviceError: If the camera does not answer or is busy, or if another camera answers. In
+                that case the settings still have to be restored.
             Cancelled: If the token is cancelled.
         """
         job = self._job
@@ -163,7 +165,7 @@ class Capture:
 
 
 def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
-    """Return the remaining steps of a session. If all files are complete, they skip the camera."""
+    """Return the steps that a session still needs, without the camera if all files are complete."""
     journal = job.session.journal
     if job.session.complete:
         return (_take_stock, _merge)

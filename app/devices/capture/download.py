@@ -1,7 +1,8 @@
-"""Download of a file over an unreliable connection.
+"""Downloading a file over an unreliable connection.
 
-The file is written to ``NAME.part`` and resumed there after an interruption. Once complete, it is
-checked, flushed to disk and renamed. A file with its final name is never written again.
+The file is written to ``NAME.part``, and the download is resumed there after an interruption. Once
+the file is complete, it is checked, flushed to disk and renamed. A file that has its final name is
+never written again.
 """
 
 from __future__ import annotations
@@ -33,10 +34,10 @@ from app.devices.theta.messages import FileEntry
 from app.devices.theta.reply import Incoming
 
 ATTEMPTS: Final = 5
-"""Consecutive failures without new data after which a download is abandoned."""
+"""Number of consecutive failures without new data after which a download is abandoned."""
 
 MAX_FILE_BYTES: Final = 64 << 20
-"""Size limit of a file."""
+"""Size limit for a file, in bytes."""
 
 _MOST_ATTEMPTS: Final = 30
 _SLACK_BYTES: Final = 1 << 20
@@ -82,13 +83,14 @@ def fetch_file(
         report: Function called about ten times a second with the number of bytes received, the size
             of the file in bytes, and the rate in bytes per second since the first byte of this
             attempt (0 before that byte).
-        check: Function that returns whether a file is complete, or None to decode the file. The
-            structure of the JPEG and its size are checked first.
+        check: Function that returns whether a file is complete, or None to find out by decoding the
+            file. The structure and the size of the JPEG are checked first.
 
     Raises:
         DownloadFailed: After several attempts, with one of these codes: "interrupted" for a lost
             connection; "bad-answers" for invalid replies; "damaged", "damaged-on-camera" or
-            "too-long" for a bad file; "disk-full", "disk" or "other-file" if it cannot be saved.
+            "too-long" for a bad file; "disk-full", "disk" or "other-file" if the file cannot be
+            saved.
         CameraRefused: If a retry would be pointless.
         Cancelled: If the token is cancelled.
     """
@@ -136,7 +138,7 @@ class _Transfer:
         self.stale = False
 
     def run(self) -> None:
-        """Retry until the file is complete."""
+        """Download the file, retrying until it is complete."""
         if self.size > MAX_FILE_BYTES:
             raise DownloadFailed(
                 tr(
@@ -253,7 +255,7 @@ class _Transfer:
         """Record a full-length but invalid download.
 
         Raises:
-            DownloadFailed: If the same data arrives twice.
+            DownloadFailed: If the same data has arrived twice.
         """
         self.stale = True
         digest = bytes.fromhex(sha256_of(self.part))
@@ -266,7 +268,7 @@ class _Transfer:
         self.spoiled.add(digest)
 
     def _insists(self, size_here: int, clean: bool) -> bool:
-        """Return whether the camera sent this length twice, although it lists another length."""
+        """Return whether the camera sent this length twice, although it lists a different one."""
         if not clean:
             return False
         self.clean_lengths.append(size_here)
@@ -337,13 +339,13 @@ def _continues(incoming: Incoming, start: int, size: int) -> bool:
 
 
 class _Watch:
-    """Aborts a connection that sends only a trickle, since it would neither time out nor end."""
+    """Aborts a connection that sends only a trickle and would never time out or end."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock, self.since, self.bytes = clock, clock.now(), 0
 
     def passed(self, count: int) -> None:
-        """Count received bytes."""
+        """Count the bytes received."""
         self.bytes += count
         now = self.clock.now()
         if now - self.since < _DRIP_S:

@@ -1,4 +1,4 @@
-"""Download of a bracket: thumbnails first, then the files, each decoded while the next arrives."""
+"""Downloading a bracket: the thumbnails, then the files, each decoded while the next arrives."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def fetch_thumbnails(
 ) -> dict[str, Path]:
     """Download the thumbnails that the camera offers.
 
-    They are only for display, so failures are ignored.
+    Thumbnails are only for display, so failures are ignored.
 
     Args:
-        targets: Path of the thumbnail for each URL.
+        targets: Path at which to save the thumbnail of each URL.
 
     Returns:
         The paths of the thumbnails that are now on disk, by URL.
@@ -78,7 +78,7 @@ _OF_ONE_FILE: Final = frozenset(
 def fetch(job: CaptureJob) -> None:
     """Download the frames listed in the journal.
 
-    A file that fails does not stop the others. Three complete frames with different exposures are
+    A failed file does not stop the others. Three complete frames with different exposures are
     enough, with a warning. The other frames stay incomplete in the journal.
 
     Raises:
@@ -144,7 +144,7 @@ def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
 
 
 def _different(paths: Iterable[Path]) -> int:
-    """Count the different exposures that the files record."""
+    """Count the distinct exposures recorded in the files."""
     evs: list[float] = []
     for path in paths:
         try:
@@ -157,7 +157,7 @@ def _different(paths: Iterable[Path]) -> int:
 
 
 class _StatusRows:
-    """The rows of the status during the download."""
+    """The rows that the status shows for the files during the download."""
 
     def __init__(self, job: CaptureJob, rows: list[FrameProgress]) -> None:
         self.job, self.rows = job, rows
@@ -194,7 +194,7 @@ def _thumbnails(job: CaptureJob, view: _StatusRows, frames: tuple[SessionFrame, 
 
 
 def _again(job: CaptureJob, view: _StatusRows, number: int, entry: FileEntry) -> DeviceError | None:
-    """Download a file again because its length is right but its image data is damaged."""
+    """Download again a file whose length is right but whose image data is damaged."""
     path = job.session.originals / job.session.local_name(entry)
     _set_aside(job, job.session.journal.frames[number])
     view.set(number, done=False)
@@ -213,7 +213,7 @@ def _one(
     entry: FileEntry,
     check: Callable[[Path], bool] = whole_file,
 ) -> DeviceError | None:
-    """Download one file, and resume it after reconnecting.
+    """Download one file, resuming after a reconnection.
 
     By default, only the file's structure is checked, because the file is decoded while the next one
     arrives. An error that concerns this file alone is returned; any other is raised.

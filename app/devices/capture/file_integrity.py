@@ -1,8 +1,8 @@
 """Integrity of downloaded files: complete JPEGs, and EXIF that matches the planned bracket.
 
 Some cameras silently ignore settings: they take three identical exposures, or ignore ISO outside
-the manual program. `core.measure` reports what a bracket reveals on its own, such as lenses with
-different exposures, or copies.
+the manual program. `core.measure` reports what can be seen from a bracket alone, such as lenses
+with different exposures or duplicate frames.
 """
 
 from __future__ import annotations
@@ -46,14 +46,15 @@ _STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
 
 
 def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
-    """Compare the frames with the plan. The files are kept in any case.
+    """Compare the frames with the plan. The files are always kept.
 
     Returns:
-        Sentences about frames whose exposures differ from the plan. Their actual values are used.
+        Sentences about frames whose exposures differ from the plan. The exposures that the files
+        record are used.
 
     Raises:
-        CaptureFailed: If the exposures are identical, so that the frames are not a bracket, or if
-            the camera tone-mapped the frames.
+        CaptureFailed: If the exposures are identical and the frames therefore form no bracket, or
+            if the camera tone-mapped the frames.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
     if names := rendered_frames(headers):
@@ -74,7 +75,7 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
 def planned_times(paths: Sequence[Path], plan: Plan) -> tuple[float, ...] | None:
     """Return the planned exposure times if no file records its own and each shot has a file.
 
-    The times are in seconds, in the order of `paths`. Returns None otherwise.
+    The times are in seconds, in the order of `paths`. Otherwise the result is None.
     """
     headers = [_header(path) for path in paths]
     silent = all(header.shutter_s is None for header in headers)

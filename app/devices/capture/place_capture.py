@@ -1,7 +1,7 @@
 """A capture for a place: its folder, the camera, the capture itself and its progress.
 
-The capture runs in the caller's thread and puts its progress into a mailbox, from which a screen
-reads the latest entry.
+The capture runs on the caller's thread and puts its progress into a mailbox, from which a screen
+reads the latest state.
 """
 
 from __future__ import annotations
@@ -56,9 +56,9 @@ class CaptureOrder:
     Attributes:
         camera: The camera, or None to merge only the frames on disk.
         naming: Function that creates a name for a place that has none.
-        pack: Head and styles, or None for the generic head.
-        first: (h, 2 h, 3) uint8 or None. Display panorama of the place if it is captured again,
-            used to register the new panorama.
+        pack: Head and styles to use, or None for the generic head.
+        first: (h, 2 h, 3) uint8 or None. Earlier display panorama of a place that is being captured
+            again, with which the new panorama is aligned.
     """
 
     places: Path
@@ -98,8 +98,8 @@ class CapturedPlace:
     """The place of a finished capture.
 
     Attributes:
-        registration: Alignment with the earlier panorama of the same place, or None if the
-            panoramas were not aligned.
+        registration: Alignment with the earlier panorama of the same place, or None if the two were
+            not aligned.
     """
 
     folder: Path
@@ -127,7 +127,7 @@ class Recording:
         self._rough: tuple[RoughAnswer, ...] | None = None
 
     def watch(self, session: Session, pack: StylePack) -> None:
-        """Report the progress of this session from now on."""
+        """Start reporting the progress of this session."""
         self._open, self._pack = session, pack
 
     def show(self, status: Status) -> None:

@@ -1,4 +1,4 @@
-"""Checks before the bracket: the camera's identity, and whether it is ready to shoot."""
+"""Checks before the bracket: which camera it is, and whether it is ready to shoot."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _BROKEN: Final = frozenset(
 
 
 def connect(job: CaptureJob) -> None:
-    """Let a preview end, identify the camera and choose its profile.
+    """Let any preview end, identify the camera and choose its profile.
 
     Raises:
         DeviceError: If nothing answers, the device is not the camera of this session, or its
@@ -114,7 +114,7 @@ def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
 
 
 def explain_error(job: CaptureJob, error: DeviceError) -> DeviceError:
-    """Return the cause of a refusal or a stop as the camera's state shows it, or else `error`."""
+    """Return the cause of a refusal or a stop if the camera's state reveals it, or else `error`."""
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
     try:

@@ -77,17 +77,17 @@ from app.devices.theta.first_contact import PAUSES_S, FirstContact
 from app.devices.theta.messages import FileEntry, Info
 
 BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
-"""Codes of a camera that is busy."""
+"""Error codes sent by a busy camera."""
 
 NOT_NOW: Final = frozenset({"disabledCommand"})
-"""Codes of a camera that cannot execute the command at the moment."""
+"""Error codes sent by a camera that cannot execute the command at the moment."""
 
 RECONNECTED: Final = tr("Reconnected to the camera")
 REJOIN_S: Final = 180.0
 """Time limit for reconnecting, in seconds."""
 
 PATIENCE_S: Final = 420.0
-"""Time limit for all reconnecting in one capture, in seconds."""
+"""Time limit for all reconnections in one capture together, in seconds."""
 
 _OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParameterName"})
 _FIRST_S: Final = 60.0
@@ -160,7 +160,7 @@ class Contact:
         return other
 
     def pause(self, seconds: float) -> None:
-        """Wait.
+        """Wait for the given number of seconds.
 
         Raises:
             Cancelled: If the token is cancelled.
@@ -192,7 +192,7 @@ class Contact:
                     )
 
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
-        """Make a call, repeating it while the camera is busy but never after a loss.
+        """Make a call, repeating it while the camera is busy but never after a connection loss.
 
         Raises:
             DeviceError: Any error of the call that is not temporary.
@@ -302,7 +302,8 @@ class Contact:
     def _lost_settings(self) -> bool:
         """Return whether the camera's options differ from those that were set.
 
-        A camera that forgets its settings does so on a new connection, not after a lost reply.
+        A camera that forgets its settings does so when a new connection is made, not when a reply
+        is lost.
         """
         settings, self._settings = self._settings, {}
         if not settings:
@@ -367,9 +368,9 @@ def find_frames(
 ) -> tuple[FileEntry, ...]:
     """Find the frames of a bracket among the camera's files.
 
-    They are identified by `urls` if the camera has named them, by the `group_id` of their entries,
-    or because they are newer than `previous`, the newest file before the bracket. Returns up to
-    `frame_count` entries in shooting order.
+    The frames are identified by `urls` if the camera has named them, by the `group_id` of their
+    entries, or by being newer than `previous`, the newest file before the bracket. At most
+    `frame_count` entries are returned, in shooting order.
     """
     count = min(frame_count + _SPARE, _MOST_LISTED)
     entries = contact.ask(lambda: contact.client.list_files(count))
@@ -398,7 +399,7 @@ def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
 
 
 def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
-    """Return the entries newer than `previous`, or, if that was deleted, those with higher URLs."""
+    """Return the entries newer than `previous`, or with higher URLs if that file was deleted."""
     path = _path(previous)
     if not any(_path(entry.url) == path for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]
@@ -406,7 +407,7 @@ def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
 
 
 def _one_folder(entries: Sequence[FileEntry], count: int) -> list[FileEntry]:
-    """Return the entries of the most common folder, or all entries if it has fewer than `count`."""
+    """Return the entries in the most common folder, or all entries if it has fewer than `count`."""
     folders = Counter(_place(entry.url)[0] for entry in entries)
     if not folders:
         return []
@@ -428,7 +429,7 @@ def _path(url: str) -> str:
 
 
 def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:
-    """Sort by URL, since cameras count up and start a new folder when the numbers run out."""
+    """Sort by URL, since cameras number files upwards and then start a new folder."""
     return tuple(sorted(entries, key=lambda entry: _place(entry.url)))
 
 

@@ -96,9 +96,9 @@ class Session:
     def open(cls, folder: Path | str) -> Session:
         """Open an existing session and check its files.
 
-        An unreadable journal is renamed and a new one started; the files in `originals` stay and
-        are matched by name. Complete files missing from the journal are added; files that have
-        disappeared or changed count as missing.
+        An unreadable journal is renamed and a new one is started. The files in `originals` stay
+        there and are matched by name. Complete files missing from the journal are added; files that
+        have disappeared or changed count as missing.
 
         Raises:
             CoreError: If the folder is not a session, or was created by a newer version of this
@@ -146,7 +146,7 @@ class Session:
 
     @property
     def journal(self) -> SessionJournal:
-        """The journal as stored on disk."""
+        """The journal as it is stored on disk."""
         return self._journal
 
     @property
@@ -167,7 +167,9 @@ class Session:
         return journal.plan is not None and journal.exposed and here
 
     def update(self, **changes: Any) -> None:
-        """Change the journal, on disk first. Call this before the step that the change records.
+        """Change the journal, first on disk and then in memory.
+
+        Call this before the step that the change records.
 
         Args:
             **changes: Fields of `SessionJournal`. Text from a camera is truncated, and its control
@@ -189,7 +191,7 @@ class Session:
             self._journal = journal
 
     def warn(self, remark: Remark) -> None:
-        """Add a warning, once."""
+        """Add a warning unless it is already there."""
         with self._lock:
             if _cleaned(remark) not in self._journal.warnings:
                 self.update(warnings=(*self._journal.warnings, remark))
@@ -197,7 +199,7 @@ class Session:
     def set_frames(self, entries: Iterable[FileEntry]) -> tuple[SessionFrame, ...]:
         """Record which files on the camera are the frames, in shooting order.
 
-        Data of known frames is kept, even if the camera has a new address. Each frame gets a
+        Data about known frames is kept, even if the camera has a new address. Each frame gets a
         local name.
         """
         with self._lock:
@@ -231,9 +233,9 @@ class Session:
     def local_name(self, entry: FileEntry) -> str:
         """Return the name of a file in `originals`. The same entry always gets the same name.
 
-        It consists of the date and time, the camera's file name restricted to letters, digits, "_",
-        "." and "-", and a number if another file has that name. The date is needed because cameras
-        reuse names.
+        The name consists of the date and time, the camera's file name restricted to letters,
+        digits, "_", "." and "-", and a number if another file has that name. The date is needed
+        because cameras reuse names.
         """
         with self._lock:
             for frame in self._journal.frames:
@@ -363,7 +365,7 @@ def _is_ours(name: str) -> bool:
 
 
 def _beside(folder: Path, stem: str, ending: str = "") -> Path:
-    """Return the first numbered path that is free."""
+    """Return the first numbered path that is not in use."""
     number = 1
     while (folder / f"{stem}-{number}{ending}").exists():
         number += 1
@@ -376,7 +378,7 @@ def _on_camera(url: str) -> str:
 
 
 def camera_time(text: str) -> datetime | None:
-    """Parse a date from the camera's clock, without its time zone. Return None if it is invalid."""
+    """Parse a date from the camera's clock, ignoring its time zone, or return None if invalid."""
     match = _DATE.match(text)
     with suppress(ValueError):
         return None if match is None else datetime(*map(int, match.groups()))  # type: ignore[arg-type]

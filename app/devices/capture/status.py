@@ -48,11 +48,11 @@ class Status:
         fraction: Completed fraction of the capture, 0 to 1. It never decreases, except after a
             failed start.
         shot, shots: Number of the current exposure, counted from 1 (0 before the first), and the
-            total number.
-        seconds_left: Seconds until the last exposure, the last byte, or the time limit for
-            reconnecting, or None if unknown.
+            total number of exposures.
+        seconds_left: Seconds until the last exposure, the last byte, or the end of the time allowed
+            for reconnecting, or None if unknown.
         seeking: Whether the camera is unreachable and the program is reconnecting.
-        may_move: Whether all exposures are done, so that people may walk about again.
+        may_move: Whether all exposures are done and people may walk about again.
         timer_s: Seconds from this status until the self-timer ends, or 0 if no timer is running.
         metered: Unchecked JPEG thumbnail of the metering photo, or b"" before there is one.
     """
@@ -71,7 +71,7 @@ class Status:
 
     @property
     def left_words(self) -> str:
-        """The time left: "4 s left", "almost done", or "" if unknown."""
+        """The time left, such as "4 s left" or "almost done", or "" if it is unknown."""
         seconds = self.seconds_left
         if seconds is None:
             return ""
@@ -102,7 +102,7 @@ _SPANS: Final = {
     Stage.MERGING: (0.9, 1.0),
     Stage.DONE: (1.0, 1.0),
 }
-"""Range of `fraction` for each stage. A stage that ends a capture early keeps the fraction."""
+"""Range of `fraction` for each stage. A stage that ends a capture early keeps the last fraction."""
 
 
 class Board:

@@ -1,4 +1,4 @@
-"""Captures whose camera settings the next capture has to restore.
+"""The captures whose camera settings the next capture has to restore.
 
 A capture is recorded here before it changes anything on the camera. The settings themselves are
 saved in the journal of its session.
@@ -33,7 +33,7 @@ _LONGEST: Final = 4000
 
 
 class Debts:
-    """A file that lists the folders of captures with settings to restore, oldest first."""
+    """A file that lists the folders of captures with settings still to restore, oldest first."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -50,7 +50,7 @@ class Debts:
             self._write([each for each in folders if each != folder])
 
     def of(self, serial: str, besides: Session) -> list[Session]:
-        """Open the other sessions with settings to restore on this camera, newest first."""
+        """Open the other sessions with settings still to restore on this camera, newest first."""
         sessions: list[Session] = []
         for folder in reversed(self._read()):
             if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():

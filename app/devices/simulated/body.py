@@ -1,4 +1,4 @@
-"""The parts of a simulated camera: settings, storage, shooter, permissions and reports.
+"""Parts of a simulated camera: its settings, storage, shooter, permissions and reports.
 
 The camera behaves correctly. Where real cameras are known to misbehave, `CameraBody` and
 `camera.SimulatedCamera` have methods that a subclass may override:
@@ -68,7 +68,7 @@ class CameraBody:
         self.host = person.address
 
     def make_store(self, person: Personality) -> OptionStore:
-        """Create the options of a model."""
+        """Create the option store for a model."""
         return OptionStore(person)
 
     @property
@@ -117,7 +117,7 @@ class CameraBody:
         return ("COMPASS_CALIBRATION",) if self.personality.name == "Z1" else ()
 
     def free_bytes(self) -> int:
-        """Return the free bytes of the storage."""
+        """Return the number of free bytes in storage."""
         return self.storage.free_bytes
 
     def stated_url(self, file: StoredFile) -> str:
@@ -127,14 +127,14 @@ class CameraBody:
     def listing(
         self, files: Sequence[StoredFile], *, detail: bool, thumb_size: int
     ) -> list[JsonValue]:
-        """Return the entries of files for camera.listFiles."""
+        """Return the entries for files in the reply to camera.listFiles."""
         return [
             self.storage.entry(file, self.stated_url(file), detail=detail, thumb_size=thumb_size)
             for file in files
         ]
 
     def has_ended(self, job: ShootingJob) -> bool:
-        """Return whether the command of a job reports that it is done."""
+        """Return whether a job's command reports that it is done."""
         return job.done and not job.watched
 
     # Shooting.

@@ -1,7 +1,7 @@
-"""A simulated camera without sockets, which maps requests to replies on a given clock.
+"""A simulated camera that has no sockets and maps requests to replies on a given clock.
 
-It implements Web API v2.1 and shares no code with the client. Names and limits are those that Ricoh
-documents and users report.
+It implements Web API v2.1 and shares no code with the client. Its names and limits are those that
+Ricoh documents or that users report.
 """
 
 from __future__ import annotations
@@ -140,8 +140,8 @@ class SimulatedCamera(CameraBody):
         """Return the reply to a request.
 
         The pieces of a reply are created while they are sent; the server calls `pieces.close` if it
-        exists. Without a Content-Length, chunked transfer or the end of the connection marks the
-        end of the body.
+        exists. If there is no Content-Length, chunked transfer or the end of the connection marks
+        the end of the body.
         """
         with self._lock:
             self.note(request)
@@ -168,7 +168,7 @@ class SimulatedCamera(CameraBody):
         return state_of(self)
 
     def refuse(self, _request: Request) -> Reply | None:
-        """Return a reply without examining the request, or None to examine it."""
+        """Return a reply without examining the request, or None to have the request examined."""
         return None
 
     def route(self, request: Request) -> Reply:

@@ -1,9 +1,9 @@
 """The models of the simulated camera.
 
-Each row of the camera table is one model. Metadata (maker, padded model, software) come from public
-sample files, and replies are modelled on public ones; undocumented values (SC2, A1) are guesses.
-The sensor values are typical of the pixel pitch, since Ricoh publishes none; they affect only the
-noise.
+Each row of the camera table describes one model. The metadata (maker, padded model, software) come
+from public sample files, and the replies are modelled on public ones. Values that are not
+documented (SC2, A1) are guesses. The sensor values are typical of the pixel pitch, since Ricoh
+publishes none; they affect only the noise.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
-    """The sensor of a model, and the metadata of its files.
+    """The sensor of a model, and the metadata in its files.
 
     Attributes:
         shape: Rows and columns of its full-size panorama.
         base_iso: Lowest ISO. It takes `full_well` electrons to saturate a pixel of the panorama at
             this ISO, and half as many at twice the ISO.
-        channel_gains: Gains of red, green and blue for a neutral picture. They make red and blue
-            noisier.
+        channel_gains: Gains for red, green and blue that produce a neutral picture. They make red
+            and blue noisier.
         lens_words: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
     """
 
@@ -57,7 +57,7 @@ class CameraModel:
 def _theta(
     name: str, software: str, full_well: float, read_noise: float, pad: int = 16, **more: Any
 ) -> CameraModel:
-    """Return the sensor for a row of the camera table, with the EXIF model padded to `pad`."""
+    """Return the sensor for a row of the camera table, with the EXIF model name padded to `pad`."""
     facts = camera_facts(name)
     assert facts is not None
     return CameraModel(
@@ -103,13 +103,13 @@ GENERIC: Final = CameraModel(
 SENSORS: Final = {
     camera.name: camera for camera in (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
 }
-"""All sensors by the short name of their model."""
+"""All sensors, keyed by the short name of the model."""
 _SPAN_S: Final = (0.000125, 30.0)  # range of exposure times, in seconds, for another make
 
 
 @dataclass(frozen=True, slots=True)
 class BracketRules:
-    """The keys of a model's `_autoBracket`, and the behaviour of its own bracket.
+    """The keys in a model's `_autoBracket`, and the behaviour of its own bracket.
 
     Attributes:
         programs: Exposure programs that are valid for `exposureProgram`.
@@ -126,16 +126,17 @@ class BracketRules:
 
 @dataclass(frozen=True, slots=True)
 class Personality:
-    """A model with one firmware.
+    """A model with one firmware version.
 
     Attributes:
         api_levels: (1, 2) for models that start with API 2.0 and must be switched.
         sizes: Rows and columns of its photos, starting with the default.
         previews: Width, height and frames per second of each preview, or an empty tuple if the
             camera reports zeros.
-        status_ids: Whether status replies have an id; Ricoh's own examples of API 2.1 do not.
+        status_ids: Whether status replies have an id. Ricoh's own examples for API 2.1 have none.
         snaps: Whether automatic exposure times are limited to the list of the manual program.
-        lens_stops: Difference between the lenses' ISO in automatic programs, in stops.
+        lens_stops: Difference between the ISO values of the two lenses in automatic programs, in
+            stops.
         overhead_s: Time that a frame takes in addition to its exposure, in seconds.
         thumb: Rows and columns of its thumbnails.
     """
@@ -236,7 +237,7 @@ def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[st
     """Read cameras from a TOML file in the format of ``simulated.toml``.
 
     Args:
-        others: Cameras that a "like" entry may name in addition to the earlier sections.
+        others: Cameras that a "like" entry may name, in addition to those in earlier sections.
     """
     read: dict[str, Personality] = {}
     for name, row in tomllib.loads(file.read_text(encoding="utf-8")).items():
@@ -257,7 +258,7 @@ def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[st
 
 
 def _other_make() -> Personality:
-    """Return a camera of another make, with the exposure times of the V from 1/8000 s to 30 s."""
+    """Return a camera of another make, with the V's exposure times from 1/8000 s to 30 s."""
     first, last = _SPAN_S
     times = tuple(time for time in _TABLE["V"].shutters if first <= time <= last)
     return Personality("", "", "", "", GENERIC, (), times, (), (), 0.0)

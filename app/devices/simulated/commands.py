@@ -1,4 +1,4 @@
-"""The commands of a simulated camera, with their replies and progress."""
+"""The commands of a simulated camera, with their replies and their progress."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
     """Start a bracket, and return the reply "inProgress" with an id.
 
     Args:
-        mode: The parameter `_mode`, or None if it is missing.
+        mode: The parameter `_mode`, or None if the request omits it.
 
     Raises:
         CommandRefused: With the code disabledCommand if the camera is set to single photos or
@@ -134,8 +134,8 @@ class Command:
     """A command of the camera.
 
     Attributes:
-        act: Function that takes the camera and the parameters, and returns the results to add to
-            name and state, or a complete reply. It may raise `CommandRefused`.
+        act: Function that takes the camera and the parameters, and returns either the results to
+            add to the name and state, or a complete reply. It may raise `CommandRefused`.
     """
 
     act: Action
@@ -284,4 +284,4 @@ COMMANDS: Final = {
     "camera.delete": Command(_delete, frozenset({"fileUrls"})),
     "camera.getLivePreview": Command(_live_preview),
 }
-"""Commands of Web API v2.1 by name."""
+"""The commands of Web API v2.1, keyed by name."""

@@ -1,8 +1,8 @@
 """Requests to a simulated camera, and its replies.
 
 The camera has no sockets: it maps a `Request` to a `Reply`. The body of a reply is a series of
-pieces, each either bytes or a pause. `server` sends them over real HTTP; tests pass them to
-`requests` in the same process, on virtual time.
+pieces, each either bytes or a pause. `server` sends the pieces over real HTTP, and tests pass them
+to `requests` in the same process, on virtual time.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def json_reply(value: JsonValue, status: int = 200) -> Reply:
 
 
 def text_reply(body: bytes, kind: str, status: int = 200) -> Reply:
-    """Return a reply with a short body."""
+    """Return a reply with a short body of plain bytes."""
     return Reply(status, (*_headers(kind), ("Content-Length", str(len(body)))), (body,), LATENCY_S)
 
 
@@ -148,7 +148,7 @@ def file_reply(
 
 
 def paced(data: bytes, rate_mbit: float | None) -> Iterator[Piece]:
-    """Split a body into chunks of 16 to 64 kB, with pauses according to the transfer rate.
+    """Split a body into chunks of 16 to 64 kB, with pauses that produce the transfer rate.
 
     Args:
         rate_mbit: Transfer rate in megabits per second, or None for no limit.

@@ -23,7 +23,7 @@ _MAKER_HEAD: Final = b"Ricoh\0\0\0"
 _THETA_IFD: Final = 0x4001
 
 _Entry: TypeAlias = tuple[int, int, int, bytes]
-"""Tag, TIFF type, count and value."""
+"""The tag, TIFF type, count and value of a directory entry."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +193,7 @@ def _theta_entries(tags: Tags) -> list[_Entry]:
 
 
 def _directory(entries: Sequence[_Entry], offset: int, note_at: int = 0) -> bytes:
-    """Return a TIFF directory that starts at `offset`: its entries, then their long values."""
+    """Return a TIFF directory starting at `offset`: its entries, followed by their long values."""
     table = [struct.pack(">H", len(entries))]
     data = b""
     at = offset + 2 + 12 * len(entries) + 4
@@ -237,7 +237,7 @@ def _tenths(values: Sequence[float]) -> bytes:
 
 
 def _ratio(value: float) -> tuple[int, int]:
-    """Return a fraction as cameras write it: 1/60 for 0.01666666."""
+    """Return a fraction in the form that cameras write, such as 1/60 for 0.01666666."""
     if 0.0 < value < 0.4:
         below = round(1.0 / value)
         if abs(value * below - 1.0) < 1e-4:

@@ -1,4 +1,4 @@
-"""One frame of a simulated camera: light, sensor, camera curve, JPEG and metadata.
+"""One frame from a simulated camera: its light, sensor, camera curve, JPEG and metadata.
 
 1. The environment in cd/m2 is resampled to the frame's size (`optics.FrameView`) and multiplied by
    the gain of each lens.
@@ -7,7 +7,7 @@
 3. The sensor counts electrons with shot noise and read noise, and clips each channel.
 4. The camera curve and rounding produce bytes; OpenCV encodes them as JPEG.
 
-White of luminance L is (L, L, L) cd/m2 in linear Rec. 709; unit radiance of a relative
+White of luminance L is (L, L, L) cd/m2 in linear Rec. 709. One unit of radiance in a relative
 environment is `scale` cd/m2.
 """
 
@@ -49,8 +49,11 @@ class FrameSight(Protocol):
 
 
 Tables: TypeAlias = tuple[NDArray[np.uint8], ...]
-"""The camera curve of red, green and blue, each (65536,): entry i is the byte of linear light
-(i / 65535)**2. The square root keeps the steps fine enough near black, where curves are steep."""
+"""The camera curves for red, green and blue, each (65536,).
+
+Entry i is the byte for linear light (i / 65535)**2. The square root keeps the steps fine enough
+near black, where curves are steep.
+"""
 
 
 @cache
@@ -64,15 +67,15 @@ def srgb_tables() -> Tables:
 
 @dataclass(frozen=True, slots=True)
 class ShotOptions:
-    """Settings of a frame other than its exposure.
+    """The settings of a frame other than its exposure.
 
     Attributes:
         shape: tuple[int, int] or None. Rows and columns, or None for those of the environment.
             `CameraModel.shape` gives a full frame.
         scale: Luminance in cd/m2 of one unit of the environment.
-        lens_gain: Sensitivity of the front lens (centre half of the columns) and the back lens. The
-            values are also recorded per lens in the maker note, and blend over 10 degrees at the
-            seam.
+        lens_gain: Sensitivity of the front lens (centre half of the columns) and of the back lens.
+            The values are also recorded for each lens in the maker note, and are blended over 10
+            degrees at the seam.
     """
 
     shape: tuple[int, int] | None = None
@@ -116,7 +119,7 @@ def expose(
     *,
     seed: int,
 ) -> NDArray[np.uint8]:
-    """Expose a frame of a prepared view, encoded with `tables` (see `develop`)."""
+    """Expose a frame from a prepared view, encoded with `tables` (see `develop`)."""
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
         raise ValueError("gains and the scale must be greater than 0")
     shape = view.shape
@@ -191,7 +194,7 @@ def segments_of(tags: Tags) -> list[bytes]:
 
 
 def _code(share: FloatImage, tables: Tables, into: NDArray[np.uint8]) -> None:
-    """Apply the camera curve, and store the rounded bytes in `into`. `share` is overwritten."""
+    """Apply the camera curve and store the rounded bytes in `into`, overwriting `share`."""
     top = np.float32(tables[0].size - 1)
     np.clip(share, 0.0, 1.0, out=share)
     np.sqrt(share, out=share)

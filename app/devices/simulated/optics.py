@@ -30,11 +30,12 @@ def add_sensor_noise(
 ) -> None:
     """Replace light with the sensor's counts, including shot noise, read noise and clipping.
 
-    With W electrons at saturation, a pixel that expects n electrons counts a Poisson number of them
-    plus Gaussian read noise of standard deviation r: mean n, variance n + r^2, third moment n. One
-    normal number z gives all three by the Cornish-Fisher expansion, n + s z + n / (6 s^2) (z^2 - 1)
-    with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49). Where n is large, this is a Gaussian.
-    It is ten times as fast as sampling a Poisson distribution.
+    With W electrons at saturation, a pixel that expects n electrons counts a Poisson-distributed
+    number of them, plus Gaussian read noise of standard deviation r. The count has mean n, variance
+    n + r^2 and third moment n. One normal number z gives all three by the Cornish-Fisher expansion,
+    n + s z + n / (6 s^2) (z^2 - 1) with s^2 = n + r^2 (Abramowitz and Stegun 1964, 26.2.49). Where
+    n is large, this is a Gaussian. This method is ten times as fast as sampling a Poisson
+    distribution.
 
     Args:
         share: NDArray[np.float32], (..., W, 3), contiguous. Light as a fraction of saturation,
@@ -67,7 +68,7 @@ def add_sensor_noise(
 
 
 def _normal(shape: tuple[int, ...], generator: np.random.Generator) -> FloatImage:
-    """Draw from 65,536 equally likely normal values, which is much faster than exact sampling."""
+    """Draw from 65,536 equally likely normal values, much faster than exact sampling would be."""
     count = math.prod(shape)
     picks = np.frombuffer(generator.bytes(2 * count), dtype="<u2")
     return np.take(_quantiles(), picks, mode="clip").reshape(shape)
@@ -186,7 +187,7 @@ def view_of(environment: FloatImage, shape: tuple[int, int]) -> FrameView:
 def padded_texels(
     environment: FloatImage, shape: tuple[int, int]
 ) -> tuple[FloatImage, tuple[int, int]]:
-    """Add a wrapped texel on each side, and reduce to `shape` if that is smaller.
+    """Add a wrapped texel on each side, and scale down to `shape` if that is smaller.
 
     Returns:
         The texels as (H + 2, W + 2, 3) float32, and H and W.
@@ -213,7 +214,7 @@ def padded_texels(
 
 
 def mix_columns(padded: FloatImage, taps: Taps) -> FloatImage:
-    """Resample the columns to those of a frame."""
+    """Resample the columns of an environment to those of a frame."""
     first, share = taps
     if not share.any():
         return np.ascontiguousarray(padded[:, first])
@@ -222,7 +223,7 @@ def mix_columns(padded: FloatImage, taps: Taps) -> FloatImage:
 
 
 def area_taps(source: int, target: int, *, spherical: bool = False) -> Taps:
-    """Return the two texels of the padded environment covered by the area of each pixel."""
+    """Return the two texels of the padded environment that the area of each pixel covers."""
     edges = np.arange(target + 1) * (source / target)
     first = np.floor(edges[:-1] + 1e-9)
     cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])

@@ -1,4 +1,4 @@
-"""The options of a simulated camera: their values, their lists and how the program affects them."""
+"""The options of a simulated camera: their values, the values allowed, and the program's effect."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _READ_ONLY: Final = frozenset(
     {"remainingPictures", "remainingSpace", "remainingVideoSeconds", "totalSpace"}
 )
 _WHICH_PROGRAMS: Final = {"iso": (1, 9), "shutterSpeed": (1, 4), "aperture": (1, 3)}
-"""Exposure programs in which the user sets each value; in others, the value is 0 (automatic)."""
+"""Exposure programs in which the user sets each value. In others, the value is 0 (automatic)."""
 
 
 class OptionStore:
     """All options of one camera.
 
-    A subclass may override `support`, `allows` and `allows_bracket` to accept fewer values.
+    A subclass may override `support`, `allows` and `allows_bracket` to accept a smaller range.
     """
 
     def __init__(self, personality: Personality) -> None:
@@ -149,7 +149,7 @@ class OptionStore:
         return not has_list or member(value, self.support(name))
 
     def allows_bracket(self, value: JsonValue) -> bool:
-        """Return whether a value is a bracket with a number of shots that the model accepts."""
+        """Return whether a value is a bracket whose number of shots the model accepts."""
         rules = self._person.bracket
         if rules is None or not isinstance(value, dict):
             return False

@@ -1,6 +1,6 @@
-"""The live preview of a simulated camera: a loop of frames of its scene, for one client.
+"""The live preview of a simulated camera: a loop of frames showing its scene, for one client.
 
-The exposure is that of the automatic program, so that lamps, windows and the sun clip. A row of
+The exposure is that of the automatic program, in which lamps, windows and the sun clip. A row of
 dark and light blocks at the bottom encodes the number of each frame, and a small dot moves along
 the horizon to make the age of a frame visible; neither is bright enough to count as a lamp. Each
 frame is encoded only once.
@@ -44,11 +44,11 @@ _LATE_S: Final = 0.5  # seconds; a sender later than this skips frames
 
 
 class LivePicture:
-    """The loop of frames at one size. Each is encoded when first used.
+    """The loop of frames at one size. Each frame is encoded when it is first used.
 
     Args:
         environment: (H, 2 H, 3) float32. Linear light in any unit, to be metered and clipped.
-        shape: Rows and columns, at least 32 by 64. A square frame is the front lens's view.
+        shape: Rows and columns, at least 32 by 64. A square frame shows the front lens's view.
     """
 
     def __init__(
@@ -107,13 +107,13 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
 
 
 def pattern(number: int) -> list[int]:
-    """Return the blocks: white, black, the number, its complement, black, white."""
+    """Return the blocks in order: white, black, the number, its complement, black, white."""
     bits = [number >> place & 1 for place in range(BITS)]
     return [1, 0, *bits, *(1 - bit for bit in bits), 0, 1]
 
 
 def mark_rows(rows: int) -> int:
-    """Return the height of the blocks in rows."""
+    """Return the height of the blocks, in rows."""
     # High enough to be read, but inconspicuous in full screen.
     return max(rows // (32 if rows < _LARGE else 96), 2)
 

@@ -57,7 +57,7 @@ class Take:
 
 
 class Scene:
-    """A scene with a cache of rendered frames, so that tests of many cameras can share it.
+    """A scene with a cache of rendered frames, which tests of many cameras can share.
 
     Args:
         environment: (H, 2 H, 3) float32. Linear Rec. 709 light, `scale` cd/m2 per unit.
@@ -97,7 +97,7 @@ class Scene:
         return bool(middle >= self.environment.mean())
 
     def frame(self, camera: CameraModel, take: Take) -> bytes:
-        """Render a frame and return the JPEG file with all its metadata."""
+        """Render a frame and return it as a JPEG file with all its metadata."""
         shot = self._shot_of(take)
         key = (camera.name, replace(take, date_time="", program=1, hdr=False))
         data = self._cached(key)
@@ -113,13 +113,13 @@ class Scene:
         return replace(tags, program=take.program, hdr_rendering=take.hdr)
 
     def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
-        """Return a frame's thumbnail of `shape` (rows, columns), without metadata."""
+        """Return a frame's thumbnail with the given `shape` (rows, columns) and no metadata."""
         take = replace(take, shape=shape)
         shot = replace(self._shot_of(take), noise=False)
         return jpeg(self._expose(camera, take, shot, 0), _THUMB_QUALITY)
 
     def view(self, shape: tuple[int, int]) -> FrameSight:
-        """Return the scene for a frame of `shape` (rows, columns)."""
+        """Return a view of the scene for a frame with the given `shape` (rows, columns)."""
         return view_of(self.environment, shape)
 
     def _expose(self, camera: CameraModel, take: Take, shot: ShotOptions, seed: int) -> Bytes:
@@ -169,7 +169,7 @@ def automatic(
             exposureCompensation and isoAutoHighLimit if the program uses them.
 
     Returns:
-        The stated exposure, and the gain of each lens relative to it.
+        The exposure that the camera states, and the gain of each lens relative to that exposure.
     """
     program = number_in(settings, "exposureProgram", 2.0)
     aperture = number_in(settings, "aperture", 0.0) or person.apertures[0]
@@ -232,11 +232,11 @@ def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, f
 
 
 def nearest(value: float, among: Sequence[float]) -> float:
-    """Return the nearest value, measured in stops."""
+    """Return the value in `among` that is nearest to `value`, measured in stops."""
     return min(among, key=lambda each: abs(math.log(each / value)))
 
 
 def number_in(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
-    """Return a number from untrusted settings, or `otherwise` if it is not a number."""
+    """Return a number from untrusted settings, or `otherwise` if the entry is not a number."""
     value = settings.get(name, otherwise)
     return float(value) if isinstance(value, int | float) else otherwise

@@ -1,7 +1,7 @@
 """Shooting and storage: the current job, the files and the camera's clock.
 
 Only rendering runs in a thread. At every request, `Shooter.settle` writes the frames that are due:
-those whose exposure and overhead are over and whose picture is ready. On virtual time, frames are
+those whose exposure and overhead have ended and whose picture is ready. On virtual time, frames are
 rendered when first used; otherwise, they are rendered while the camera shoots.
 """
 
@@ -37,7 +37,7 @@ class CameraDate:
     """Local time with a constant offset from UTC.
 
     Args:
-        now: Reading of the clock at `start`, in seconds.
+        now: Clock reading at `start`, in seconds.
         start: Local time at that moment.
     """
 
@@ -76,7 +76,7 @@ class StoredFile:
 
     Attributes:
         shape: Rows and columns.
-        makers: Functions that return the bytes of the file ("file") and its thumbnail ("thumb").
+        makers: Functions that return the bytes of the file ("file") and of its thumbnail ("thumb").
     """
 
     name: str
@@ -135,7 +135,7 @@ class Storage:
 
     @property
     def free_bytes(self) -> int:
-        """Approximate free bytes: every file counts as 4 MB, so that none has to be rendered."""
+        """Approximate number of free bytes. Every file counts as 4 MB, so none need be rendered."""
         return TOTAL_BYTES - 4_000_000 * len(self.files)
 
     def delete(self, urls: Sequence[JsonValue]) -> None:
@@ -168,7 +168,7 @@ class Storage:
     def entry(
         self, file: StoredFile, url: str, *, detail: bool, thumb_size: int
     ) -> dict[str, JsonValue]:
-        """Return the entry of a file for camera.listFiles."""
+        """Return the entry for a file in the reply to camera.listFiles."""
         entry: dict[str, JsonValue] = {
             "name": file.name,
             "fileUrl": url,
@@ -200,7 +200,7 @@ JobKind: TypeAlias = Literal["single", "bracket"]
 
 @dataclass(slots=True)
 class PlannedFrame:
-    """One frame of a job, with its settings and the times of exposure and storage."""
+    """One frame of a job, with its settings and the times at which it is exposed and stored."""
 
     start: float
     end: float
@@ -213,7 +213,8 @@ class ShootingJob:
     """One photo or one series, in progress or done.
 
     Attributes:
-        start_s, begins: Times of the request and of the end of the self-timer, in seconds.
+        start_s, begins: When the photo or series was requested and when the self-timer ends, in
+            seconds.
     """
 
     number: int
@@ -259,7 +260,7 @@ class Shooter:
 
     Args:
         shape: Rows and columns of all frames, or None to follow the options.
-        manual_gains: Sensitivity of the front and the back lens in the manual program.
+        manual_gains: Sensitivity of the front lens and of the back lens in the manual program.
     """
 
     def __init__(
@@ -307,7 +308,7 @@ class Shooter:
         """Start shooting.
 
         Args:
-            shots: Options of each frame: exposureProgram with its values, and whiteBalance.
+            shots: Options for each frame: exposureProgram with its values, and whiteBalance.
         """
         now = self._clock.now()
         begins = now + number_in(options, "exposureDelay", 0.0)
@@ -337,7 +338,7 @@ class Shooter:
             job.files.append(self.write(frame, job))
 
     def stop(self) -> None:
-        """Stop after the current frame, or before any frame during the self-timer."""
+        """Stop after the current frame, or before the first frame if the self-timer is running."""
         now = self._clock.now()
         job = self.job
         if job is None:
@@ -358,7 +359,7 @@ class Shooter:
     def plan(
         self, settings: Mapping[str, JsonValue], options: Mapping[str, JsonValue], at: float
     ) -> Take:
-        """Plan a frame exposed at clock time `at`."""
+        """Plan a frame to be exposed at clock time `at`."""
         exposure, gains = automatic(self._scene, self._person, settings)
         program = int(number_in(settings, "exposureProgram", 2.0))
         self._count += 1
@@ -374,7 +375,7 @@ class Shooter:
         )
 
     def write(self, frame: PlannedFrame, job: ShootingJob | None) -> StoredFile:
-        """Write to the storage a frame of a job, or an older photo if `job` is None."""
+        """Write a job's frame to storage, or an older photo if `job` is None."""
         camera, take = self._person.camera, frame.take
         name, path = self._storage.next_name()
         whole = frame.picture.result if frame.picture else partial(self._scene.frame, camera, take)

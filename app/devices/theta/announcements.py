@@ -32,7 +32,7 @@ _ASK_MS: Final = 400
 
 @dataclass(frozen=True, slots=True)
 class Advert:
-    """One announcement."""
+    """One announcement by a camera."""
 
     name: str
     addresses: tuple[str, ...]
@@ -45,7 +45,7 @@ def browse_network(
     *,
     interfaces: Sequence[str] | None = None,
 ) -> None:
-    """Listen for announcements, blocking until at most half a second after `stop` is set.
+    """Listen for announcements, returning no later than half a second after `stop` is set.
 
     Raises:
         Unreachable: With the code "no-mdns" if this computer cannot listen because it has no

@@ -1,4 +1,4 @@
-"""Identify cameras by name, model and serial number, so that none is counted twice."""
+"""Identification of cameras by name, model and serial number, so that none is counted twice."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
 
 @dataclass(frozen=True, slots=True)
 class FoundCamera:
-    """A camera that answers, or a camera that is identified but requires a password first."""
+    """A camera that answers, or one that is identified but requires a password first."""
 
     name: str
     endpoint: Endpoint
@@ -83,8 +83,8 @@ def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
     """Keep each camera once, with its best address.
 
     Addresses that work without a password come first. Otherwise the order is typed, access point,
-    remembered and network. The result has the same order. Missing data is filled in from the other
-    addresses of the same camera.
+    remembered and network. The cameras are returned in the same order. Missing data is filled in
+    from the camera's other addresses.
     """
     ranked = sorted(
         cameras, key=lambda camera: (camera.needs_password, _ORDER.index(camera.source))

@@ -35,7 +35,7 @@ from app.devices.theta.untrusted import (
 )
 
 BUSY_PAUSES_S: Final = (0.5, 1.0, 2.0, 2.0, 3.0)
-"""Pauses in seconds before a request is sent again to a camera that is busy."""
+"""Pauses, in seconds, before a request is sent again to a busy camera."""
 
 MAX_LISTED: Final = 100
 """Maximum number of entries per request. Longer lists are read page by page."""
@@ -44,7 +44,7 @@ MAX_DELETED: Final = 128
 """Maximum number of files that a camera deletes in one command."""
 
 MAX_THUMBNAIL: Final = 1_000_000
-"""Maximum size of a thumbnail in bytes. Real thumbnails are about ten thousand bytes."""
+"""Maximum size of a thumbnail, in bytes. Real thumbnails have about ten thousand bytes."""
 
 _PREVIEW: Final = ("width", "height", "framerate")
 _MULTIPART: Final = {"Accept": "multipart/x-mixed-replace"}
@@ -76,8 +76,8 @@ class OscClient:
     """A client for one camera.
 
     All methods raise the same errors as `Link.get`. They also raise `CameraRefused` for an error
-    object with status 200. A request to a busy camera is repeated after `BUSY_PAUSES_S`. After a
-    timeout, the repeated request is given twice the time.
+    object with status 200. A request to a busy camera is repeated after the pauses in
+    `BUSY_PAUSES_S`. A request repeated after a timeout is given twice the time.
     """
 
     def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
@@ -181,7 +181,8 @@ class OscClient:
 
         Raises:
             DeviceError: With the code "not-a-file" if any entry is not the URL of a file on this
-                camera. Nothing is deleted then. Some keywords would delete all files of a kind.
+                camera. In that case nothing is deleted. Without this check, some keywords would
+                delete all files of a kind.
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
@@ -197,7 +198,8 @@ class OscClient:
     def open_file(self, url: str, *, start: int = 0) -> Iterator[Incoming]:
         """Open a file at byte offset `start`. No other request may be sent until it is closed.
 
-        A camera that supports ranges answers with 206, others with 200 and the whole file.
+        A camera that supports ranges replies with status 206; other cameras reply with status 200
+        and the whole file.
         """
         headers = {"Accept": "*/*"}
         if start > 0:
@@ -235,7 +237,7 @@ class OscClient:
         """Open the live preview. No other request may be sent until it is closed.
 
         Args:
-            size: Columns, rows and frames per second, or None for the camera's setting.
+            size: Columns, rows and frames per second, or None to use the camera's current setting.
 
         Yields:
             JPEG frames, not decoded, until the camera ends the preview.
@@ -282,7 +284,7 @@ class OscClient:
         return self._patiently(ask)
 
     def _put(self, path: str, name: str, body: Mapping[str, Any] | None) -> JsonValue:
-        """Send a request with its own time limit, which doubles after each timeout."""
+        """Send a request with a separate time limit, which doubles after each timeout."""
         what = name or path
         late = self._late.pop(what, 0)
         patience = _PATIENCE_S.get(what, self.link.timeouts.read_s) * 2.0**late

@@ -1,4 +1,4 @@
-"""Search for cameras on their own Wi-Fi, at the last address and through announcements.
+"""Search for cameras on their own Wi-Fi, at the last known address and through announcements.
 
 All addresses are queried at once, each in a separate thread, since an unused address may silently
 drop everything sent to it. A device counts only if it describes itself as an OSC camera, or if it
@@ -56,7 +56,7 @@ _ROUTER: Final = tr(
 
 
 class Asker(Protocol):
-    """The part of a `Link` used by discovery."""
+    """The part of a `Link` that discovery uses."""
 
     def get(self, path: str) -> JsonValue:
         """Request JSON."""
@@ -67,13 +67,13 @@ class Asker(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Discovery:
-    """The result of a search: cameras, and remarks on failures."""
+    """The result of a search: the cameras, and remarks on any failures."""
 
     cameras: tuple[FoundCamera, ...] = ()
     notes: tuple[str, ...] = ()
 
     def one(self) -> FoundCamera:
-        """Choose a camera if the user names none: the only one, or the one used last.
+        """Choose a camera if the user names none: either the only one or the one used last.
 
         Raises:
             Unreachable: With the code "no-camera" if there is none.
@@ -171,7 +171,7 @@ def _info(link: Asker, clock: Clock, timeout_s: float, token: Token | None) -> I
 
 @dataclass(slots=True)
 class _Reply:
-    """The reply of one address."""
+    """The reply from one address."""
 
     source: Source
     info: Info | None = None
@@ -300,7 +300,7 @@ class _Search:
             link.close()
 
     def _info(self, link: Asker) -> Info:
-        """Request the description, repeating while there is time if the reply is cut or garbled."""
+        """Request the description, repeating while time remains if the reply is cut or garbled."""
         deadline, first = self._start[0] + self.timeout_s, FirstContact(self.clock, silences=1)
         while True:
             try:
@@ -331,7 +331,7 @@ def _ask_info(
 
 
 def _trouble(endpoint: Endpoint, error: DeviceError | None) -> str:
-    """Explain why a device that answers is not listed, or return "" if nothing answers."""
+    """Explain why a device that answers is not listed, or return "" if nothing answered."""
     if error is None or isinstance(error, Unreachable):
         return ""
     if isinstance(error, CameraRefused):
@@ -347,5 +347,5 @@ def _links(clock: Clock, timeout_s: float) -> Callable[[Endpoint], Asker]:
 
 
 def _as_known(camera: FoundCamera, source: Source) -> FoundCamera:
-    """Return a camera that requires a password, with its description from the last session."""
+    """Return a camera that requires a password, with its description saved in the last session."""
     return replace(camera, source=source, needs_password=True)

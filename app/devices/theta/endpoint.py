@@ -1,8 +1,8 @@
-"""The address of a camera, and the URLs from the camera that may be followed.
+"""The address of a camera, and which of the camera's URLs may be followed.
 
 A camera builds its URLs from the address that it believes it has. Only the path and query of such a
-URL are used, at the address that the user typed, so that a forwarded port works and no URL can lead
-to another computer.
+URL are used, at the address that the user typed. A forwarded port therefore works, and no URL can
+lead to another computer.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ _NEAR: Final = tuple(
 
 
 def is_near(host: str) -> bool:
-    """Return whether an address is in a private network, on this link or on this computer.
+    """Return whether an address is on a private network, on this link or on this computer.
 
     Other addresses are tried only if the user types them.
 

@@ -16,14 +16,14 @@ GARBLED_S: Final = 20.0
 """Time during which cut, garbled or interrupted replies are tolerated, in seconds."""
 
 PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
-"""Pauses between two requests, in seconds. The last pause repeats."""
+"""Pauses between successive requests, in seconds. The last pause repeats."""
 
 _STRANGERS: Final = 3
 _REFUSALS: Final = 3
 
 
 class FirstContact:
-    """The failures of one address, in order.
+    """The failures at one address, in order.
 
     Args:
         silences: Number of consecutive timeouts after which to give up.

@@ -1,7 +1,7 @@
 """The camera used last, saved in the user's data folder without its password.
 
-Anyone with write access to that folder can change the file, so only local addresses are read from
-it.
+Anyone with write access to that folder can change the file, so only local addresses in it are
+accepted.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""HTTP to one camera: one request at a time, with limits on size and time.
+"""HTTP communication with one camera: one request at a time, limited in size and time.
 
 `requests` prepares a request and one of its adapters sends it. `Session.send` of `requests` is not
 used, because it applies proxies and cookies, and reads the whole body of a redirect or a 401
@@ -87,7 +87,7 @@ class Link:
         Raises:
             Unreachable: If nothing answers in time or the connection breaks.
             NotACamera: If something other than a camera answers.
-            PasswordNeeded: If the camera requires a password or rejects this one.
+            PasswordNeeded: If the camera requires a password or rejects the one given.
             CameraRefused: If the reply is an HTTP error.
             BadReply: If the reply is too large or cannot be read.
         """
@@ -96,7 +96,7 @@ class Link:
     def post(
         self, path: str, body: Mapping[str, Any] | None, patience_s: float | None = None
     ) -> JsonValue:
-        """Send JSON, or an empty body for None, and read the reply as JSON.
+        """Send JSON, or an empty body if `body` is None, and read the reply as JSON.
 
         Raises:
             DeviceError: As in `get`.
@@ -110,7 +110,7 @@ class Link:
         headers: Mapping[str, str] | None = None,
         body: Mapping[str, Any] | None = None,
     ) -> Iterator[Incoming]:
-        """Open a file, or the stream of a command if there is a body, until the end of the block.
+        """Open a file, or a command's stream if `body` is given, until the ``with`` block ends.
 
         Raises:
             DeviceError: As in `get`, when the stream is opened and while it is read.
@@ -167,7 +167,7 @@ class Link:
                 self._used_s = self._clock.now()
 
     def _open(self, request: requests.Request, watch: Watch, quiet_s: float) -> Incoming:
-        """Send a request, with a password if the camera requires one, leaving the body unread."""
+        """Send a request, with a password if the camera requires one, and leave the body unread."""
         watch.allow(self.timeouts.whole_s)
         if isinstance(self._adapter, WatchedAdapter):
             self._adapter.watch = watch

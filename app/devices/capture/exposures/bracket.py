@@ -1,4 +1,4 @@
-"""The bracket, shot by the camera itself if possible, otherwise photo by photo."""
+"""The bracket, shot by the camera's own bracketing if possible, otherwise photo by photo."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ _REFUSALS: Final = frozenset(
 
 
 class _NoBracket(Exception):
-    """Raised when the camera refuses its own bracket."""
+    """Raised when the camera refuses to shoot a bracket itself."""
 
 
 class _NotHeard(Exception):
-    """Raised when the camera did not start to shoot."""
+    """Raised when the camera did not start shooting."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A bracket in progress, with its start and its deadline in clock time."""
+    """A bracket in progress, with its start time and its deadline on the clock."""
 
     began: float
     until: float
@@ -167,7 +167,7 @@ def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
 def watch(job: CaptureJob, run: Run) -> None:
     """Poll only the state until the camera has finished shooting and is idle again.
 
-    The camera must report twice in a row that it is idle, because an SC2 does so once between
+    The camera must report twice in a row that it is idle, because an SC2 reports it once between
     two frames.
 
     Raises:
@@ -194,7 +194,7 @@ def watch_if_busy(job: CaptureJob, run: Run) -> None:
 
 
 def bracket_options(profile: ModelProfile, plan: Plan, *, white: bool = True) -> dict[str, Any]:
-    """Return the options that prepare a camera for a bracket."""
+    """Return the options that prepare a camera to shoot a bracket."""
     keys = [key for key in profile.shot_keys if white or key != "whiteBalance"]
     shots = [{key: _value(key, shot) for key in keys} for shot in plan.shots]
     bracket = {"_bracketNumber": len(shots), "_bracketParameters": shots}
@@ -216,7 +216,7 @@ def _value(key: str, shot: PlannedShot) -> Any:
 
 
 def _note_start(job: CaptureJob) -> None:
-    """Record the camera's newest file, so that later files can be recognized as ours."""
+    """Record the camera's newest file, so that later files can be recognized as Turnlight's own."""
     entries = job.contact.ask(lambda: job.client.list_files(_MOST_ENTRIES))
     state = job.contact.ask(job.client.state)
     job.session.update(
@@ -243,7 +243,7 @@ def _shoot(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
 
 
 def _by_itself(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
-    """Let the camera shoot the bracket, and return its URLs if the camera reports them."""
+    """Let the camera shoot the bracket, and return any file URLs that the camera reports."""
     losses = job.contact.losses
     for _ in range(STARTS):
         if job.contact.losses != losses:
@@ -291,7 +291,7 @@ def _start(job: CaptureJob) -> CommandReply:
 
 
 def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]:
-    """Wait until the bracket is done, and return its URLs if the camera reports them."""
+    """Wait until the bracket is done, and return any URLs of its files that the camera reports."""
     if job.profile.bracket == "watched" and command.state != "done":
         watch(job, run)
         return ()
@@ -330,7 +330,7 @@ def _after_silence(job: CaptureJob, run: Run) -> tuple[str, ...]:
 
 
 def _new_files(job: CaptureJob) -> tuple[FileEntry, ...]:
-    """Return the files on the camera that are newer than the start of the bracket."""
+    """Return the files on the camera that were written after the bracket started."""
     previous = job.session.journal.previous_latest
     return find_frames(job.contact, len(job.plan.shots), previous=previous)
 
@@ -350,7 +350,7 @@ def _check_deadline(job: CaptureJob, until: float) -> None:
 
 
 def _tell(job: CaptureJob, completion: float | None, run: Run) -> None:
-    """Show the current exposure, based on the camera's progress or else on the clock."""
+    """Show the current exposure, judged by the camera's progress or, failing that, by the clock."""
     plan = job.plan
     elapsed_s = job.clock.now() - run.began - job.delay_s
     total = max(plan.expected_s, 0.1)

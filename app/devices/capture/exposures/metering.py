@@ -34,7 +34,7 @@ from app.devices.errors import (
 from app.devices.theta import untrusted
 
 HEAD_BYTES: Final = 128 << 10
-"""Number of bytes at the start of a file that include all headers. Theta files need 68 kB."""
+"""Number of bytes at the start of a file that contain all its headers. Theta files need 68 kB."""
 
 _AUTOMATIC: Final = 2
 _ROUNDS: Final = 4
@@ -51,7 +51,7 @@ _MANUAL: Final = 1
 
 
 def make_plan(job: CaptureJob) -> None:
-    """Set up the camera, meter and plan the bracket, repeating if the camera loses its settings.
+    """Set up the camera, meter and plan the bracket, starting over if the settings are lost.
 
     Raises:
         DeviceError: If the camera refuses, or loses its settings every time.
@@ -122,7 +122,7 @@ def meter(job: CaptureJob) -> Exposure:
 def read_limits(job: CaptureJob) -> CameraLimits:
     """Return the limits of the manual program, which must be active while the lists are read.
 
-    Lists that the camera does not report come from its profile.
+    Any lists that the camera does not report are taken from its profile.
     """
     camera_settings.change(job.contact, {"exposureProgram": _MANUAL})
     values = camera_settings.read(job.contact, tuple(_SUPPORT))
@@ -136,7 +136,7 @@ def read_limits(job: CaptureJob) -> CameraLimits:
 
 
 def _most_shots(job: CaptureJob) -> int:
-    """Return the maximum number of frames of a bracket, from the profile or the camera."""
+    """Return the maximum number of frames in a bracket, from the profile or the camera."""
     most = job.profile.max_shots
     if not job.profile.brackets_itself:
         return most
@@ -150,7 +150,7 @@ def _most_shots(job: CaptureJob) -> int:
 
 
 def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
-    """Return the numbers of a list that are within the limits, sorted and without 0 (automatic)."""
+    """Return the numbers in a list that are within the limits, sorted and without 0 (automatic)."""
     if not isinstance(support, list) or len(support) > _MOST_VALUES:
         return ()
     numbers = {untrusted.number(value) for value in support}
@@ -158,7 +158,7 @@ def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
 
 
 def _exposure_of(job: CaptureJob, url: str) -> Exposure:
-    """Return the exposure of a file, read from the start of the file."""
+    """Return the exposure recorded at the start of a file, without downloading the rest."""
     data = _start_of(job, url)
     path = job.session.folder / _FILE
     try:

@@ -41,7 +41,7 @@ _GONE_CODES: Final = frozenset(
 
 
 def as_sent(value: float) -> int | float:
-    """Return a whole number as int, since cameras write it without a decimal point."""
+    """Return a whole number as an int, since cameras write it without a decimal point."""
     return int(value) if value == int(value) else value
 
 
@@ -59,7 +59,7 @@ class CameraPicture:
 
 
 class SettingsLost(Exception):
-    """Raised when the camera did not start to shoot and may have lost its settings."""
+    """Raised when the camera did not start shooting and may have lost its settings."""
 
 
 def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
@@ -92,7 +92,7 @@ def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPict
 
 
 def _note_start(job: CaptureJob, previous: str) -> None:
-    """Record the request for a photo, so that it can be found if the program ends here."""
+    """Record the request for a photo, so that the photo can be found if the program ends here."""
     clock_text = camera_settings.read(job.contact, (_CLOCK,)).get(_CLOCK)
     start_time = clock_text if isinstance(clock_text, str) and camera_time(clock_text) else ""
     job.session.update(shot_start=ShotStart(previous, start_time))
@@ -170,8 +170,8 @@ def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
 def shoot_singly(job: CaptureJob, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
     """Shoot the frames of a bracket one by one in the manual program.
 
-    If the camera supports it, all frames use the seam and level of the first frame. The self-timer
-    runs only before the first frame.
+    If the camera supports this, all frames use the stitching seam and the level of the first frame.
+    The self-timer runs only before the first frame.
 
     Raises:
         DeviceError: If a photo fails.
@@ -239,8 +239,8 @@ def _note_single(job: CaptureJob, url: str) -> None:
 def _taken_anyway(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture | None:
     """Find a photo that was taken although the reply was lost, or return None if there is none.
 
-    The photo counts as named if it is the only new photo and the newest in the camera's state, or
-    if the state names no photo and this one was taken in time.
+    The photo counts as named by the camera if it is the only new photo and the camera's state names
+    it as the newest, or if the state names no photo and this one was taken in time.
     """
     start = job.session.journal.shot_start
     until = job.clock.now() + longest_s + FRAME_S
@@ -285,7 +285,7 @@ def _set_exposure(job: CaptureJob, shot: PlannedShot) -> None:
 
 
 def _keep_seams(job: CaptureJob, *, first: bool) -> None:
-    """Use one seam and level for all frames, so that they align."""
+    """Use the same stitching seam and level for all frames, so that they align."""
     seam_mode = "Save" if first else "Load"
     camera_settings.change_if_known(job.contact, {"_imageStitching": f"dynamic{seam_mode}"})
     camera_settings.change_if_known(job.contact, {"_topBottomCorrection": f"Apply{seam_mode}"})

@@ -26,9 +26,9 @@ _CLAIM_S: Final = 60.0
 def delete_pictures(contact: Contact, session: Session) -> None:
     """Delete the photos taken by this program that are not needed.
 
-    These are the metering photo, and the photos of an interrupted bracket once another one is
-    complete, even if the program ended before it recorded their URLs. If the camera refuses, they
-    stay in the journal for the next time.
+    These are the metering photo and, once another bracket is complete, the photos of an interrupted
+    one, even if the program ended before it recorded their URLs. If the camera refuses to delete
+    the photos, they stay in the journal until the next attempt.
     """
     with suppress(DeviceError):
         if session.journal.stage == Stage.METERING.value:
@@ -44,7 +44,7 @@ def delete_pictures(contact: Contact, session: Session) -> None:
 
 
 def set_aside(contact: Contact, session: Session, frames: Sequence[SessionFrame]) -> None:
-    """Record the photos of an interrupted bracket as surplus, since it will be shot again.
+    """Record the photos of an interrupted bracket as surplus, since the bracket will be shot again.
 
     Args:
         frames: The frames already taken when the bracket stopped.
@@ -73,7 +73,7 @@ def _claim_shot(contact: Contact, session: Session) -> None:
 
 
 def in_time(start: ShotStart, entry: FileEntry) -> bool:
-    """Return whether the camera's own clock dates a photo to the time of the request."""
+    """Return whether, by the camera's own clock, a photo was taken at the time of the request."""
     began, shot_time = camera_time(start.camera_time), camera_time(entry.date_time)
     if began is None or shot_time is None:
         return False
@@ -81,7 +81,7 @@ def in_time(start: ShotStart, entry: FileEntry) -> bool:
 
 
 def _delete(contact: Contact, debt: SessionFrame) -> None:
-    """Delete a photo only if its date and size are unchanged, since cameras reuse names.
+    """Delete a photo if its date and size are unchanged, since cameras reuse names.
 
     Raises:
         DeviceError: If the camera refuses.
