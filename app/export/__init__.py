@@ -1,1 +1,1 @@
-"""Images and PDF pages for sharing."""
+"""Images and PDF pages that users can share."""

@@ -1,8 +1,8 @@
-"""Pages drawn with QPainter, as an image in memory or as a PDF with searchable text.
+"""Pages drawn with QPainter, either as an image in memory or as a PDF with searchable text.
 
 All lengths are in logical pixels, 96 per inch. This is the only module of the package that imports
-Qt. It needs no window, works on any thread once the fonts are loaded, and creates a QGuiApplication
-without a display if there is none.
+Qt. It needs no window and works on any thread once the fonts are loaded. If there is no
+QGuiApplication, it creates one that needs no display.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from app.core.base.visible_text import visible
 from app.core.text import tr
 
 Point: TypeAlias = tuple[float, float]
-"""Position in logical pixels: x to the right, y down."""
+"""Position in logical pixels, with x to the right and y down."""
 
 Box: TypeAlias = tuple[float, float, float, float]
 """Left, top, width and height in logical pixels."""
@@ -55,16 +55,16 @@ Weight: TypeAlias = Literal[400, 500, 600, 700]
 Anchor: TypeAlias = Literal["left", "middle", "right"]
 
 SCALE: Final = 2
-"""Image pixels per logical pixel."""
+"""Number of image pixels per logical pixel."""
 
 PIXELS_PER_INCH: Final = 96 * SCALE
-"""Resolution to store in the file, so that viewers show logical pixels at their intended size."""
+"""Resolution to store in the file so that viewers show logical pixels at their intended size."""
 
 FAMILY: Final = "Inter"
 """Family name of the bundled font."""
 
 WEIGHTS: Final[dict[int, str]] = {400: "Regular", 500: "Medium", 600: "SemiBold", 700: "Bold"}
-"""Bundled font weights and the suffixes of their file names."""
+"""Bundled font weights, with the suffixes of their file names."""
 
 _EM: Final = 256  # glyphs are laid out at this size and scaled down, to avoid rounding
 # scale from layout size to drawn size; font sizes on sheets are slightly below the em
@@ -99,7 +99,7 @@ def _add_font(path: Path) -> int:
 
 @cache
 def _application() -> QGuiApplication | None:
-    """Create the windowless application that fonts require, or return None if one exists."""
+    """Create the windowless application that fonts require, or return None if there is one."""
     if QGuiApplication.instance() is not None:
         return None
     application = QGuiApplication(["turnlight", "-platform", "offscreen"])
@@ -136,7 +136,7 @@ def wrap_text(text: str, size: float, limit: float, weight: Weight = 400) -> lis
 
 
 def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
-    """Truncate text that is wider than `limit` logical pixels, and add an ellipsis."""
+    """Truncate text that is wider than `limit` logical pixels, adding an ellipsis."""
     if text_width(text, size, weight) <= limit:
         return text
     head = text
@@ -146,12 +146,12 @@ def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
 
 
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
-    """Return ``count`` points on a circle, clockwise from the top, and the first one again."""
+    """Return ``count`` points on a circle, clockwise from the top, then the first one again."""
     return [at_turn(centre, radius, 360.0 * index / count) for index in range(count + 1)]
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
-    """Return the outline of a sector, including the centre, with the arc running clockwise."""
+    """Return the outline of a sector, including its centre, with a clockwise arc."""
     extent = arc_width(arc_deg)
     steps = max(int(extent / 3.0), 1)
     rim = [at_turn(centre, radius, arc_deg[0] + extent * k / steps) for k in range(steps + 1)]
@@ -162,7 +162,7 @@ class Page:
     """A drawing surface: an image with `SCALE` pixels per logical pixel, or a PDF page.
 
     Args:
-        pdf: PDF writer to draw to instead of an image (see `pdf_bytes`).
+        pdf: PDF writer to draw to (see `pdf_bytes`), or None to draw an image.
     """
 
     def __init__(
@@ -194,7 +194,7 @@ class Page:
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """The image so far as (H, W, 3) uint8 sRGB. A PDF has none."""
+        """The image so far, as (H, W, 3) uint8 sRGB. A PDF page has none."""
         assert self._image is not None
         high, wide = self._image.height(), self._image.width()
         words = np.frombuffer(self._image.constBits(), np.uint8).reshape(high, -1, 4)
@@ -203,7 +203,7 @@ class Page:
     def panel(
         self, box: Box, colour: Colour, radius: float = 0.0, edge: Colour | None = None
     ) -> None:
-        """Draw a filled rounded rectangle, optionally with a 1 px edge inside it."""
+        """Draw a filled rounded rectangle, optionally with a 1 px edge along its inside."""
         if edge is not None:
             self._fill(_rounded(box, radius), edge)
             x, y, width, height = box
@@ -220,11 +220,11 @@ class Page:
         opacity: float = 1.0,
         dashes: tuple[float, float] | None = None,
     ) -> None:
-        """Draw a polyline with round joins and ends.
+        """Draw a polyline with round joins and round ends.
 
         Args:
-            dashes: Lengths of dash and gap in logical pixels, measured between the centres of the
-                round ends.
+            dashes: Lengths of the dashes and gaps, in logical pixels, measured between the centres
+                of the round ends.
         """
         pen = QPen(_ink(colour, opacity), width)
         pen.setCapStyle(Qt.PenCapStyle.RoundCap)
@@ -289,8 +289,8 @@ class Page:
 
         Args:
             at: Anchor point on the baseline: the start, middle or end of the line.
-            room: Maximum width in logical pixels. A longer line is set in smaller type, so that no
-                translation is truncated.
+            room: Maximum width in logical pixels. A longer line, such as a translation, is set in
+                smaller type instead of being truncated.
 
         Returns:
             The x coordinate of the end of the line.
@@ -333,7 +333,7 @@ class Page:
 
 
 def pdf_bytes(width: float, height: float, title: str, draw: Callable[[Page], None]) -> bytes:
-    """Return a PDF of one white page with vector outlines, images and embedded fonts."""
+    """Return a PDF with one white page that has vector outlines, images and embedded fonts."""
     load_fonts()
     data = QByteArray()
     buffer = QBuffer(data)

@@ -1,4 +1,4 @@
-"""A preview of a measurement: the panorama with lamps, clipped areas and masks marked."""
+"""A preview of a measurement: the panorama with its lamps, clipped areas and masks marked."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ def preview(
     *,
     display: Bytes | None = None,
 ) -> Bytes:
-    """Draw the panorama with lamps, clipped areas and masks marked, and add a legend.
+    """Draw the panorama with a legend, marking the lamps, clipped areas and masks.
 
     Args:
         display: NDArray[np.uint8], (h, w, 3). The panorama as returned by
-            `measure.finish.display.display_panorama` at that exposure, if already available.
+            `measure.finish.display.display_panorama` at that exposure, or None to compute it.
 
     Returns:
-        NDArray[np.uint8], (rows, columns, 3). sRGB for `images.write_png`, with the panorama
-        2,048 pixels wide.
+        NDArray[np.uint8], (rows, columns, 3). sRGB picture for `images.write_png`, in which the
+        panorama is 2,048 pixels wide.
     """
     picture = display_panorama(merged.radiance, exposure_stops) if display is None else display
     if picture.shape[1] != WIDTH:
@@ -83,7 +83,7 @@ def preview(
 
 
 def _draw_scale(canvas: Page, box: Box) -> None:
-    """Draw the azimuth scale above the panorama, and the line at the photographer's position."""
+    """Draw the azimuth scale above the panorama, and a line at the photographer's position."""
     x, top, wide, high = box
     middle = x + wide / 2.0
     canvas.stroke([(middle, top), (middle, top + high)], Dark.TAG, 3.0, opacity=0.35)
@@ -115,7 +115,7 @@ def _ring(box: Box, light: Light) -> tuple[Point, float]:
 
 
 def _free_place(box: Box, centre: Point, radius: float, points: Sequence[Point]) -> Point:
-    """Return the centre for a letter beside its ring, clear of other letters."""
+    """Return the centre for a letter beside its ring, away from other letters."""
     x, top, wide, high = box
     room = _TAG_SIZE / 2.0 + 2.0
     far = radius + room + 2.0
@@ -148,7 +148,7 @@ def _draw_tag(canvas: Page, at: Point, letter: str) -> None:
 
 
 def _draw_lamp_list(canvas: Page, at: Point, lights: Sequence[Light]) -> None:
-    """Draw a row for each lamp with its letter, direction and share of the light."""
+    """Draw a row for each lamp, with its letter, its direction and its share of the light."""
     if not lights:
         return
     x, y = at

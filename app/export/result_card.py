@@ -1,6 +1,6 @@
 """A style's card on the result sheet: target and picture, turn or reason, match and meter.
 
-This module also contains small drawings that the rest of the sheet shares, such as the turn icon.
+This module also contains small drawings used elsewhere on the sheet, such as the turn icon.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class CardData:
     """The contents of a card.
 
     Attributes:
-        draw: Function that renders the head at a size given in rows and columns, as sRGB: first as
-            lit by the studio lamps, then at this place at the best turn.
+        draw: Function that renders two sRGB pictures of the head at a size given in rows and
+            columns: first as lit by the studio lamps, then as lit at this place at the best turn.
     """
 
     style: StyleResult
@@ -65,7 +65,7 @@ class CardData:
 
 
 def height_of(data: CardData) -> float:
-    """Return the height in logical pixels that a card needs for its text."""
+    """Return the height that a card needs for its text, in logical pixels."""
     lines = _reason_lines(data.style)
     return _BLOCK_TOP + max(_PLOT, 24.0 + _REASON_LEADING * len(lines)) + _FOOT
 
@@ -131,7 +131,7 @@ def _draw_reason(canvas: Page, at: Point, style: StyleResult) -> None:
 
 
 def _draw_foot(canvas: Page, at: Point, width: float, data: CardData) -> None:
-    """Draw the numbers and the meter."""
+    """Draw the numbers and the meter at the bottom of a card."""
     x, y = at
     style = data.style
     main = Dark.TEXT if style.attainable else Dark.DIM
@@ -147,7 +147,7 @@ def _draw_foot(canvas: Page, at: Point, width: float, data: CardData) -> None:
 
 
 def side_of(style: StyleResult, places: Mapping[str, str]) -> str:
-    """Name the side as the sitter and the camera see it, or the origin of the light."""
+    """Name the side as the sitter and the camera see it, or where the light comes from."""
     return place_words(style.side, places.get(style.name, ""))
 
 
@@ -160,12 +160,13 @@ def _draw_polar(
     arc_deg: tuple[float, float] | None,
     limit: float,
 ) -> None:
-    """Draw the match against the turn as a polar plot: 0 degrees up, clockwise, 100 at the rim.
+    """Draw the match as a polar plot of the turn, clockwise from 0 degrees at the top.
 
     Args:
-        curve: Match at evenly spaced turns from 0, clockwise. Values below 0 are drawn as 0.
-        arc_deg: tuple[float, float] or None. Tolerance arc in degrees, clockwise from the first to
-            the second, or None to draw the style as out of reach.
+        curve: Match at evenly spaced turns, clockwise from 0. A match of 100 reaches the rim, and
+            values below 0 are drawn as 0.
+        arc_deg: tuple[float, float] or None. Tolerance arc in degrees, clockwise from the first
+            turn to the second, or None to draw the style as out of reach.
     """
     reach = arc_deg is not None
     canvas.stroke(circle_points(centre, radius), Dark.CTL if reach else Dark.LINE, 1.0)
@@ -205,6 +206,6 @@ def draw_turn_icon(canvas: Page, centre: Point, colour: Colour, *, clockwise: bo
 
 
 def _draw_not_possible_icon(canvas: Page, centre: Point, colour: Colour) -> None:
-    """Draw a circle with a bar across, 16 px wide."""
+    """Draw a circle crossed by a bar, 16 px wide."""
     canvas.stroke(circle_points(centre, _ICON_RADIUS), colour, 1.5)
     canvas.stroke([at_turn(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)], colour, 1.5)

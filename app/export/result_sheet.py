@@ -1,7 +1,7 @@
 """The result sheet: one image of the styles possible at a place, for prints, email and notebooks.
 
-It has a header, the panorama with the turns of the styles, the best style, a card for each style
-and a key.
+The sheet consists of a header, the panorama with the turn for each style, the best style, a card
+for each style and a key.
 """
 
 from __future__ import annotations
@@ -70,10 +70,10 @@ def draw_sheet(
     places: Mapping[str, str] | None = None,
     limit: float = 45.0,
 ) -> NDArray[np.uint8]:
-    """Draw the result sheet of a place.
+    """Draw the result sheet for a place.
 
-    Cards are sorted by match, first those within reach, then those out of reach, with rare styles
-    last in each group.
+    Cards for styles within reach come first, followed by those for styles out of reach. Each group
+    is sorted by match, with rare styles last.
 
     Args:
         draw: Function that renders a style by name, as for `CardData.draw`.
@@ -82,7 +82,7 @@ def draw_sheet(
             or None to use those of the built-in styles.
 
     Returns:
-        NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.
+        NDArray[np.uint8], (H, W, 3). sRGB picture with two pixels per logical pixel.
     """
     styles = load_styles()
     if places is None:
@@ -117,7 +117,7 @@ def draw_sheet(
 def _draw_cards(
     canvas: Page, cards: Sequence[card.CardData], heights: Sequence[float], top: float
 ) -> None:
-    """Draw rows of cards with the given heights from `top` downwards."""
+    """Draw rows of cards with the given heights, from `top` downwards."""
     for row, height in enumerate(heights):
         for column, data in enumerate(cards[row * _COLUMNS : (row + 1) * _COLUMNS]):
             card.draw_card(canvas, (_MARGIN + column * (card.WIDTH + _GAP), top), height, data)
@@ -138,10 +138,10 @@ def _draw_header(canvas: Page, title: str, subtitle: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """A marked turn under the panorama: a pole, with text to the right of its foot.
+    """A turn marked under the panorama by a pole with text to the right of its foot.
 
     Attributes:
-        turn, title, side: Texts for the turn in degrees, for the style and for its side. The last
+        turn, title, side: Texts for the turn in degrees, the style and the style's side. The last
             may be empty.
     """
 
@@ -153,7 +153,7 @@ class Flag:
 
 
 def make_flags(styles: Sequence[StyleResult]) -> tuple[Flag, ...]:
-    """Place a flag for every style within reach, so that no text overlaps other text or a pole.
+    """Place a flag for every style within reach so that no text overlaps other text or a pole.
 
     Text runs to the right of its pole. From right to left, each flag takes the first lane that is
     below all poles that its text would cross and clear of the flag before it.
@@ -171,7 +171,7 @@ def make_flags(styles: Sequence[StyleResult]) -> tuple[Flag, ...]:
 
 
 def flag_width(flag: Flag) -> float:
-    """Return the width of a flag's text from its pole, in logical pixels."""
+    """Return the width of a flag's text, measured from its pole, in logical pixels."""
     width = 8.0 + text_width(flag.turn, 12, 700)
     width += 6.0 + text_width(flag.title, 12, 600)
     return width + (6.0 + text_width(flag.side, 12) if flag.side else 0.0)
@@ -186,7 +186,7 @@ def _draw_panorama(canvas: Page, at: Point, environment: Environment, front_deg:
     """Draw the panorama under its scale of turns.
 
     Args:
-        front_deg: Panorama azimuth of the photographer in degrees, drawn at the centre.
+        front_deg: Panorama azimuth of the photographer, in degrees. It is drawn at the centre.
     """
     x, top = at[0], at[1] + _SCALE_ROOM
     box = (x, top, _PANORAMA_WIDTH, _PANORAMA_HEIGHT)
@@ -198,7 +198,7 @@ def _draw_panorama(canvas: Page, at: Point, environment: Environment, front_deg:
 
 
 def _draw_flags(canvas: Page, at: Point, flags: Sequence[Flag]) -> None:
-    """Draw the turns of the styles under the panorama."""
+    """Draw the turn for each style under the panorama."""
     x, y = at
     for flag in flags:
         foot = y + _FLAG_TOP + _LANE * (flag.lane + 1) - 4.0
@@ -216,7 +216,7 @@ def _draw_flags(canvas: Page, at: Point, flags: Sequence[Flag]) -> None:
 
 
 def _draw_front(canvas: Page, at: Point) -> None:
-    """Mark the photographer's position at turn 0 with a dark-edged line and a tag."""
+    """Mark the photographer's position, at turn 0, with a dark-edged line and a tag."""
     x, y = at
     line = [(x, y), (x, y + _PANORAMA_HEIGHT)]
     canvas.stroke(line, Dark.TAG, 3.0, opacity=0.6)
@@ -266,7 +266,7 @@ def _draw_best(canvas: Page, at: Point, data: card.CardData) -> None:
 
 
 def _draw_best_turn(canvas: Page, at: Point, data: card.CardData) -> None:
-    """Draw the turn in large figures, and the direction to walk."""
+    """Draw the turn in large figures, with the direction in which to walk."""
     x, y = at
     style = data.style
     turn = style.turn_refined_deg
@@ -288,7 +288,7 @@ def _draw_best_turn(canvas: Page, at: Point, data: card.CardData) -> None:
 
 
 def _draw_key(canvas: Page, at: Point, width: float) -> None:
-    """Draw the key to the parts of a card."""
+    """Draw the key that explains the parts of a card."""
     x, y = at
     rows = (
         (

@@ -1,6 +1,6 @@
 """The page of a set sheet: A4 portrait, black on white, as an image or a PDF.
 
-Its panorama is marked with the start, the sitter's direction, the background and the lamps.
+On the panorama, the start, the sitter's direction, the background and the lamps are marked.
 """
 
 from __future__ import annotations
@@ -68,15 +68,15 @@ _LENS: Final = Lens(BACKGROUND_TALL_DEG, (100, 100))
 
 
 def x_of(turn_deg: float) -> float:
-    """Return the distance of a turn from the left edge of the strip, in logical pixels."""
+    """Return a turn's distance from the left edge of the strip, in logical pixels."""
     return (wrap(turn_deg) + 180.0) / _ACROSS
 
 
 def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
-    """Return the view behind the sitter at eye level, 45 degrees from top to bottom.
+    """Return the view behind the sitter at eye level. It covers 45 degrees from top to bottom.
 
     Args:
-        size: Rows and columns, which must be equal.
+        size: Numbers of rows and columns, which must be equal.
 
     Returns:
         NDArray[np.float32], (rows, columns, 3). sRGB in 0..1.
@@ -88,7 +88,7 @@ def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
 
 def draw_strip(canvas: Page, place: Point, sheet: SetSheet) -> None:
-    """Draw the panorama and its scale of turns."""
+    """Draw the panorama with its scale of turns."""
     x, y = place
     box = (x, y, STRIP_WIDTH, STRIP_HEIGHT)
     canvas.picture(box, _picture(sheet, canvas.size_of(box)), 8.0)
@@ -115,7 +115,7 @@ def _spot(place: Point, lamp: SheetLamp, sheet: SetSheet) -> Point:
 
 
 def _draw_tags(canvas: Page, place: Point, sheet: SetSheet) -> None:
-    """Label the marks, each in the first row where it covers no lamp, tag or frame."""
+    """Label the marks, each in the first row where its label covers no lamp, tag or frame."""
     x, y = place
     turn = float(whole(sheet.turn_deg))
     words = [(tr("You stand here"), turn)]
@@ -162,7 +162,7 @@ def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
 
 def _outline(turn_deg: float) -> NDArray[np.float64]:
-    """Return the edge of the background view as (N, 2) turns and elevations in degrees.
+    """Return the outline of the background view as (N, 2) turns and elevations, in degrees.
 
     Turns may exceed 180 degrees.
     """
@@ -175,7 +175,7 @@ def _outline(turn_deg: float) -> NDArray[np.float64]:
 
 
 def _draw_frame(canvas: Page, place: Point, edge: NDArray[np.float64]) -> None:
-    """Draw the frame's edge, and repeat it on the other side if it wraps around the strip."""
+    """Draw the edge of the frame, and repeat it at the other end if it wraps around the strip."""
     x, y = place
     down = (TOP_DEG - edge[:, 1]) / (TOP_DEG - BOTTOM_DEG) * STRIP_HEIGHT + y
     with canvas.clipped((x, y, STRIP_WIDTH, STRIP_HEIGHT)):
@@ -239,7 +239,7 @@ def draw_page(canvas: Page, sheet: SetSheet) -> None:
 
 
 def draw(sheet: SetSheet) -> NDArray[np.uint8]:
-    """Draw a set sheet as a (2246, 1588, 3) sRGB image: A4 at 192 pixels per inch."""
+    """Draw a set sheet as a (2246, 1588, 3) sRGB image, which is A4 at 192 pixels per inch."""
     canvas = Page(WIDTH, HEIGHT, Print.PAPER)
     draw_page(canvas, sheet)
     return canvas.pixels
@@ -287,7 +287,7 @@ def _draw_header(canvas: Page, sheet: SetSheet) -> None:
 
 
 def _draw_turn(canvas: Page, sheet: SetSheet) -> float:
-    """Draw the turn in figures and words, and return the y coordinate below the text."""
+    """Draw the turn in figures and in words, and return the y coordinate below the text."""
     y = _TURN_TOP
     turn = sheet.turn_deg
     way = direction_of(turn)

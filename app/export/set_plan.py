@@ -1,7 +1,8 @@
-"""The plan from above: photographer, sitter, background and lamps before and after the turn.
+"""The plan from above: the photographer, the sitter, the background and the lamps.
 
-Turn 0, the photographer's starting position, is at the top, and clockwise turns go to the right, as
-on a clock face lying on the floor.
+The plan shows the positions before and after the turn. Turn 0, the photographer's starting
+position, is at the top, and clockwise turns run to the right, as on a clock face lying on the
+floor.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from app.words.phrases.directions import elevation_words
 WIDTH: Final = 340.0
 HEIGHT: Final = 348.0
 RADIUS: Final = 96.0
-"""Radius of the photographer's circle in logical pixels."""
+"""Radius of the circle on which the photographer moves, in logical pixels."""
 
 RING: Final = 134.0
-"""Radius of the circle for lamps in logical pixels."""
+"""Radius of the circle on which the lamps are drawn, in logical pixels."""
 
 BACKGROUND_WIDE_DEG: Final = 45.0
 _HEAD: Final = 25.0
@@ -38,7 +39,7 @@ _NEAR_DEG: Final = 16.0
 
 
 def centre_of(place: Point) -> Point:
-    """Return the centre of the plan whose upper left corner is at `place`."""
+    """Return the centre of the plan whose top left corner is at `place`."""
     return place[0] + WIDTH / 2.0, place[1] + (HEIGHT - _LEGEND) / 2.0 + 4.0
 
 
@@ -75,7 +76,7 @@ def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
 
 
 def _draw_ground(canvas: Page, centre: Point, sheet: SetSheet, turn: float) -> None:
-    """Draw the lowest layer: background, tolerance arc, circle and clock hours."""
+    """Draw the lowest layer: the background, the tolerance arc, the circle and the clock hours."""
     behind = turn + 180.0
     half = BACKGROUND_WIDE_DEG / 2.0
     wedge = [at_turn(centre, 118.0, behind - half + 3.0 * k) for k in range(16)]
@@ -101,7 +102,7 @@ def _draw_arrow(
     colour: Colour,
     dashes: tuple[float, float] | None = None,
 ) -> None:
-    """Draw a thin radial arrow at a turn, between two distances from the centre."""
+    """Draw a thin radial arrow at a given turn, between two distances from the centre."""
     tail, tip = (at_turn(centre, radius, turn_deg) for radius in reach)
     canvas.stroke([tail, tip], colour, 1.25, dashes=dashes)
     angle = math.radians(turn_deg)
@@ -138,7 +139,7 @@ def _draw_people(canvas: Page, centre: Point, turn: float, nose: float) -> None:
 
 
 def _draw_labels(canvas: Page, place: Point, sheet: SetSheet, turn: float) -> None:
-    """Label the lamps and the background where there is room."""
+    """Label the lamps and the background wherever there is room."""
     centre = centre_of(place)
     boxes: list[Box] = [
         _box_around(at_turn(centre, RADIUS, turn), 22.0),
@@ -180,7 +181,7 @@ def _box_around(spot: Point, reach: float) -> Box:
 def _room(
     centre: Point, radius: float, turn_deg: float, width: float, occupied: list[Box], bounds: Box
 ) -> Box:
-    """Return the box of a label beside its mark: the first free one, or else the least crowded.
+    """Return a box for a label beside its mark: the first free one, or else the least crowded.
 
     Positions on the side facing away from the centre are tried first.
     """
@@ -215,7 +216,7 @@ def _room(
 
 
 def overlap(a: Box, b: Box) -> float:
-    """Return the overlapping area of two boxes, in square logical pixels."""
+    """Return the area in which two boxes overlap, in square logical pixels."""
     across = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
     down = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
     return max(across, 0.0) * max(down, 0.0)
@@ -245,10 +246,10 @@ def _draw_legend(canvas: Page, place: Point, sheet: SetSheet) -> None:
 
 
 def _draw_head(canvas: Page, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:
-    """Draw a head from above.
+    """Draw a head as seen from above.
 
     Args:
-        turn_deg: Direction that the head faces, in degrees: 0 is up, clockwise to the right.
+        turn_deg: Direction in which the head faces, in degrees clockwise from the top of the plan.
     """
 
     def turned(points: Sequence[Point]) -> list[Point]:
@@ -271,10 +272,10 @@ def _draw_head(canvas: Page, centre: Point, size: float, turn_deg: float, *, gho
 
 
 def _draw_camera(canvas: Page, centre: Point, turn_deg: float, *, ghost: bool) -> None:
-    """Draw a camera from above, pointing at the centre.
+    """Draw a camera as seen from above, pointing at the centre.
 
     Args:
-        turn_deg: Position on the circle in degrees: 0 is above the centre, clockwise to the right.
+        turn_deg: Position on the circle, in degrees clockwise from the top of the plan.
     """
     # In this outline, up is away from the centre, and the lens points down towards it.
     body = _place_points([(-11, -7), (11, -7), (11, 4), (-11, 4)], centre, turn_deg)
@@ -286,7 +287,7 @@ def _draw_camera(canvas: Page, centre: Point, turn_deg: float, *, ghost: bool) -
 
 
 def _place_points(points: Sequence[Point], centre: Point, turn_deg: float) -> list[Point]:
-    """Rotate a drawing clockwise about its origin, then move the origin to `centre`."""
+    """Rotate a drawing clockwise about its origin, then move its origin to `centre`."""
     angle = math.radians(turn_deg)
     cosine, sine = math.cos(angle), math.sin(angle)
     return [
@@ -300,7 +301,7 @@ def draw_curved_arrow(
     """Draw a thick arc with an arrowhead at its end.
 
     Args:
-        arc: Start and end turns in degrees, 0 up, clockwise to the right. If the end is less than
+        arc: Start and end of the arc, in degrees clockwise from the top. If the end is less than
             the start, the arc is drawn counter-clockwise.
     """
     start, stop = arc
@@ -314,7 +315,7 @@ def draw_curved_arrow(
 
 
 def draw_lamp(canvas: Page, centre: Point, lamp: SheetLamp) -> None:
-    """Draw a lamp as an amber disc with its letter, or the sun with its rays."""
+    """Draw a lamp as an amber disc with its letter, or as a sun with rays."""
     if lamp.sun:
         for k in range(8):
             ray = [at_turn(centre, reach, 45.0 * k) for reach in (11.5, 15.5)]
@@ -334,7 +335,7 @@ def _draw_badge(canvas: Page, centre: Point, number: str) -> None:
 
 
 def draw_warning(canvas: Page, centre: Point, colour: Colour) -> None:
-    """Draw a 16 px triangle with an exclamation mark."""
+    """Draw a triangle with an exclamation mark, 16 px wide."""
     x, y = centre
     triangle = [(x, y - 6.5), (x + 7.5, y + 6.5), (x - 7.5, y + 6.5)]
     canvas.stroke(triangle, colour, 1.75, closed=True)

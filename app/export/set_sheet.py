@@ -1,4 +1,4 @@
-"""The contents of a set sheet, and their assembly from the results of a place."""
+"""The contents of a set sheet, and how they are assembled from the results for a place."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _SUN_DEG: Final = 4.0
 
 @dataclass(frozen=True, slots=True)
 class SheetLamp:
-    """A light of the place, as marked on the plan and the panorama.
+    """A light at the place, as marked on the plan and on the panorama.
 
     Attributes:
-        azimuth_deg, elevation_deg: Direction in the panorama's frame, in degrees.
+        azimuth_deg, elevation_deg: Direction in the panorama's coordinate system, in degrees.
         share: Fraction of all light at the place, 0 to 1.
     """
 
@@ -57,19 +57,19 @@ class SetSheet:
     """One page for a style at a place.
 
     Attributes:
-        turn_deg: Turn from the photographer's starting position in degrees, positive clockwise as
+        turn_deg: Turn from the photographer's starting position, in degrees, positive clockwise as
             seen from above.
         arc_deg: Tolerance arc (from, to), clockwise, in degrees.
-        panorama: NDArray[np.uint8], (H, 2 H, 3). sRGB panorama as measured; 2,048 columns or more
-            look sharp.
+        panorama: NDArray[np.uint8], (H, 2 H, 3). sRGB panorama as measured. It looks sharp with
+            2,048 columns or more.
         front_deg: Panorama azimuth of the photographer's starting position, in degrees.
-        yaw_deg: Turn of the face away from the lens in degrees, positive towards the sitter's own
+        yaw_deg: Turn of the face away from the lens, in degrees, positive towards the sitter's own
             left.
         reason: Why the style is out of reach here, or None if it is within reach.
-        ratio, glare, flow: Readings of the picture and the light at this turn, or None to omit the
-            line.
-        draw: Function that renders the target and the picture as on screen, (h, w, 3) uint8 sRGB,
-            at a size given in rows and columns.
+        ratio, glare, flow: Readings taken from the picture and the light at this turn. If one is
+            None, its line is omitted.
+        draw: Function that renders the target and the picture as they appear on screen, (h, w, 3)
+            uint8 sRGB, at a size given in rows and columns.
     """
 
     title: str
@@ -98,7 +98,7 @@ class SetSheet:
 
     @property
     def nose_deg(self) -> float:
-        """The turn that the nose points to, computed from the whole degrees shown."""
+        """The turn at which the nose points, computed from the whole degrees shown."""
         return float(whole(self.turn_deg) - round(self.yaw_deg))
 
     @property
@@ -109,7 +109,7 @@ class SetSheet:
 
 
 def lamps_of(findings: Findings, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
-    """Return the lamps of a place as marked on the sheet.
+    """Return the lamps of a place as they are marked on the sheet.
 
     Args:
         sun: Azimuth and elevation of the sun in degrees, or None if unknown. A lamp in that
@@ -155,20 +155,21 @@ def assemble(
     findings: Findings | None = None,
     catchlights: tuple[Catchlight, ...] | None = None,
 ) -> SetSheet:
-    """Assemble the set sheet of a style at a place.
+    """Assemble the set sheet for a style at a place.
 
     Args:
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 environment as measured.
-        face_picture: The environment around the nose at the turn, as input for a transport.
-        draw: Function as in `SetSheet`, with an additional first argument: the linear picture of
-            the head here, (N, N, 3).
+        face_picture: The environment around the nose at the turn, in the form that a transport
+            takes as input.
+        draw: Function as in `SetSheet`, with the linear picture of the head here, (N, N, 3), as an
+            additional first argument.
         front_deg: Panorama azimuth of the photographer, in degrees.
-        turn_deg: A turn other than the best one, in degrees, or None for the best turn. Match and
-            strength are interpolated between the turns of the grid, and the arc is that of the peak
-            to which this turn belongs.
+        turn_deg: A turn other than the best one, in degrees, or None for the best turn. For another
+            turn, the match and the strength are interpolated between the turns of the grid, and the
+            arc is that of the peak to which the turn belongs.
         sun: Panorama azimuth and elevation of the sun in degrees, or None if unknown.
-        findings: The lamps of the place, or None to detect them in `radiance`.
-        catchlights: The catchlights in the eyes, or None if no picture shows the eyes.
+        findings: Lamps of the place, or None to detect them in `radiance`.
+        catchlights: Catchlights in the eyes, or None if no picture shows the eyes.
 
     Raises:
         CoreError: If the environment is not a panorama, or is black.
@@ -211,7 +212,7 @@ def assemble(
 def _at_turn(
     result: StyleResult, turn_deg: float | None
 ) -> tuple[float, float, tuple[float, float]]:
-    """Return the match, strength and arc at a turn."""
+    """Return the match, the strength and the arc at a turn."""
     if turn_deg is None:
         return result.match, result.strength, result.arc_deg
     match, strength = (

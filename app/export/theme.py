@@ -1,6 +1,6 @@
-"""Colours of the sheets, and small drawings shared by them.
+"""Colours of the sheets, and small drawings that the sheets share.
 
-Every surface is neutral (equal red, green and blue), so that the tones of pictures can be judged
+Every surface is neutral (equal red, green and blue), so that the tones in pictures can be judged
 against it. Amber is reserved for light and turns.
 """
 
@@ -14,7 +14,7 @@ from app.words.phrases.turns import signed
 
 
 class Dark:
-    """Dark theme of the window, for sheets viewed on a screen."""
+    """The window's dark theme, for sheets viewed on a screen."""
 
     BG: Final[Colour] = (0x16, 0x16, 0x16)
     PANEL: Final[Colour] = (0x1E, 0x1E, 0x1E)
@@ -29,7 +29,7 @@ class Dark:
 
 
 class Print:
-    """Colours of a printed page: ink on white paper."""
+    """Colours for a printed page: ink on white paper."""
 
     PAPER: Final[Colour] = (0xFF, 0xFF, 0xFF)
     INK: Final[Colour] = (0x1A, 0x1A, 0x1A)
@@ -45,7 +45,7 @@ class Print:
 
 
 def draw_tag(canvas: Page, place: Point, text: str) -> None:
-    """Draw white text on a dark tag, 22 px high, with its upper left corner at `place`."""
+    """Draw white text on a dark tag, 22 px high, whose top left corner is at `place`."""
     canvas.panel((*place, text_width(text, 12, 500) + 16.0, 22.0), Dark.TAG, 4.0)
     canvas.text((place[0] + 8.0, place[1] + 15.5), text, 12, 500, Dark.ON_TAG)
 
@@ -53,7 +53,7 @@ def draw_tag(canvas: Page, place: Point, text: str) -> None:
 def draw_logo(
     canvas: Page, centre: Point, radii: tuple[float, float, float], colours: tuple[Colour, Colour]
 ) -> None:
-    """Draw the logo, a head lit from one side: a half disc of light in a ring.
+    """Draw the logo, in which a half disc of light in a ring depicts a head lit from one side.
 
     Args:
         radii: Outer and inner radius of the ring, and radius of the disc, in logical pixels.
@@ -65,11 +65,11 @@ def draw_logo(
 
 
 def draw_scale(canvas: Page, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:
-    """Draw a scale of turns, -180 to 180, over a panorama, with the end labels inside its edges.
+    """Draw a scale of turns from -180 to 180 over a panorama, with the end labels inside its edges.
 
     Args:
         zero: Label at turn 0.
-        colours: Colours of the ticks, and of all numbers except the one at 0.
+        colours: Colours of the ticks, and of all numbers except that at 0.
     """
     x, top, width, _ = box
     for degrees in range(-180, 181, 15):
@@ -84,7 +84,7 @@ def draw_scale(canvas: Page, box: Box, zero: str, colours: tuple[Colour, Colour]
 
 
 def draw_degrees(canvas: Page, at: Point, degrees: int, colour: Colour) -> None:
-    """Draw a number on a scale. The labels at both ends keep their sign and stay inside it."""
+    """Draw a number on a scale. The labels at both ends keep their signs and stay inside it."""
     ends: dict[int, Anchor] = {-180: "left", 180: "right"}
     text = "−180°" if degrees == -180 else signed(degrees)
     canvas.text(at, text, 12, 400, colour, ends.get(degrees, "middle"))
@@ -93,11 +93,11 @@ def draw_degrees(canvas: Page, at: Point, degrees: int, colour: Colour) -> None:
 def draw_meter(
     canvas: Page, box: Box, match: float, limit: float, colours: tuple[Colour, Colour, Colour]
 ) -> None:
-    """Draw a bar for a match out of 100, with a tick at the limit extending 3 px above and below.
+    """Draw a match as a bar, with a tick that extends 3 px above and below the bar at the limit.
 
     Args:
-        match: Match from 0 to 100. Other values are clipped to this range.
-        colours: Colours of the bar, of its track and of the background.
+        match: Match from 0 to 100. Values outside this range are clipped.
+        colours: Colours of the bar, its track and the background.
     """
     x, y, width, height = box
     colour, track, ground = colours

@@ -1,1 +1,4 @@
-"""Sentences about results, at several lengths. This package depends only on data from the core."""
+"""Sentences about results, at several lengths.
+
+This package depends only on data from the core.
+"""

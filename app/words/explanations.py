@@ -40,5 +40,5 @@ EXPLANATIONS: Final = {
         "The left picture shows the style in the studio; the right one shows this place at "
         "the best turn. Amber marks that turn; the number and bar show the match.")),
 }
-"""Title and explanation of each number, by key."""
+"""Title and explanation of each number, by its key."""
 # fmt: on

@@ -1,4 +1,4 @@
-"""The text of a `Guide`: written and spoken instructions for someone who is turning."""
+"""The text of a `Guide`: written and spoken instructions for a person who is turning."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from app.words.phrases.directions import lens_words, nose_words, sitter_words
 
 
 class PillWords(NamedTuple):
-    """Texts of the status pill for a turn on target, nearly on target and not there yet.
+    """Texts of the status pill for a turn that is on target, nearly on target or not there yet.
 
-    They contain no number, since large type already shows the distance.
+    The texts contain no number, since the distance is already shown in large type.
     """
 
     here: str
@@ -45,7 +45,7 @@ DIRECTIONS: Final[dict[Direction, str]] = {
     "counter-clockwise": turns.direction_words(-1.0),
     "none": "",
 }
-"""The direction shown beside a number, or an empty string if no turn is needed."""
+"""The direction shown beside a number. It is an empty string if no turn is needed."""
 NOSE_TO: Final = {
     Mode.WALK: (tr("nose to their left"), tr("nose to their right")),
     Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
@@ -74,8 +74,9 @@ class GuideWords:
         headline: The direction in large type, "You are in the light", "Hold it", or the problem.
         walk, company: Instructions such as "Walk to your left" and "The sitter turns with you.",
             or empty strings if there is nothing to do.
-        light: The status pill: "Not in the light yet", "You are in the light", "Too far".
-        spoken: The instruction as spoken text.
+        light: Text of the status pill, such as "Not in the light yet", "You are in the light" or
+            "Too far".
+        spoken: The instruction to be spoken.
         sitter: Instruction about the nose, or an empty string if the nose should point at the lens.
     """
 
@@ -92,8 +93,8 @@ def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> G
     """Return the instructions for a guidance state.
 
     Args:
-        mode: Who moves.
-        missing: Why there is no heading. An empty string means "No webcam".
+        mode: Whether the photographer walks around the sitter or a single person turns on the spot.
+        missing: Reason why there is no heading. An empty string means "No webcam".
     """
     if guidance.phase in TROUBLE:
         sentence = TROUBLE[guidance.phase]
@@ -104,7 +105,7 @@ def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> G
 
 
 def trouble_line(phase: Phase) -> str:
-    """Return one sentence that explains why the heading is lost, or "" if it is not lost."""
+    """Return one sentence that explains why the heading was lost, or "" if it is not lost."""
     return _TROUBLE_LINES.get(phase, "")
 
 
@@ -149,7 +150,7 @@ def _turning(guidance: Guide, mode: Mode) -> GuideWords:
 
 
 def _by_eye(guidance: Guide, mode: Mode, missing: str) -> GuideWords:
-    """Return instructions for the whole turn at once, since there is no heading."""
+    """Return an instruction for the whole turn at once, since there is no heading."""
     to_go = whole(guidance.goal - guidance.start)
     walk, company = turns.walking_words(guidance.direction, mode)
     goal = turns.goal_words(to_go, guidance.start)

@@ -1,4 +1,4 @@
-"""Text about lamps: names, powers, studio lamps, capture and comparison with a place."""
+"""Text about lamps: their names and powers, studio lamps, capture, and comparison with a place."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ SIZE_CHOICES: Final = {
     else tr("Standard studio lamps")
     for key in SIZE_KEYS
 }
-"""Lamp sizes offered for the studio, by key."""
+"""Lamp sizes to choose from for the studio, by key."""
 
 RATIO_CHOICES: Final = {key: tr("Unchanged") if key == "none" else key for key in RATIO_KEYS}
-"""Lighting ratios offered for the studio, by key."""
+"""Lighting ratios to choose from for the studio, by key."""
 
 GUIDE: Final = (
     tr(
@@ -61,7 +61,7 @@ GUIDE: Final = (
         "of the lamp and of the places is comparable."
     ),
 )
-"""Steps for capturing a lamp."""
+"""The steps for capturing a lamp."""
 
 _PARTS: Final = {
     LampPart.NAME: tr("its name"),
@@ -74,12 +74,12 @@ _PARTS: Final = {
 
 
 def lamp_title(name: str, title: str = "") -> str:
-    """Return a lamp's own title, or else the title of its kind."""
+    """Return a lamp's own title, or the title of its kind if it has none."""
     return title or _KINDS.get(name, name)
 
 
 def power_words(power: float, kind: str = "") -> str:
-    """Format a lamp's power as the lamp's own display shows it.
+    """Format a lamp's power in the way that the lamp's own display shows it.
 
     Examples:
         >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
@@ -92,7 +92,7 @@ def power_words(power: float, kind: str = "") -> str:
 
 
 def power_share(power: float, kind: str = "") -> str:
-    """Format a power as a fraction of full power: "full" or "1/8".
+    """Format a power as a fraction of full power, such as "full" or "1/8".
 
     Examples:
         >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
@@ -103,7 +103,7 @@ def power_share(power: float, kind: str = "") -> str:
 
 
 def stops_down(power: float, kind: str = "") -> str:
-    """Return how many stops a lamp is turned down, or "" at full power.
+    """Return how many stops a lamp is turned down, or "" if it is at full power.
 
     Examples:
         >>> stops_down(0.125), stops_down(0.5), stops_down(1.0)
@@ -128,13 +128,13 @@ def studio_words(studio: Studio) -> str:
 def comparison_words(comparison: Comparison) -> str:
     """Explain why a lamp's light cannot be added to a place, and what to do.
 
-    Returns "" if the light can be added and the cameras do not differ.
+    The result is "" if the light can be added and the cameras do not differ.
     """
     return " ".join(filter(None, (comparison_sentence(comparison), _hint(comparison))))
 
 
 def comparison_sentence(comparison: Comparison) -> str:
-    """Return the first sentence of `comparison_words`, or a note that two cameras differ."""
+    """Return the first sentence of `comparison_words`, or a note that the two cameras differ."""
     title = comparison.title
     if comparison.unknown is Unknown.LAMP:
         return tr(
@@ -177,7 +177,7 @@ def _hint(comparison: Comparison) -> str:
 
 
 def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
-    """List the doubts about a lamp that was detected in a capture."""
+    """List the doubts about a lamp that was detected in its capture."""
     warnings = []
     if mask is not None and mask.in_lit_room:
         warnings.append(
@@ -200,7 +200,7 @@ def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
 
 
 def mask_notes(mask: LampMask | None) -> tuple[str, ...]:
-    """List the areas that were excluded when a lamp was detected in a capture."""
+    """List the areas that were excluded when a lamp was detected in its capture."""
     if mask is None or not mask.rejected:
         return ()
     return (

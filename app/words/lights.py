@@ -1,4 +1,4 @@
-"""Names of light sources, and their shares of the light."""
+"""Names of light sources, and text for their shares of the light."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MIRRORED: Final[dict[Source, str]] = {
     "above": tr("the sky or ceiling"),
     "area": tr("a bright area"),
 }
-"""Names of light sources reflected in an eye."""
+"""Names of light sources when reflected in an eye."""
 
 CLIPPED: Final[dict[Source, str]] = {
     "sun": tr("The sun {where} ({id}) is clipped."),

@@ -14,5 +14,5 @@ _ADVICE: Final = {
 
 
 def advice_words(advice: Advice | None) -> str:
-    """Describe what a canvas still needs, or return "" if it needs nothing."""
+    """Describe what a canvas still needs, or return "" if nothing is missing."""
     return "" if advice is None else _ADVICE[advice]

@@ -1,4 +1,4 @@
-"""Sentences about locating a photo in a place, and about measuring a place again."""
+"""Sentences about locating a photo at a place, and about capturing a place again."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from app.core.text import tr
 from app.words.phrases.turns import direction_words
 
 PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
-"""File filter for photos in file dialogs."""
+"""Filter for photos in file dialogs."""
 
 
 def photo_warnings(search: PhotoSearch) -> list[str]:
-    """List the warnings about locating a photo."""
+    """List the warnings that arose when a photo was located."""
     if search.stated_deg is None:
         return []
     fov_deg = search.heading.fov_deg
@@ -38,7 +38,7 @@ def photo_warnings(search: PhotoSearch) -> list[str]:
 
 
 def registration_words(registered: Registration) -> str:
-    """Describe how a second capture aligns with the first, and which settings were carried over."""
+    """Describe how a second capture aligns with the first, and what was carried over from it."""
     if not registered.trusted:
         return tr(
             "This looks like a different spot, so nothing was carried over. Drag the "

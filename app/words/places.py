@@ -1,4 +1,4 @@
-"""Sentences about a place's folder and files: losses and changes."""
+"""Sentences about what has been lost or changed in a place's folder and files."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _PARTS: Final = {
 
 
 def trouble_words(trouble: Remark) -> str:
-    """Describe a problem with a place, for a list of places."""
+    """Describe a problem with a place, as shown in a list of places."""
     return sentence_of(_TROUBLES if type(trouble) in _TROUBLES else SENTENCES, trouble)
 
 
@@ -124,7 +124,7 @@ SENTENCES: Final[Sentences] = {
     LightMissing: tr("The light measurement for this place is missing. Capture the place again."),
     PhotosLost: _photos_lost,
 }
-"""For each type of remark, a sentence with field names or a function that returns the sentence."""
+"""Sentence for each type of remark: text with field names, or a function that returns it."""
 _TROUBLES: Final[Sentences] = {
     Unfinished: tr("This place is not finished. Everything captured so far is saved."),
     PartLost: _damage,

@@ -1,4 +1,4 @@
-"""Text of the plan from above: labels of the marks, and a description for screen readers."""
+"""Text of the plan from above: labels for the marks, and a description for screen readers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ class PlanWords:
     """Text of a plan.
 
     Attributes:
-        labels: Labels, in the order of the marks. A mark without a label has an empty string.
+        labels: Labels, in the same order as the marks. The label is an empty string for a mark that
+            has none.
         description: Description for a screen reader.
     """
 
@@ -29,7 +30,7 @@ def plan_words(plan: PlanDrawing, step: str = "") -> PlanWords:
     """Return the text of a plan.
 
     Args:
-        step: The current instruction of the guidance.
+        step: Current instruction of the guidance.
     """
     labels = tuple(_label(mark, plan) for mark in plan.marks)
     parts = [lens_words(plan.yaw_deg) if plan.yaw_deg else "", step]

@@ -1,4 +1,4 @@
-"""Text of a `Progress`: the current step of a long task, without a full stop."""
+"""Text of a `Progress`: the current step of a long task, with no full stop at the end."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _SORTING_NAMED: Final = tr("Sorting the shadows of {name}")
 
 
 def progress_words(progress: Progress | str) -> str:
-    """Return the name of a task. A phrase reported by a device is returned unchanged.
+    """Return the name of a task. A phrase that a device reported is returned unchanged.
 
     Examples:
         >>> progress_words(Progress(Task.COPYING, number=2, count=3)), progress_words("Filming")

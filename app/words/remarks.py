@@ -21,7 +21,7 @@ SENTENCES: Final[Sentences] = {
     PlainRemark: "{sentence}",
     **{kind: entry for table in _TABLES for kind, entry in table.items()},
 }
-"""For each type of remark, a sentence with field names or a function that returns the sentence."""
+"""Sentence for each type of remark: text with field names, or a function that returns it."""
 
 
 def remark_words(remark: Remark) -> str:
@@ -35,5 +35,5 @@ def remark_words(remark: Remark) -> str:
 
 
 def sentences(remarks: Iterable[Remark]) -> tuple[str, ...]:
-    """Return the text of remarks in their order, one or two sentences each."""
+    """Return the texts of the remarks in their order, one or two sentences each."""
     return tuple(remark_words(each) for each in remarks)

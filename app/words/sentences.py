@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 from app.core.base.remarks import Remark
 
 Sentences: TypeAlias = Mapping[type[Remark], str | Callable[[Any], str]]
-"""For each type of remark, a sentence with field names in braces or a function that returns it."""
+"""Sentence for each type of remark: text with field names in braces, or a function."""
 
 
 def sentence_of(sentences: Sentences, remark: Remark) -> str:
-    """Return a remark's sentence from a table."""
+    """Look up the sentence for a remark in a table."""
     entry = sentences[type(remark)]
     if not isinstance(entry, str):
         return entry(remark)

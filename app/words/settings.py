@@ -1,4 +1,4 @@
-"""Text of the settings: titles, explanations and values in the dialog, and reports of losses."""
+"""Text of the settings: titles, explanations and values in the dialog, and notes on losses."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ SECTIONS: Final = {
     "files": tr("Files"),
     "remembered": tr("Remembered"),
 }
-"""Headings of the dialog, in order. The last section is hidden."""
+"""Headings of the dialog, in order. The last section is hidden from users."""
 
 
 class SettingWords(NamedTuple):
     """Text of one setting.
 
     Attributes:
-        choices: Labels of the values, by value.
+        choices: Labels of the permitted values, by value.
         empty_means: Meaning of an empty value.
         also: Additional search terms.
     """
@@ -204,7 +204,7 @@ def explanation(entry: Setting) -> str:
 
 
 def choices(entry: Setting) -> tuple[tuple[str, str], ...]:
-    """Return the values of a choice with their labels, or () if the program supplies the values."""
+    """Return a choice's values with their labels, or () if the program supplies the values."""
     words = WORDS[entry.key].choices
     return tuple((value, words[value]) for value in entry.choices)
 
@@ -215,7 +215,7 @@ def empty_means(entry: Setting) -> str:
 
 
 def search_words(entry: Setting) -> str:
-    """Return all search terms for a setting."""
+    """Return all the search terms for a setting."""
     words = (title(entry), SECTIONS[entry.section], explanation(entry), WORDS[entry.key].also)
     return " ".join((*words, *(name for _, name in choices(entry))))
 

@@ -1,4 +1,4 @@
-"""Text of a style: its side or position, its full title and the certainty of its turn."""
+"""Text of a style: its side or position, its full title, and how certain its turn is."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def side_words(style: Style | UserStyle) -> str:
 
 
 def full_title(style: Style) -> str:
-    """Return a title that distinguishes left from right: "Loop, sitter’s left (camera right)"."""
+    """Return a title that tells left from right, such as "Loop, sitter’s left (camera right)"."""
     return f"{style.title}, {side_words(style)}" if style.side != "none" else style.title
 
 
 def caution_words(style: str) -> str | None:
-    """Warn that a style's turn is less certain, without a full stop. Return None if it is not."""
+    """Warn, without a full stop, that a style's turn is less certain. Return None if it is not."""
     spread_deg = spread_of(style)
     if spread_deg is None:
         return None
@@ -41,7 +41,7 @@ def photo_note(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
 
     Args:
         lamps: The key light, followed by a fill light if there is one.
-        read: Whether all values were read from a photo and not edited since.
+        read: Whether all values were read from a photo and have not been edited since.
     """
     key = lamps[0]
     lamp = {

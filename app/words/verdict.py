@@ -1,4 +1,4 @@
-"""What a place offers for a style: verdict, similar styles, doubts and the card as spoken text."""
+"""What a place offers for a style: the verdict, similar styles, doubts and the spoken card."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _OURS: Final = {
 
 
 def whole_of(value: float) -> int:
-    """Round a match or a contrast down, so that a value below a limit never reads as the limit."""
+    """Round a match or a contrast down so that a value below a limit never reads as the limit."""
     return max(math.floor(value), 0)
 
 
@@ -53,7 +53,7 @@ def quality_words(value: float) -> str:
 def numbers_words(match: float, quality: float | None) -> str:
     """Format the match as it appears on cards and plots.
 
-    It is preceded by C if the paper's rule applies.
+    The match is preceded by C if the paper's rule applies.
     """
     if quality is None:
         return tr("match {match}", match=str(whole_of(match)))
@@ -68,7 +68,7 @@ def verdict_sentence(result: StyleResult) -> str:
     """Describe the best match that a place allows for a style that is out of reach.
 
     Returns:
-        A text such as "The best match here is 29 at 62° counter-clockwise. The limit is 45."
+        Text such as "The best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
     turn = result.turn_refined_deg
     values = {"turn": turn_words(turn)}
@@ -97,7 +97,7 @@ def verdict_sentence(result: StyleResult) -> str:
 
 
 def paper_verdict(quality: float) -> str:
-    """Describe the best result that a place allows by the paper's rule."""
+    """Describe the best result that a place allows under the paper's rule."""
     return tr(
         "The largest C here is {best}. The limit is {limit}.",
         best=quality_words(quality),
@@ -106,7 +106,7 @@ def paper_verdict(quality: float) -> str:
 
 
 def paper_quality(quality: float) -> str:
-    """Format the largest C with its limit."""
+    """Format the largest value of C, together with its limit."""
     return tr(
         "Largest C {quality}, limit {limit:.0f}",
         quality=quality_words(quality),
@@ -115,7 +115,7 @@ def paper_quality(quality: float) -> str:
 
 
 def ours_words(result: StyleResult) -> str:
-    """Format Turnlight's own grade for display beside the paper's rule."""
+    """Format Turnlight's own grade, to be shown beside the paper's rule."""
     return tr("Ours: {grade}", grade=grade_words(result.grade, result.attainable))
 
 
@@ -126,7 +126,7 @@ def ours_card(result: StyleResult, side: str) -> str:
 
 
 def rules_words(disagreements: int, count: int) -> str:
-    """State on how many styles the paper's rule and Turnlight's own rule disagree."""
+    """State for how many styles the paper's rule and Turnlight's own rule disagree."""
     return tr(
         "The paper’s rule and ours disagree on {count} of {all} styles.",
         count=disagreements,
@@ -140,7 +140,7 @@ def close_to(title: str) -> str:
 
 
 def close_to_card(title: str, side: str) -> tuple[str, str]:
-    """Name the style that a picture is close to, with the side, for a normal and a narrow card."""
+    """Name the style that a picture is close to, with its side, for a normal and a narrow card."""
     return _LIKE[side].format(style=title), _LIKE_BRIEF[side].format(style=title)
 
 
@@ -151,8 +151,8 @@ def near_words(
 
     Args:
         title: Title of the style.
-        more_like: Title of the style that its picture resembles more, or "" if there is none.
-        same: Titles of styles that have the same picture.
+        more_like: Title of another style that the picture resembles more, or "" if there is none.
+        same: Titles of other styles that have the same picture.
     """
     lines = []
     if more_like:
@@ -165,12 +165,12 @@ def near_words(
 
 
 def reads_as(title: str) -> str:
-    """Name the style that a picture resembles more, for the card of another style."""
+    """Name the style that a picture resembles more, for use on another style's card."""
     return tr("Reads as {style}", style=title)
 
 
 def same_picture(titles: Sequence[str]) -> str:
-    """Name the styles that have the same picture."""
+    """Name the other styles that have the same picture."""
     return tr("Same picture as {styles}", styles=", ".join(titles))
 
 
@@ -186,7 +186,7 @@ def gain_words(gain: Gain, match: float) -> str:
 
 
 def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
-    """Explain why an answer is doubtful or rough, or return "" if it is neither."""
+    """Explain why an answer is doubtful or rough, or return "" if it is neither of the two."""
     if clipped and unseen:
         return tr("Doubtful: affected by clipped light and gaps.")
     if clipped:
@@ -197,7 +197,7 @@ def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
 
 
 def own_lamps_words(studio: Studio) -> str:
-    """State that a style keeps its own lamps, since the studio's lamps would not show the style."""
+    """State that a style keeps its own lamps, because the studio's lamps would not produce it."""
     return tr(
         "Shown with its own lamps: studio lamps of {lamps} would not show this style.",
         lamps=studio_words(studio),

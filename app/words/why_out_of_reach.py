@@ -1,6 +1,6 @@
-"""Reasons why a style is out of reach or only nearly within reach: sentences for `Shortfall`.
+"""Sentences for a `Shortfall`: why a style is out of reach or only nearly within reach.
 
-They have no full stop and come in these lengths:
+The sentences end without a full stop and come in these lengths:
 
 * sentence: the cause with its numbers, for tables, sheets and tooltips;
 * line: the cause, for a row with match or contrast beside it;
@@ -115,7 +115,7 @@ def reason_card(shortfall: Shortfall | None) -> str:
 
 
 def out_of_reach_spoken(shortfall: Shortfall | None) -> str:
-    """State that a style is out of reach and why, as a clause for screen readers.
+    """State that a style is out of reach, and why, in a clause for screen readers.
 
     Examples:
         >>> out_of_reach_spoken(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
@@ -125,7 +125,7 @@ def out_of_reach_spoken(shortfall: Shortfall | None) -> str:
 
 
 def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
-    """State that a style is out of reach and why, with a full stop.
+    """State that a style is out of reach, and why, in a sentence with a full stop.
 
     Examples:
         >>> out_of_reach_sentence(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
@@ -136,12 +136,12 @@ def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
 
 
 def nearly_sentence(shortfall: Shortfall) -> str:
-    """State that a style is only nearly within reach, and why."""
+    """State that a style is only nearly within reach, and explain why."""
     return tr("Nearly. {what}", what=reason_sentence(shortfall))
 
 
 def nearly_card(shortfall: Shortfall) -> str:
-    """State that a style is only nearly within reach, and why, for a card."""
+    """State briefly that a style is only nearly within reach and why, for a card."""
     return tr("Nearly. {what}", what=reason_card(shortfall))
 
 
@@ -209,7 +209,7 @@ def _areas(shortfall: AreaShortfall, words: str) -> str:
 
 
 def _stops(value: float, limit: float, sign: Literal["", "+"] = "") -> str:
-    """Format stops rounded away from the limit, so that a value beyond it never reads as the limit.
+    """Format stops, rounded away from the limit so that no value beyond it reads as the limit.
 
     Examples:
         >>> _stops(0.31, 0.6), _stops(-1.66, 0.0), _stops(1.98, 2.0), _stops(-0.01, 0.6)
@@ -230,7 +230,7 @@ def _with_place(shortfall: LightShortfall, words: str) -> str:
 
 
 def _number(shortfall: LightShortfall) -> str:
-    """Format a value, rounded down so that one below its limit never reads as the limit."""
+    """Format a value, rounded down so that a value below its limit never reads as the limit."""
     if shortfall.measure == "contrast":
         return tr("contrast {contrast}", contrast=contrast_words(shortfall.value))
     return tr("match {value} of 100", value=max(math.floor(shortfall.value), 0))

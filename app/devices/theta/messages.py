@@ -122,8 +122,8 @@ class Info:
     """Reply to /osc/info.
 
     Attributes:
-        firmware: Version such as (2, 10, 3) for "2.10.3", or an empty tuple if the version does not
-            consist of numbers.
+        firmware: Version, such as (2, 10, 3) for "2.10.3", or an empty tuple if the version does
+            not consist of numbers.
         api_level: (1, 2) for S and SC, (2,) for later models.
     """
 
@@ -140,9 +140,10 @@ class State:
     """Reply to /osc/state.
 
     Attributes:
-        battery_level: Charge from 0 to 1.
+        battery_level: Battery charge, 0 to 1.
         battery_state: "charging", "charged", "disconnect" or another word.
-        capture_status: "idle", "shooting", "bracket shooting" or another word, or "" if not stated.
+        capture_status: "idle", "shooting", "bracket shooting" or another word, or "" if the camera
+            does not state it.
     """
 
     battery_level: float | None = None
@@ -169,7 +170,7 @@ class CommandReply:
         id: Identifier for status requests, sent back unchanged, or None if there is no usable one.
         completion: Progress from 0 to 1.
         results: The camera's results, unchanged.
-        file_urls: URLs of the resulting files, at the endpoint in use.
+        file_urls: URLs of the resulting files, rewritten for the endpoint in use.
         refused_urls: Number of unusable URLs.
     """
 
@@ -255,7 +256,7 @@ def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
 
 
 def _files(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[tuple[str, ...], int]:
-    """Return the URLs of files at an endpoint, and the number of unusable URLs."""
+    """Return the URLs of the files at an endpoint, and the number of unusable URLs."""
     lists = {key: value for key in _URL_LISTS if isinstance(value := results.get(key), list)}
     single = (results.get(key) for key in _URL_KEYS)
     addresses = [*filter(None, single), *(url for urls in lists.values() for url in urls)]

@@ -13,16 +13,16 @@ from app.core.text import tr
 from app.devices.errors import BadReply, DeviceError, NotACamera, Unreachable
 
 CLOSED: Final = "closed"
-"""Code of a stream closed by another thread."""
+"""Error code for a stream that was closed by another thread."""
 
 BROKEN: Final = "broken"
-"""Code of a connection that ended too early."""
+"""Error code for a connection that ended too early."""
 
 NOBODY: Final = "connection-refused"
-"""Code of an address that refuses the connection because no program is listening."""
+"""Error code for an address that refuses connections because no program is listening."""
 
 NO_SUCH_NAME: Final = "no-such-name"
-"""Code of a host name that does not exist on the network."""
+"""Error code for a host name that does not exist on the network."""
 
 # UnicodeError and ValueError cover invalid host names and invalid chunk lengths.
 NETWORK_ERRORS: Final = (
@@ -74,11 +74,11 @@ def no_camera() -> NotACamera:
 
 
 def failure(error: BaseException) -> DeviceError:
-    """Convert an exception raised by a request to a `DeviceError`.
+    """Convert an exception raised by a request into a `DeviceError`.
 
     Returns:
-        `Unreachable` for timeouts and for refused or broken connections, `NotACamera` for another
-        protocol, or `BadReply` for invalid headers.
+        `Unreachable` for timeouts and for refused or broken connections, `NotACamera` for a device
+        that uses another protocol, or `BadReply` for invalid headers.
     """
     chain = tuple(_chain(error))
     # urllib3 derives its errors for unknown names and refused connections from its timeouts.

@@ -1,4 +1,4 @@
-"""The error codes of a camera, with a sentence and a hint for each."""
+"""A camera's error codes, with a sentence and a hint for each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.devices.errors import CameraRefused
 from app.devices.theta.untrusted import JsonValue, table, words
 
 BUSY: Final = "serviceUnavailable"
-"""The only code after which the same request may be repeated."""
+"""The only error code after which the same request may be repeated."""
 
 _UPDATE: Final = tr(
     "Update the camera’s firmware with Ricoh’s app; if it is current, report the camera’s model."
@@ -90,7 +90,7 @@ def refused(value: JsonValue, status: int) -> CameraRefused | None:
 
 
 def bare_refusal(status: int) -> CameraRefused:
-    """Return the error for a reply that has only an HTTP status."""
+    """Return the error for a reply that contains nothing but an HTTP status."""
     return refusal(_BY_STATUS.get(status, "unexpected"), status)
 
 
@@ -99,7 +99,7 @@ def refusal(code: str, status: int, message: str = "") -> CameraRefused:
 
     Args:
         code: The camera's code. Anything that does not look like a code becomes "unexpected".
-        message: The camera's own sentence, shown only if the code is not in `REFUSALS`.
+        message: The camera's own message, shown only if the code is not in `REFUSALS`.
     """
     sound = code if _CODE.fullmatch(code) else "unexpected"
     sentence, hint = REFUSALS.get(sound, _UNKNOWN)

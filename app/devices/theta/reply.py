@@ -1,4 +1,4 @@
-"""A camera's reply: its status, and its body read within limits of size, time and pace."""
+"""A camera's reply: its status, and its body, read within limits on size, time and pace."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _WHOLE: Final = frozenset({"", "identity", "chunked"})
 
 @dataclass(frozen=True, slots=True)
 class Timeouts:
-    """Time limits for a camera, in seconds on the clock."""
+    """Time limits for a camera, in seconds of clock time."""
 
     connect_s: float = 3.0
     read_s: float = 20.0
@@ -92,7 +92,7 @@ class Incoming:
             yield piece
 
     def whole(self, most: int) -> bytes:
-        """Read a short body completely before the watch's deadline.
+        """Read a short body completely, before the deadline of the watch.
 
         Raises:
             BadReply: With the code "too-large" if the body has more than `most` bytes.
@@ -111,7 +111,7 @@ class Incoming:
         return bytes(data)
 
     def release(self) -> None:
-        """Release the connection, and close it unless the whole body was read."""
+        """Release the connection, closing it unless the whole body has been read."""
         self._response.close()
 
     def _next(self, pieces: Iterator[bytes]) -> bytes | None:
@@ -198,8 +198,8 @@ def judge_stream(reply: Incoming) -> None:
     """Check that a reply is a stream.
 
     Raises:
-        CameraRefused: If the reply is an HTTP error (404 is "notFound") or an error object instead
-            of the file.
+        CameraRefused: If the reply is an HTTP error (404 becomes "notFound") or an error object in
+            place of the file.
         NotACamera: If the reply is a redirect or a web page.
         BadReply: If the reply is anything else.
     """

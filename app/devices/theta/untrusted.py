@@ -1,7 +1,7 @@
 """JSON from untrusted sources, and JSON that a simple camera can parse.
 
-A reply may be damaged or malicious, so its size, its nesting, the number of its values and the
-length of its numbers are limited.
+A reply may be damaged or malicious, so limits apply to its size, its nesting, the number of its
+values and the length of its numbers.
 """
 
 from __future__ import annotations
@@ -19,13 +19,16 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 """A JSON value, in which every number is finite and every string is valid Unicode."""
 
 MAX_BYTES: Final = 4_000_000
-"""Maximum size of a reply in bytes. A listing of a hundred files takes 50 kB."""
+"""Maximum size of a reply, in bytes. A listing of a hundred files takes 50 kB."""
 
 MAX_DEPTH: Final = 32
 """Maximum nesting depth. Cameras use seven levels."""
 
 MAX_VALUES: Final = 100_000
-"""Maximum number of values in a reply, so that a few megabytes do not become hundreds in memory."""
+"""Maximum number of values in a reply.
+
+Without this limit, a few megabytes could become hundreds in memory.
+"""
 
 _MAX_DIGITS: Final = 40
 _TEXT: Final = 200
@@ -36,8 +39,9 @@ def parse_json(data: bytes) -> JsonValue:
     """Parse the body of a reply.
 
     Args:
-        data: JSON in UTF-8. Invalid characters become "�", because one badly encoded description
-            must not make a whole listing unusable. If a key is repeated, its last value counts.
+        data: JSON in UTF-8. Invalid characters become "�", because a single badly encoded
+            description must not make a whole listing unusable. If a key is repeated, its last value
+            is used.
 
     Raises:
         BadReply: If the data is not JSON, exceeds the limits, or contains NaN, an infinity or a
@@ -77,7 +81,7 @@ def _refuse(word: str) -> float:
 
 
 def _sound(value: Any, depth: int) -> JsonValue:
-    """Copy a value without lone surrogates, which can be neither saved nor displayed."""
+    """Copy a value, removing lone surrogates, which can be neither saved nor displayed."""
     if isinstance(value, str):
         return value if value.isascii() else _sound_text(value)
     if not isinstance(value, (list, dict)):
@@ -96,12 +100,12 @@ def _sound_text(text: str) -> str:
 def write_json(value: Any) -> bytes:
     """Encode the body of a request.
 
-    Numbers have no exponents, so that a shutter speed of 0.00004 is sent as the camera lists it and
-    not as 4e-05.
+    Numbers are written without exponents. A shutter speed of 0.00004 is therefore sent as the
+    camera lists it and not as 4e-05.
 
     Raises:
         ValueError: If a number is not finite.
-        TypeError: If a type has no JSON form.
+        TypeError: If a value's type cannot be represented in JSON.
 
     Examples:
         >>> write_json({"shutterSpeed": 0.00004})
@@ -146,7 +150,7 @@ def words(value: object, longest: int = _TEXT) -> str:
 
 
 def texts(value: object, most: int = 100) -> tuple[str, ...]:
-    """Return the non-empty strings of a list, each cleaned by `words`."""
+    """Return the non-empty strings in a list, each cleaned by `words`."""
     items = (words(item) for item in value[:most]) if isinstance(value, list) else ()
     return tuple(text for text in items if text)
 

@@ -1,1 +1,1 @@
-"""Brackets of any camera whose photos arrive in a folder."""
+"""Brackets from any camera whose photos arrive in a folder."""

@@ -1,4 +1,4 @@
-"""A photo that has arrived in the folder: its integrity, exposure and date."""
+"""A photo that has arrived in the folder, with its integrity, exposure and date."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.devices.theta.untrusted import words
 UNTIMED: Final = tr("{name} is skipped: it has no exposure time.")
 TOO_LARGE: Final = tr("{name} is too large for a photo.")
 MAX_BYTES: Final = 2_000_000_000
-"""Size limit of a file in bytes. A JPEG may be only a quarter of this size."""
+"""Size limit for a file, in bytes. A JPEG may be only a quarter of this size."""
 
 _TEMPORARY: Final = re.compile(
     r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
@@ -41,8 +41,9 @@ class Arrival:
 
     Attributes:
         shape: Rows and columns.
-        kind: Format of its pixels.
-        taken_s: EXIF time in seconds, comparable only within one camera, or None if not recorded.
+        kind: Format of the pixels.
+        taken_s: EXIF time in seconds, or None if not recorded. Times are comparable only for photos
+            from the same camera.
     """
 
     path: Path
@@ -55,7 +56,7 @@ class Arrival:
 
 
 def is_wanted(name: str) -> bool:
-    """Return whether a file name suggests a photo that the program can read."""
+    """Return whether a file's name suggests that it is a photo the program can read."""
     usable = name.isprintable() and not _TEMPORARY.match(name)
     return usable and name.lower().endswith(ENDINGS)
 
@@ -63,7 +64,7 @@ def is_wanted(name: str) -> bool:
 def passed_over(name: str) -> str:
     """Return the reason for skipping a file with this name, or "" if no reason is needed.
 
-    The sentence is the same for all files of one kind.
+    All files of one kind get the same sentence.
     """
     if not name.isprintable():
         return tr(
@@ -85,10 +86,10 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
 
     Args:
         size: Size in bytes.
-        modified_s: Modification time in seconds, for files without a date.
+        modified_s: Modification time in seconds, used for files that contain no date.
 
     Returns:
-        The photo, or a sentence explaining why it is not a frame.
+        The photo, or a sentence explaining why the file is not a frame.
     """
     try:
         _check_whole(path, size)

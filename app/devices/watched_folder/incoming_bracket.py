@@ -1,6 +1,6 @@
 """Brackets: photos with different exposures that arrive together.
 
-A bracket is complete when nothing more has arrived for a while, or when an exposure repeats.
+A bracket is complete when no more photos have arrived for a while, or when an exposure repeats.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ALONE: Final = tr("{name} arrived alone, so it is not a bracket.")
 
 @dataclass(frozen=True, slots=True)
 class IncomingBracket:
-    """Frames that belong together."""
+    """The frames of one bracket."""
 
     paths: tuple[Path, ...]
     reasons: tuple[str, ...]
@@ -43,8 +43,9 @@ class Grouping:
     """Groups photos into brackets.
 
     Args:
-        quiet_s: Seconds without arrivals after which a bracket is complete. Frames taken further
-            apart than this, not counting their exposures, belong to different brackets.
+        quiet_s: Seconds without new arrivals after which a bracket is complete. Frames taken
+            further apart than this, not counting their exposure times, belong to different
+            brackets.
     """
 
     def __init__(self, quiet_s: float) -> None:
@@ -54,7 +55,7 @@ class Grouping:
         self._notes: list[str] = []
 
     def add(self, arrival: Arrival, now: float) -> None:
-        """Add a photo that arrived at time `now` in seconds."""
+        """Add a photo that arrived at time `now`, in seconds."""
         key = (arrival.camera, arrival.shape, arrival.kind)
         group = self._open.get(key)
         if group is not None:
@@ -72,7 +73,7 @@ class Grouping:
         group.last_s = group.quiet_from_s = now
 
     def touch(self, now: float) -> None:
-        """Extend the wait for open brackets, since a file is still being copied."""
+        """Extend the wait for open brackets because a file is still being copied."""
         for group in self._open.values():
             group.quiet_from_s = min(now, group.last_s + _PATIENCE * self._quiet_s)
 
@@ -84,7 +85,7 @@ class Grouping:
                 del self._open[key]
 
     def complete(self, now: float) -> Iterator[IncomingBracket]:
-        """Yield the brackets complete at time `now` in seconds, and remove them."""
+        """Yield the brackets that are complete at time `now`, in seconds, and remove them."""
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:
                 self._close(key, QUIET.format(seconds=self._quiet_s))
@@ -97,7 +98,7 @@ class Grouping:
         return notes
 
     def _another(self, group: _OpenBracket, arrival: Arrival, twin: Arrival | None) -> str:
-        """Return why a photo starts a new bracket, or "" if it belongs to this one."""
+        """Return why a photo starts a new bracket, or "" if it belongs to the current one."""
         name = arrival.path.name
         if twin is not None:
             return SAME_EXPOSURE.format(name=name, other=twin.path.name)
@@ -134,7 +135,7 @@ def _copies(one: Arrival, other: Arrival) -> bool:
 
 
 def _gap_s(frames: list[Arrival], arrival: Arrival) -> float:
-    """Return the seconds to the nearest frame, not counting the exposures, or 0 if unknown."""
+    """Return the seconds to the nearest frame, not counting exposure times, or 0 if unknown."""
     if arrival.taken_s is None:
         return 0.0
     gaps = [

@@ -1,8 +1,8 @@
 """A folder watched for new photos from a camera.
 
-Any camera whose files arrive in a folder by cable, Wi-Fi or memory card is supported. The folder
-is listed repeatedly, and nothing in it is changed. A file counts once it has been unchanged for a
-few seconds and is a complete photo with an exposure time.
+Any camera is supported if its files arrive in a folder, whether by cable, Wi-Fi or memory card. The
+folder is listed repeatedly, and nothing in it is changed. A file counts once it has not changed for
+a few seconds and is a complete photo with an exposure time.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class _Stamp(NamedTuple):
 
 @dataclass(slots=True)
 class _FileState:
-    """A file in the folder, and when it was last seen to change."""
+    """A file in the folder, and the time at which it was last seen to change."""
 
     stamp: _Stamp
     since_s: float
@@ -52,7 +52,7 @@ class _FileState:
     refused: bool = False
 
     def differs(self, stamp: _Stamp) -> bool:
-        """Return whether the file has changed, or an unreadable file may have become readable."""
+        """Return whether the file has changed, or an unreadable one may have become readable."""
         return self.stamp[:3] != stamp[:3] or (self.refused and self.stamp != stamp)
 
 
@@ -62,7 +62,7 @@ class WatchedFolder:
     Files present at the start are ignored, as are subfolders, links, and hidden or temporary files.
 
     Args:
-        quiet_s: Seconds without arrivals after which a bracket is complete.
+        quiet_s: Seconds without new arrivals after which a bracket is complete.
         still_s: Seconds without a change in size or modification time after which a file is read.
 
     Raises:
@@ -149,7 +149,7 @@ class WatchedFolder:
             wait(self._clock, _POLL_S, token)
 
     def _take(self, arrivals: tuple[Arrival, ...], now: float) -> None:
-        """Group arrivals in shooting order, once earlier files are no longer being copied."""
+        """Group arrivals in shooting order, once no earlier file is still being copied."""
         if not self._waiting:
             self._held_since_s = now
         self._waiting += arrivals
@@ -167,7 +167,7 @@ class WatchedFolder:
         return any(not state.settled for state in self._files.values())
 
     def _look(self, name: str, stamp: _Stamp, now: float) -> Arrival | None:
-        """Return a photo that has just been completed, or None for any other file."""
+        """Return a photo whose file has just become complete, or None for any other file."""
         state = self._files.get(name)
         if state is None or state.differs(stamp):
             self._forget(name)
@@ -184,7 +184,7 @@ class WatchedFolder:
         return arrival
 
     def _list_files(self) -> dict[str, _Stamp]:
-        """Return the change stamps of the files that could be photos, by name."""
+        """Return the change stamps of all files that could be photos, keyed by name."""
         stamps: dict[str, _Stamp] = {}
         sentence = tr("The folder {folder} cannot be read: {reason}.")
         hint = tr("Check its name, and the cable or card.")

@@ -1,4 +1,4 @@
-"""Live video: webcams, network cameras, video files and the demo webcam."""
+"""Live video from webcams, network cameras, video files and the demo webcam."""
 
 from __future__ import annotations
 

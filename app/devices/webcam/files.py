@@ -1,6 +1,6 @@
-"""Video files: playback as a live camera, and a writer.
+"""Video files: playback in place of a live camera, and a writer.
 
-As a live camera, a video loops at its own frame rate.
+When it replaces a live camera, a video loops at its own frame rate.
 """
 
 from __future__ import annotations
@@ -36,12 +36,13 @@ _BEHIND_S: Final = 0.5
 
 
 class VideoFile(CaptureStream):
-    """A video file as a live camera.
+    """A video file played as if it were a live camera.
 
-    The file's rotation is applied. If its drive is disconnected, playback waits for the file.
+    The file's rotation is applied. If the file's drive is disconnected, playback waits until the
+    file is back.
 
     Args:
-        width: Maximum width of a frame in pixels, or 0 to keep its size.
+        width: Maximum width of a frame in pixels, or 0 to keep the original size.
     """
 
     def __init__(
@@ -92,7 +93,7 @@ class VideoFile(CaptureStream):
         self.connect()
 
     def _step(self, capture: VideoDevice) -> float:
-        """Return the time from the previous frame to this one, in seconds."""
+        """Return the time between the previous frame and this one, in seconds."""
         place = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
         step, self._place_s = place - self._place_s, place
         if self._frame_count == 0 or not 0.0 < step < _LONGEST_STEP_S:
@@ -102,7 +103,7 @@ class VideoFile(CaptureStream):
 
 
 class FilmWriter:
-    """Writes frames, (H, W, 3) uint8 sRGB, to a video file with the size of the first frame."""
+    """Writes frames, (H, W, 3) uint8 sRGB, to a video file that has the size of the first frame."""
 
     def __init__(self, path: Path, fps: float) -> None:
         self._path, self._fps = path, fps
@@ -114,7 +115,7 @@ class FilmWriter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close the video."""
+        """Close the file."""
         if self._writer is not None:
             self._writer.release()
 

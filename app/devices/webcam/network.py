@@ -1,8 +1,8 @@
-"""Network cameras: JPEG frames over HTTP or HTTPS, or RTSP.
+"""Network cameras that send JPEG frames over HTTP or HTTPS, or use RTSP.
 
-RTSP uses OpenCV's FFmpeg. FFmpeg does not report why it cannot open a stream, so the program sends
-a request of its own first. FFmpeg has timeouts for opening and for each frame, so that no thread
-waits longer, even if the camera accepts the connection and stays silent.
+RTSP streams are read by the FFmpeg in OpenCV. FFmpeg does not report why it cannot open a stream,
+so the program first sends a request of its own. FFmpeg's timeouts for opening and for each frame
+limit how long a thread waits, even if the camera accepts the connection and then stays silent.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from app.devices.webcam.opencv import CaptureStream, VideoDevice
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
-"""Function that returns the user name and password.
+"""Function that returns the user name and password, or None.
 
 It is called on the webcam's thread, since a keyring may be slow.
 """
@@ -39,7 +39,7 @@ NETWORK: Final = Manner(
     pauses_s=(0.5, 1.0, 2.0, 5.0, 10.0),
     silence_s=6.0,
 )
-"""Time limits and hints for a network camera."""
+"""Time limits and hints for network cameras."""
 
 _CHUNK: Final = 64 << 10
 _MOST_CHUNKS: Final = 256  # twice the largest frame
@@ -58,18 +58,18 @@ def _name(address: Address) -> str:
 
 
 def no_keys() -> Credentials | None:
-    """Return None. This is the default, for a camera without a password."""
+    """Return None. This is the default, for cameras without a password."""
     return None
 
 
 class MjpegWebcam(Webcam):
     """A camera at an HTTP or HTTPS address that sends a stream of JPEG frames.
 
-    Digest and basic authentication work; redirects are refused. If several frames have arrived,
-    only the newest is decoded.
+    Digest and basic authentication are supported, and redirects are refused. If several frames have
+    arrived, only the newest is decoded.
 
     Args:
-        width: Maximum width of a frame in pixels, or 0 to keep its size.
+        width: Maximum width of a frame in pixels, or 0 to keep the original size.
     """
 
     def __init__(
@@ -140,7 +140,7 @@ class MjpegWebcam(Webcam):
             wire.watch.close()
 
     def _open(self, address: Address) -> HTTPResponse:
-        """Send the request, with a password if the camera requires one, leaving the body unread."""
+        """Send the request, with a password if required, and leave the body of the reply unread."""
         keys: Credentials | None = None
         headers: dict[str, str] = {}
         for turn in range(_ANSWERS):
@@ -211,7 +211,7 @@ def _content_type(response: HTTPResponse) -> str:
 
 
 def _check_status(status: int, missing: str, hint: str) -> None:
-    """Raise an error unless the status means success. For status 404, its message is `missing`."""
+    """Raise an error, with the message `missing` for a 404, unless the status means success."""
     if 300 <= status < 400:
         raise no_stream(tr("This address redirects to another one."), tr("Type that address."))
     if status == _NOT_FOUND:
@@ -227,7 +227,7 @@ def no_stream(message: str, hint: str) -> WebcamError:
 
 
 def password_error(*, is_refused: bool) -> WebcamError:
-    """Return the error for a missing or wrong password."""
+    """Return the error for a missing or incorrect password."""
     if is_refused:
         return WebcamError(
             tr("The camera does not accept this user name and password."),
@@ -245,7 +245,7 @@ class RtspWebcam(CaptureStream):
     """A camera at an RTSP address.
 
     Args:
-        width: Maximum width of a frame in pixels, or 0 to keep its size.
+        width: Maximum width of a frame in pixels, or 0 to keep the original size.
     """
 
     def __init__(
@@ -263,7 +263,7 @@ class RtspWebcam(CaptureStream):
         self._width = width
 
     def connect(self) -> None:
-        """Check the camera with one request, then open it with FFmpeg."""
+        """Check the camera with one request, then open its stream with FFmpeg."""
         status = self._ask_status()
         keys = self._keys() if status == _UNAUTHORIZED else None
         if status == _UNAUTHORIZED and keys is None:

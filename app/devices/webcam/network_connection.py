@@ -1,4 +1,4 @@
-"""The address of a network camera, and a connection to it with a deadline, plain or encrypted.
+"""The address of a network camera, and a plain or encrypted connection to it with a deadline.
 
 Every read has a deadline both on the injected clock and in real time, and can be interrupted from
 another thread. Redirects are never followed.
@@ -39,10 +39,10 @@ _HINT: Final = tr(
 )
 
 CONNECT_S: Final = 5.0
-"""Timeout of a camera's first reply, in seconds."""
+"""Time limit for a camera's first reply, in seconds."""
 
 FAILURES: Final = (OSError, HTTPException, ValueError)
-"""All exceptions caused by a broken or hostile connection."""
+"""All exceptions that a broken or hostile connection can cause."""
 
 _PART_S: Final = 0.5  # seconds that a started read may last before the deadline is checked again
 _TLS: Final = "https"
@@ -103,13 +103,13 @@ class Address:
 
     @property
     def secret(self) -> bool:
-        """Whether the query contains a password. Such an address must not be saved."""
+        """Whether the query contains a password. If so, the address must not be saved."""
         names = (name for name, _ in parse_qsl(urlsplit(self.path).query, keep_blank_values=True))
         return any(name.lower() in _SECRETS for name in names)
 
     @property
     def host(self) -> str:
-        """Host and port for display and logs, without path and query."""
+        """Host and port for display and logs, without the path and query."""
         return self.base.partition("://")[2]
 
     def at(self, path: str) -> Address:
@@ -117,12 +117,12 @@ class Address:
         return Address(self.scheme, self.endpoint, path)
 
     def __str__(self) -> str:
-        """Return the whole URL."""
+        """Return the complete URL."""
         return f"{self.base}{self.path}"
 
 
 def _divided(rest: str) -> tuple[str, str]:
-    """Split host and port from path and query."""
+    """Separate the host and port from the path and query."""
     end = min((rest.find(sign) for sign in "/?#" if sign in rest), default=len(rest))
     path = rest[end:]
     return rest[:end], path if path.startswith("/") else f"/{path}"
@@ -163,7 +163,7 @@ class Wire:
         self.watch = Watch(clock)
 
     def connect(self) -> None:
-        """Connect. Until the next `allow`, reads must finish within `CONNECT_S`.
+        """Connect to the address. Reads must finish within `CONNECT_S` until the next `allow`.
 
         Raises:
             WebcamError: If nothing answers.

@@ -1,4 +1,4 @@
-"""Webcams of this computer and their names, read through OpenCV."""
+"""This computer's webcams and their names, accessed through OpenCV."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ _NAME_COMMANDS: Final[dict[str, tuple[str, ...]]] = {
 _PATIENCE_S: Final = 6.0
 _MOST_CHARACTERS: Final = 200_000
 SIZE: Final = (1280, 720)
-"""Columns and rows to request from a webcam, which may deliver other sizes."""
+"""Columns and rows to request from a webcam. The webcam may deliver other sizes."""
 
 SIZES: Final[dict[int, tuple[int, int]]] = {640: (640, 480), 1280: SIZE, 1920: (1920, 1080)}
-"""Sizes to request (columns, rows), by width. Every webcam supports some of them."""
+"""Sizes to request (columns, rows), keyed by width. Every webcam supports some of them."""
 
 _FPS: Final = 30
 _FAILED_READS: Final = 10  # the first reads from some webcams are empty
@@ -55,26 +55,26 @@ _SYSTEM: str = sys.platform  # a variable, so that mypy checks every system's br
 
 
 class VideoDevice(Protocol):
-    """The part of `cv2.VideoCapture` used by the program."""
+    """The part of `cv2.VideoCapture` that the program uses."""
 
     def isOpened(self) -> bool:
         """Return whether the device is open."""
 
     def read(self) -> tuple[bool, Any]:
-        """Return whether there is a frame, and the frame."""
+        """Return whether there is a frame, and the frame if so."""
 
     def set(self, propId: int, value: float) -> bool:
         """Set a property, and return whether it is supported."""
 
     def get(self, propId: int) -> float:
-        """Return a property, or 0 if it is not supported."""
+        """Return the value of a property, or 0 if the property is not supported."""
 
     def release(self) -> None:
         """Close the device."""
 
 
 def open_capture(make: Callable[[Name], VideoDevice], name: Name) -> VideoDevice | None:
-    """Open a device or file by name, or return None if that fails."""
+    """Open a device or a file by its name, or return None if that fails."""
     try:
         capture = make(name)
     except cv2.error:
@@ -86,7 +86,7 @@ def open_capture(make: Callable[[Name], VideoDevice], name: Name) -> VideoDevice
 
 
 class CaptureStream(Webcam):
-    """A source read through OpenCV, with a count of failed reads.
+    """A source that is read through OpenCV, with a count of failed reads.
 
     Args:
         capture: Function that opens a device or file by name.
@@ -101,7 +101,7 @@ class CaptureStream(Webcam):
         self._failures = 0
 
     def begin(self, name: int | str) -> VideoDevice | None:
-        """Open a device or file by name and start reading, or return None if that fails."""
+        """Open a device or a file by its name and start reading, or return None if that fails."""
         self._capture, self._failures = open_capture(self._make, name), 0
         return self._capture
 
@@ -130,9 +130,9 @@ class CaptureStream(Webcam):
 
 
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
-    """Return the webcams listed by Linux, except for additional device nodes without video.
+    """Return the webcams that Linux lists, without additional device nodes that carry no video.
 
-    All names are distinct.
+    All the names are distinct.
     """
     names = []
     for node in folder.glob("video*"):
@@ -198,7 +198,7 @@ def _printed(command: Sequence[str]) -> str:
 
 
 def _distinct(names: list[tuple[int, str]]) -> tuple[tuple[int, str], ...]:
-    """Number names that occur more than once."""
+    """Add numbers to names that occur more than once."""
     counts: dict[str, int] = {}
     result = []
     for index, name in names:
@@ -223,7 +223,7 @@ def _is_there(index: int) -> bool | None:
 
 
 def _open_index(index: int) -> VideoDevice:
-    """Open a device for live video: a large frame, full frame rate and no queue."""
+    """Open a device for live video, with a large frame, the full frame rate and no queue."""
     with quiet():
         capture = cv2.VideoCapture(index)
         if capture.isOpened():
@@ -260,7 +260,7 @@ class OpenCvWebcam(CaptureStream):
         self._size = SIZES.get(width, SIZE)
 
     def ask_width(self, width: int) -> None:
-        """Request another width, which takes effect when the webcam is next opened."""
+        """Request a different width, which takes effect the next time the webcam is opened."""
         self._size = SIZES.get(width, SIZE)
 
     def connect(self) -> None:
@@ -289,10 +289,11 @@ class OpenCvWebcam(CaptureStream):
 def list_webcams() -> tuple[tuple[int, str], ...]:
     """Return the webcams and HDMI grabbers of this computer with their indices.
 
-    Linux lists the devices. On other systems, the first few are opened one by one, which takes
-    seconds and turns on their indicator lights, so do not call this on the UI thread.
+    Linux lists the devices. On other systems, the first few devices are opened one by one. This
+    takes seconds and turns on their indicator lights, so do not call this function on the UI
+    thread.
 
-    All names are distinct.
+    All the names are distinct.
     """
     if _SYSTEM == "linux":
         return linux_names(LINUX)
@@ -313,7 +314,7 @@ def _probe_indices(capture: Callable[[int], VideoDevice]) -> tuple[int, ...]:
 
 
 def _name(index: int) -> str:
-    """Return the system's name for the device if it can be read quickly."""
+    """Return the system's name for a device if the name can be read quickly."""
     names = dict(linux_names(LINUX)) if _SYSTEM == "linux" else {}
     return names.get(index, tr("Webcam {number}", number=index + 1))
 

@@ -1,4 +1,4 @@
-"""The base class of all live cameras, and its thread.
+"""The base class of all live cameras, and the thread that each of them runs.
 
 The thread opens the device, delivers frames in one format, and reopens the device after a failure.
 """
@@ -41,7 +41,7 @@ _LEAVING_S: Final = 12.0
 
 _RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
 GUESS_FOV_DEG: Final = 65.0
-"""Horizontal field of view, in degrees, used for drawing if the true one is unknown.
+"""Horizontal field of view used for drawing if the true one is unknown, in degrees.
 
 Most webcams have 60 to 78 degrees.
 """
@@ -49,12 +49,12 @@ Most webcams have 60 to 78 degrees.
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """The name of a kind of source, with its hints and its timeouts.
+    """The name of a kind of source, with the hints and timeouts that apply to it.
 
     Attributes:
-        pauses_s: Pauses in seconds before reopening: after a frame, after the first failure, and so
-            on; the last one repeats.
-        still: Whether the same frame may repeat forever.
+        pauses_s: Pauses, in seconds, before the source is reopened: after a frame, after the first
+            failure, and so on. The last pause repeats.
+        still: Whether the same frame may legitimately repeat forever.
         silence_s: Seconds without a frame after which the source is reopened. The source counts as
             lost earlier, but a camera that serves one client may not accept another immediately.
     """
@@ -74,13 +74,13 @@ WEBCAM: Final = Manner()
 class Webcam(ABC):
     """A live camera with its own thread.
 
-    Each kind of source implements `connect`, `read` and `disconnect`, which only that thread calls;
-    everything else may be called from any thread.
+    Each kind of source implements `connect`, `read` and `disconnect`, which only that thread calls.
+    All other methods may be called from any thread.
 
     Args:
         name: Name for display.
         fov_deg: Horizontal field of view in degrees, or None if unknown.
-        frames: Mailbox with the newest frame.
+        frames: Mailbox that holds the newest frame.
         count: Number of frames so far.
     """
 
@@ -128,7 +128,7 @@ class Webcam(ABC):
         """Close the source. Calling this again has no effect."""
 
     def pace(self, step_s: float, behind_s: float) -> None:
-        """Wait until the next frame is due, or restart the pacing if the frame is too late.
+        """Wait until the next frame is due, or restart the timing if the frame is too late.
 
         A slow reader therefore gets fewer frames instead of a burst.
         """
@@ -141,7 +141,7 @@ class Webcam(ABC):
 
     @property
     def state(self) -> WebcamState:
-        """The current state, which becomes ``lost`` even while a read hangs."""
+        """The current state, which changes to ``lost`` even while a read is hanging."""
         with self._lock:
             silent = self._clock.now() - self._last_s > LOST_S
             return WebcamState.LOST if self._state is WebcamState.LIVE and silent else self._state
@@ -174,10 +174,10 @@ class Webcam(ABC):
             self._thread.start()
 
     def close(self, wait_s: float = 0.5) -> None:
-        """Stop the thread. No frame arrives afterwards, even if the device hangs in a read.
+        """Stop the thread. No frame arrives afterwards, even if a read from the device hangs.
 
         Args:
-            wait_s: Seconds of real time to wait for the device.
+            wait_s: Time to wait for the device, in real seconds.
         """
         with self._switching:
             thread, self._thread = self._thread, None
@@ -252,7 +252,7 @@ class Webcam(ABC):
             self.frames.put(WebcamFrame(picture, number))
 
     def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
-        """Return the problem with a frame, or None if it is usable."""
+        """Return what is wrong with a frame, or None if the frame is usable."""
         manner = self._manner
         few = picture[8::16, 8::16]
         mark = few.tobytes()
@@ -341,9 +341,9 @@ def unplugged() -> WebcamError:
 class WebcamState(StrEnum):
     """The state of a webcam.
 
-    ``off`` until it is opened; ``connecting`` for the first time; ``live`` while frames arrive;
-    ``lost`` when they have just stopped; ``retrying`` while it is reopened, or waits for a
-    password.
+    A webcam is ``off`` until it is opened, ``connecting`` the first time, ``live`` while frames
+    arrive, ``lost`` when they have just stopped, and ``retrying`` while it is being reopened or is
+    waiting for a password.
     """
 
     OFF = "off"
@@ -355,7 +355,7 @@ class WebcamState(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WebcamFrame:
-    """One frame of a webcam.
+    """One frame from a webcam.
 
     Attributes:
         picture: (H, W, 3) uint8 sRGB, not mirrored, read-only.

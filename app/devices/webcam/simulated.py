@@ -1,8 +1,8 @@
 """A simulated webcam at the demo location.
 
-The demo location has views with depth every 5 degrees. Between two views, both backgrounds are
-shifted according to their depth and blended. The sitter always faces the camera and stays in place;
-only the light on them changes from one view to the next.
+The demo location has a view with depth every 5 degrees. Between two views, both backgrounds are
+shifted according to their depth and then blended. The sitter always faces the camera and stays in
+place; only the light on them changes from one view to the next.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class _SourceView:
     """One view separated into layers.
 
     Attributes:
-        behind: (H, W, 3) uint8. Background, filled behind the sitter with the nearest visible
-            pixels.
+        behind: (H, W, 3) uint8. Background. Behind the sitter, it is filled with the nearest
+            visible pixels.
         visible: (H, W) uint8. 255 where the background is visible.
-        sitter: (H, W, 4) uint8. Sitter premultiplied by alpha, and alpha.
-        depth: (h, w) float32. Depth along the optical axis in metres at half size; behind the
-            sitter, that of the surrounding background.
+        sitter: (H, W, 4) uint8. The sitter's colour, premultiplied by alpha, and the alpha.
+        depth: (h, w) float32. Depth along the optical axis, in metres, at half size. Behind the
+            sitter, it is the depth of the surrounding background.
     """
 
     behind: Bytes = field(repr=False)
@@ -55,7 +55,7 @@ class DemoViews:
 
     Args:
         distance_m: Distance to the sitter in metres. The nearest available distance is used.
-        aspect: Columns divided by rows of a frame. Views are cropped at top and bottom.
+        aspect: Width of a frame divided by its height. Views are cropped at the top and bottom.
 
     Raises:
         WebcamError: If the views are missing or damaged.
@@ -151,7 +151,7 @@ class DemoViews:
         )
 
     def _shift(self, view: _SourceView, by_deg: float) -> tuple[Bytes, Bytes]:
-        """Return a view's background after turning by `by_deg` more, and a visibility mask."""
+        """Return a view's background, turned by `by_deg` more, and its visibility mask."""
         rows, columns = view.depth.shape
         focal = self._focal / 2.0
         x = ((np.arange(columns) + 0.5 - columns / 2.0) / focal).astype(np.float32)
@@ -185,7 +185,7 @@ class DemoViews:
 
 
 def _sitter(metres: Float32, limit_m: float) -> Bytes:
-    """Return a mask of the sitter at half size: near pixels connected to the centre are 255."""
+    """Return a half-size mask of the sitter: 255 for near pixels connected to the centre."""
     near = (metres < limit_m).astype(np.uint8)
     _, labels = cv2.connectedComponents(near)
     middle = int(labels[labels.shape[0] // 2, labels.shape[1] // 2])
@@ -208,7 +208,7 @@ def _filled(picture: Bytes, hidden: Bytes) -> Bytes:
 
 
 def _mixed(first: tuple[Bytes, Bytes], second: tuple[Bytes, Bytes], share: float) -> Bytes:
-    """Blend two backgrounds, using only the visible one where the other is hidden."""
+    """Blend two backgrounds, or use just the visible one where the other is hidden."""
     mixed = np.asarray(cv2.addWeighted(first[0], 1.0 - share, second[0], share, 0.0), np.uint8)
     part = (first[1] < 250) | (second[1] < 250)
     if part.any():
@@ -256,18 +256,19 @@ SIZE: Final = (1280, 720)
 """Columns and rows of a frame."""
 
 DEMO_SIZE: Final = (1080, 720)
-"""Columns and rows of a frame of the demo."""
+"""Columns and rows of a frame in the demo."""
 
 FOV_DEG: Final = 60.0
-"""Horizontal field of view in degrees. It covers the full width of the demo views, whose height is
-cropped to 36 degrees.
+"""Horizontal field of view, in degrees.
+
+It covers the full width of the demo views, whose height is cropped to 36 degrees.
 """
 
 _STILL: Final = replace(WEBCAM, still=True)
 
 
 class SimulatedWebcam(Webcam):
-    """Shows the sitter of the demo location and the background at the current turn.
+    """Shows the sitter at the demo location, with the background at the current turn.
 
     The camera looks at the sitter, who is at the centre of the frame and faces the lens. The
     camera's heading is therefore the turn + 180 degrees.
@@ -296,12 +297,12 @@ class SimulatedWebcam(Webcam):
 
     @property
     def turn_deg(self) -> float:
-        """The turn of the next frame in (-180, 180] degrees."""
+        """The turn of the next frame, in degrees in (-180, 180]."""
         return self._aim
 
     @property
     def heading_deg(self) -> float:
-        """The heading of the camera as a panorama azimuth in (-180, 180] degrees."""
+        """The camera's heading as a panorama azimuth, in degrees in (-180, 180]."""
         return heading_of_turn(self.turn_deg)
 
     def set_turn(self, turn_deg: float) -> None:
@@ -309,7 +310,7 @@ class SimulatedWebcam(Webcam):
         self._aim = wrap(turn_deg)
 
     def connect(self) -> None:
-        """Read the list of views when called for the first time."""
+        """Read the list of views the first time this is called."""
         if self._views is None:
             aspect = self._size[0] / self._size[1]
             self._views = DemoViews(self._folder, self.distance_m, aspect)
@@ -329,7 +330,7 @@ class SimulatedWebcam(Webcam):
         """Do nothing."""
 
     def view(self, turn_deg: float) -> Bytes:
-        """Return the frame at a turn as (H, W, 3) uint8 sRGB."""
+        """Return the frame for a turn as (H, W, 3) uint8 sRGB."""
         if self._views is None:
             raise WebcamError(tr("The webcam is not open."), tr("Open it first."), "no-webcam")
         picture = self._views.picture(turn_deg)

@@ -1,4 +1,4 @@
-"""Sources of live video, their text form for the settings, and the cameras created from them."""
+"""Sources of live video, their text form in the settings, and the cameras created from them."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from app.devices.webcam.simulated import DEMO_SIZE, SimulatedWebcam
 Kind: TypeAlias = Literal["webcam", "network", "video", "demo"]
 
 FOV_RANGE_DEG: Final = (20.0, 150.0)
-"""Range of the horizontal field of view in degrees."""
+"""Permitted range of the horizontal field of view, in degrees."""
 
 WIDTHS: Final = (640, 1280, 1920)
-"""Widths in pixels that can be requested, in addition to 0 for the default."""
+"""Widths that can be requested, in pixels, in addition to 0 for the default."""
 
 _KINDS: Final = ("webcam", "network", "video", "demo")
 _MOST_INDEX: Final = 63
@@ -59,7 +59,7 @@ class LiveSource:
 
     @classmethod
     def parse(cls, text: str) -> LiveSource:
-        """Parse a source from its `text`.
+        """Parse a source from the text that its `text` property returned.
 
         Raises:
             WebcamError: With the code "bad-address" if the text is invalid.
@@ -79,7 +79,7 @@ class LiveSource:
 
     @property
     def text(self) -> str:
-        """The source as one line of text."""
+        """The source as a single line of text."""
         return f"{self.kind}:{self.where}"
 
     @property
@@ -94,7 +94,7 @@ class LiveSource:
 
     @property
     def keepable(self) -> bool:
-        """Whether the source may be saved: it has no password and is not the demo."""
+        """Whether the source may be saved, that is, contains no password and is not the demo."""
         address = self.address
         secret = address is not None and address.secret
         plain = self.text.isprintable() and self.text == self.text.strip()
@@ -102,7 +102,7 @@ class LiveSource:
 
     @property
     def title(self) -> str:
-        """Name of the source, without secrets."""
+        """Name of the source, with any secrets left out."""
         address = self.address
         if address is not None:
             return address.host
@@ -141,8 +141,8 @@ class SourceView:
     """The settings of one source.
 
     Attributes:
-        fov_deg: Horizontal field of view in degrees as the user set it, or None to estimate it.
-        learnt_deg: The last estimate in degrees, used only for drawing.
+        fov_deg: Horizontal field of view set by the user, in degrees, or None to estimate it.
+        learnt_deg: The last estimate of it, in degrees, used only for drawing.
     """
 
     fov_deg: float | None = None
@@ -158,7 +158,7 @@ class SourceViews:
 
     @classmethod
     def parse(cls, text: str) -> SourceViews:
-        """Parse settings from their `text`, skipping damaged entries."""
+        """Parse the text form of the settings, skipping damaged entries."""
         try:
             table: Any = json.loads(text[:_LONGEST_KEPT]) if text else {}
         except (ValueError, RecursionError):
@@ -168,7 +168,7 @@ class SourceViews:
 
     @property
     def text(self) -> str:
-        """The settings as one line for saving. If the line is too long, the oldest are omitted."""
+        """The settings as one line for saving. The oldest are omitted if it would be too long."""
         rows = list(self.views.items())[-_MOST_KEPT:]
         while rows:
             text = json.dumps({name: _row(view) for name, view in rows}, separators=(",", ":"))
@@ -182,12 +182,12 @@ class SourceViews:
         return self.views.get(source.text, SourceView())
 
     def with_(self, source: LiveSource, **changes: Any) -> SourceViews:
-        """Return a copy in which the settings of one source are changed."""
+        """Return a copy with changed settings for one source."""
         others = {name: view for name, view in self.views.items() if name != source.text}
         return SourceViews({**others, source.text: replace(self.of(source), **changes)})
 
     def view_of(self, source: LiveSource) -> SourceViews:
-        """Return a copy without `source` if it must not be saved."""
+        """Return a copy that omits `source` if it must not be saved."""
         if source.keepable:
             return self
         return SourceViews({n: view for n, view in self.views.items() if n != source.text})

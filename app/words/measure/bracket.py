@@ -382,4 +382,4 @@ SENTENCES: Final[Sentences] = {
     Motion: _motion,
     MuchMotion: _much_motion,
 }
-"""For each type of remark, a sentence with field names or a function that returns the sentence."""
+"""Sentence for each type of remark: text with field names, or a function that returns it."""

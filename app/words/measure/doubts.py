@@ -1,4 +1,4 @@
-"""Sentences about light missing from an environment, and about answers that depend on it."""
+"""Sentences about light that an environment lacks, and about the answers that depend on it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.words.remarks import remark_words
 
 
 def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -> tuple[str, ...]:
-    """Report how much light is missing, and which of the requested styles depend on it."""
+    """Describe how much light is missing, and which of the requested styles depend on it."""
     lines: list[str] = []
     clipped = [name for name in styles if name in doubt.clipped]
     unseen = [name for name in styles if name in doubt.unseen]

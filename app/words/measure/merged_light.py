@@ -1,4 +1,4 @@
-"""Sentences about merged light: clipping, answers that depend on clipping, and corrections."""
+"""Sentences about merged light: clipping, the answers that depend on it, and corrections."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def _blind(remark: BlindMatters) -> str:
 
 
 def _all(names: Sequence[str], others: Sequence[str]) -> str:
-    """List styles by name, or name only the styles left out if that is shorter."""
+    """List styles by name, or name only the styles that are left out if that is shorter."""
     if not others:
         return tr("every style")
     if len(others) < len(names) / 2:
@@ -246,4 +246,4 @@ SENTENCES: Final[Sentences] = {
     NoClutter: tr("No tripod or photographer found below the camera."),
     MaskingChanges: _masking,
 }
-"""For each type of remark, a sentence with field names or a function that returns the sentence."""
+"""Sentence for each type of remark: text with field names, or a function that returns it."""

@@ -1,4 +1,4 @@
-"""Sentences about a panorama file: missing parts and repairs."""
+"""Sentences about a panorama file: its missing parts and its repairs."""
 
 from __future__ import annotations
 
@@ -66,4 +66,4 @@ SENTENCES: Final[Sentences] = {
     ClippedFile: tr("{name} is clipped: its highlights may be brighter than recorded."),
     PartUnseen: _unseen,
 }
-"""For each type of remark, a sentence with field names or a function that returns the sentence."""
+"""Sentence for each type of remark: text with field names, or a function that returns it."""

@@ -1,4 +1,4 @@
-"""Sentences for the first rough answers from a single thumbnail."""
+"""Sentences about the first rough answers, which come from a single thumbnail."""
 
 from __future__ import annotations
 

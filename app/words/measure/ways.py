@@ -155,7 +155,7 @@ SENTENCES: Final[Sentences] = {
     ),
     BracketShifted: _shifted,
 }
-"""For each type of remark, a sentence with field names or a function that returns the sentence."""
+"""Sentence for each type of remark: text with field names, or a function that returns it."""
 
 
 def beside_words(beside: Beside) -> str:
@@ -172,12 +172,12 @@ def beside_words(beside: Beside) -> str:
 
 
 def mirror_words(mirrored: bool, fits: bool | None) -> str:
-    """Report whether a film was flipped if that contradicts the setting, or else return "".
+    """Report whether a film was mirrored if that contradicts the setting, or else return "".
 
     Args:
         mirrored: Whether the setting says that the film is mirrored.
-        fits: True if only the mirror image of the film matches the place, False if only the film
-            itself does, or None if that cannot be determined.
+        fits: True if only the mirror image of the film matches the place, False if only the film as
+            recorded does, or None if that cannot be determined.
     """
     if fits is None or fits == mirrored:
         return ""

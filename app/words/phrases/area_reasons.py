@@ -1,4 +1,4 @@
-"""Sentences on how a picture deviates from a style, by the relation between areas that fails."""
+"""Sentences on how a picture deviates from a style, one for each relation between areas."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.core.text import tr
 
 
 class Wording(NamedTuple):
-    """A sentence, and shorter forms if they differ."""
+    """A sentence and its shorter forms, where those differ."""
 
     sentence: str
     card: str = ""

@@ -1,8 +1,8 @@
-"""Names for the direction of a light.
+"""Names for the direction that a light comes from.
 
-The sitter's sides are named twice, as seen by the sitter and by the camera facing them. Azimuths
-have two senses. In a panorama, they increase clockwise as seen from above, towards the right of a
-person facing azimuth 0; on a face, they increase towards the sitter's left.
+Each side of the sitter is named twice: as seen by the sitter, and as seen by the camera facing
+them. Azimuths follow two conventions. In a panorama, they increase clockwise as seen from above,
+towards the right of a person facing azimuth 0. On a face, they increase towards the sitter's left.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ SIDES: Final[dict[str, str]] = {
     "left": tr("sitter’s left (camera right)"),
     "right": tr("sitter’s right (camera left)"),
 }
-"""Side of the sitter that a light is on."""
+"""The side of the sitter from which a light comes."""
 
 BARE_SIDES: Final[dict[str, str]] = {"left": tr("sitter’s left"), "right": tr("sitter’s right")}
-"""Side of the sitter without that of the camera, for use beside a picture that shows both."""
+"""Side of the sitter without the camera's side, for use beside a picture that shows both."""
 
 SIDE_LINES: Final[dict[str, str]] = {
     "left": tr("sitter’s left\n(camera right)"),
     "right": tr("sitter’s right\n(camera left)"),
 }
-"""Side of the sitter on two lines."""
+"""Side of the sitter, broken into two lines."""
 
 SHORT_SIDES: Final[dict[str, str]] = {"left": tr("sitter’s left"), "right": tr("sitter’s right")}
 """Side of the sitter for a narrow table."""
@@ -71,7 +71,7 @@ _PLACES: Final[dict[str, str]] = {
     "in front, from above": tr("in front, from above"),
     "in front, from beneath": tr("in front, from beneath"),
 }
-"""Lamp positions for styles without a side, as stated in the style files."""
+"""Lamp positions of styles without a side, as stated in the style files."""
 
 _LEVEL_DEG: Final = 3.0
 _OVERHEAD_DEG: Final = 70.0
@@ -143,8 +143,8 @@ LIGHTINGS: Final[dict[str, str]] = {
 }
 """Names of the lighting on a turned face.
 
-Short light falls on the side of the face away from the lens, broad light on the side towards the
-lens.
+Short light falls on the side of the face turned away from the lens, and broad light on the side
+turned towards it.
 """
 
 
@@ -192,7 +192,7 @@ LENS_CHOICES: Final[dict[str, str]] = {
     "broad": tr("Broad light"),
     **{f"{yaw}": upper_first(aside_words(yaw)) for yaw in (15, 30, 45, -15, -30, -45)},
 }
-"""Lens positions to choose from, by value of ``--yaw``."""
+"""Lens positions to choose from, keyed by the value of ``--yaw``."""
 
 
 def lens_words(yaw_deg: float) -> str:
@@ -268,8 +268,8 @@ def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool
     Args:
         azimuth_deg: Azimuth in degrees, positive clockwise.
         elevation_deg: Elevation in degrees, positive up.
-        of_sitter: Whether the sitter faces azimuth 0, so that each side is named for the sitter
-            and for the camera.
+        of_sitter: Whether the sitter faces azimuth 0, so that each side is named from the sitter's
+            view and from the camera's.
 
     Examples:
         >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)
@@ -286,7 +286,7 @@ def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool
 
 
 def face_direction_words(azimuth_deg: float, elevation_deg: float, *, brief: bool = False) -> str:
-    """Describe a direction in degrees, as seen from the sitter's face.
+    """Describe a direction as seen from the sitter's face, in degrees.
 
     Args:
         azimuth_deg: Azimuth in degrees, positive towards the sitter's left.
@@ -327,7 +327,7 @@ def placement_words(
     distance_m: float | None = None,
     skin_m: float | None = None,
 ) -> str:
-    """Describe the position of a handheld lamp, without a full stop.
+    """Describe the position of a handheld lamp, with no full stop at the end.
 
     Args:
         azimuth_deg: Azimuth from the centre of the head in degrees, positive towards the sitter's
@@ -349,7 +349,7 @@ def placement_words(
 
 
 def light_words(side: str, place: str = "") -> str:
-    """Describe where a style's light comes from: the side (for sitter and camera) or the position.
+    """Describe where a style's light comes from, as a side (for sitter and camera) or a position.
 
     Examples:
         >>> light_words("left"), light_words("none", "from overhead")
@@ -376,7 +376,7 @@ def place_words(side: str, place: str) -> str:
 
 
 def _sector(sectors: tuple[tuple[float, str, str], ...], azimuth_deg: float) -> str:
-    """Return the phrase for an azimuth in degrees, positive towards the left."""
+    """Return the phrase for an azimuth, given in degrees and positive towards the left."""
     azimuth = wrap(azimuth_deg)
     _, left, right = next(each for each in sectors if abs(azimuth) <= each[0])
     return left if azimuth > 0 else right
@@ -395,8 +395,8 @@ def key_words(key_deg: float, promised_deg: float) -> str:
     """Describe how a key light deviates from the promised one, or return "" if it does not.
 
     Args:
-        key_deg, promised_deg: Azimuths from the face in degrees, positive towards the sitter's
-            left.
+        key_deg, promised_deg: Azimuths relative to the face, in degrees, positive towards the
+            sitter's left.
 
     Examples:
         >>> key_words(52, 40), key_words(-20, -40), key_words(40, -40), key_words(41, 40)
@@ -413,7 +413,7 @@ def key_words(key_deg: float, promised_deg: float) -> str:
 
 
 def ratio_words(stops: float, promised_stops: float) -> str:
-    """Format the ratio between the cheeks, together with the promised ratio.
+    """Format the ratio between the two cheeks, together with the promised ratio.
 
     Examples:
         >>> ratio_words(1.42, 2.0)

@@ -1,4 +1,4 @@
-"""Lists of names, and numbers with units: distance, time, stops, light and shares."""
+"""Lists of names, and numbers with units: distances, times, stops, light and shares."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def read_metres(text: str) -> float:
 
 
 def ev_words(stops: float, *, tenths: bool = False) -> str:
-    """Format an exposure in EV, always with one decimal if `tenths` is set.
+    """Format an exposure in EV, always to one decimal place if `tenths` is set.
 
     Examples:
         >>> ev_words(2.0), ev_words(-1.67), ev_words(0.02), ev_words(-2.0, tenths=True)
@@ -96,7 +96,7 @@ def _signed_tenths(stops: float) -> str:
 
 
 def tenths(stops: float) -> str:
-    """Format a lighting ratio in stops to one decimal, so that it reads the same everywhere.
+    """Format a lighting ratio in stops to one decimal place so that it reads the same everywhere.
 
     Examples:
         >>> tenths(1.04), tenths(0.0)
@@ -140,10 +140,10 @@ def lux_words(lux: float) -> str:
 
 
 def contrast_words(contrast: float) -> str:
-    """Format the contrast on a face, rounded down so that it never reads as a limit that it misses.
+    """Format the contrast on a face, rounded down so as never to read as a limit that it misses.
 
     Args:
-        contrast: Contrast as a percentage of that in the style's studio picture.
+        contrast: Contrast as a percentage of the contrast in the style's studio picture.
 
     Examples:
         >>> contrast_words(51.9)
@@ -153,7 +153,7 @@ def contrast_words(contrast: float) -> str:
 
 
 def time_words(moment: datetime, today: datetime) -> str:
-    """Format a time as "21 Nov, 14:05", with the year if it is not the current one."""
+    """Format a time as "21 Nov, 14:05", adding the year unless it is the current one."""
     local = moment.astimezone(today.tzinfo)
     values = {"day": str(local.day), "month": _MONTHS[local.month - 1], "time": f"{local:%H:%M}"}
     if local.year == today.year:
@@ -162,7 +162,7 @@ def time_words(moment: datetime, today: datetime) -> str:
 
 
 def day_words(moment: datetime, today: datetime) -> str:
-    """Format a day as "Today", "Yesterday" or "Thursday 12 November", with the year if not current.
+    """Format a day as "Today", "Yesterday" or "Thursday 12 November", with any year but this one.
 
     Examples:
         >>> now = datetime(2026, 11, 26, 9)
@@ -181,7 +181,7 @@ def day_words(moment: datetime, today: datetime) -> str:
 
 
 def span_words(minutes: float) -> str:
-    """Format a time span, rounded down.
+    """Format a time span, rounded down to two units at most.
 
     Examples:
         >>> span_words(25.2), span_words(130.0), span_words(1500.0), span_words(4321.0)
@@ -238,15 +238,15 @@ LIGHTS: Final = {
     "window": tr("{hour}, window light"),
     "soft": tr("{hour}, soft light"),
 }
-"""Names of places by the light that shapes faces most."""
+"""Templates for place names, keyed by the light that does most to shape faces."""
 
 
 def place_name(when: datetime, light: str = "", names: Collection[str] = ()) -> str:
     """Name a place after the time of day and, once measured, its light (`Findings.light`).
 
     Args:
-        when: Time on the photographer's clock.
-        names: Names of other places.
+        when: Local time on the photographer's clock.
+        names: Names of other places, which the new name must not repeat.
 
     Examples:
         >>> evening = datetime(2026, 11, 25, 18, 5)

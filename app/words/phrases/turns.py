@@ -1,13 +1,13 @@
 """Numbers and words for turns.
 
-Every turn on screen is shown in whole degrees from `whole`. Values derived from it, such as the
-distance to go or to the edge of the light, are computed from these whole degrees, so that the
-numbers on screen always add up.
+Every turn on screen is shown in whole degrees, as computed by `whole`. Values derived from a turn,
+such as the distance to go or the distance to the edge of the light, are computed from these whole
+degrees. The numbers on screen therefore always add up.
 
 When walking, the photographer stands in front of the sitter and looks at them. Seen from above,
-with the sitter in the middle, a photographer in the north looks south and has the east on their
-left. Clockwise runs from north to east, so clockwise is *to the photographer's left*. Someone
-turning on the spot turns clockwise by turning *to their right*. A mirrored preview changes neither.
+with the sitter in the middle, a photographer in the north looks south and has east on their left.
+Clockwise runs from north to east, so clockwise is *to the photographer's left*. Someone turning on
+the spot turns clockwise by turning *to their right*. A mirrored preview changes neither of these.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ _BESIDE_BEST: Final[dict[_Beside, str]] = {
 
 
 def signed(turn_deg: float) -> str:
-    """Format a turn in whole degrees with a typographic minus.
+    """Format a turn in whole degrees, using a typographic minus sign.
 
     Examples:
         >>> signed(-12.4), signed(96.0), signed(-179.8)
@@ -96,7 +96,7 @@ def direction_words(turn_deg: float) -> str:
 
 
 def direction_lines(turn_deg: float) -> str:
-    """Name the direction of a turn, with a line break in the longer word."""
+    """Name the direction of a turn, breaking the longer word across two lines."""
     return _DIRECTION_LINES[direction_of(turn_deg)]
 
 
@@ -148,10 +148,10 @@ def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
 
 
 def arc_words(arc_deg: tuple[float, float]) -> str:
-    """Format an arc, which may continue from 180° to negative turns.
+    """Format an arc, which may run past 180° into negative turns.
 
     Args:
-        arc_deg: Arc (from, to) in degrees, clockwise; (-180, 180) is the whole circle.
+        arc_deg: Arc (from, to) in degrees, clockwise. (-180, 180) is the whole circle.
 
     Examples:
         >>> arc_words((79.2, 110.6)), arc_words((170.0, -170.0)), arc_words((-180.0, 180.0))
@@ -180,10 +180,10 @@ def leeway_words(arc_deg: tuple[float, float]) -> str:
 
 
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
-    """Return the walking instruction for a direction.
+    """Return the instruction for walking in a direction.
 
     Returns:
-        The instruction, and a note on who or what also turns. Both are empty strings if the
+        The instruction, and a note on who or what else turns. Both are empty strings if the
         direction is ``none``.
 
     Examples:
@@ -221,7 +221,7 @@ def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> s
 
 
 def likeness_words(match: int, best: int) -> str:
-    """Compare a photo's match to the target with the best possible match.
+    """Compare how well a photo matches the target with the best match possible.
 
     Examples:
         >>> likeness_words(81, 82), likeness_words(84, 82)
@@ -234,7 +234,7 @@ def likeness_words(match: int, best: int) -> str:
 
 
 def sureness_words(confidence: float) -> str:
-    """Describe the confidence in a heading, given from 0 to 1.
+    """Describe the confidence in a heading, which is given from 0 to 1.
 
     Examples:
         >>> sureness_words(0.999), sureness_words(0.84), sureness_words(0.4)
@@ -244,7 +244,7 @@ def sureness_words(confidence: float) -> str:
 
 
 def _beside(to_go: int, goal: int) -> _Beside:
-    """Return whether a turn is short of the goal or past it, or its direction from a far goal."""
+    """Return whether a turn is short of the goal or past it, or its direction if the goal is far."""
     if goal == 0 or abs(to_go) > _FAR_DEG:
         return "counter-clockwise" if to_go > 0 else "clockwise"
     return "short" if (to_go > 0) == (goal > 0) else "past"

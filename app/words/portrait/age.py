@@ -1,4 +1,4 @@
-"""The age of a place's light as a sentence."""
+"""Sentences about the age of a place's light."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _ANYWHERE_DEG: Final = 90.0
 
 
 def age_words(age: Age) -> str:
-    """Describe the age of the light, and what to do if the light may have changed."""
+    """Describe how old the light is, and what to do if it may have changed."""
     if age.minutes is None:
         return tr("The time of measurement is not recorded. Capture again to be sure.")
     if age.minutes < 0.0:

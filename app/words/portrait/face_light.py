@@ -13,7 +13,7 @@ from app.words.phrases.directions import face_direction_words
 from app.words.phrases.quantities import tenths
 
 CONVENTION: Final = tr("key plus fill : fill")
-"""Meaning of the two numbers of a ratio, shown beside them."""
+"""Meaning of the two numbers in a ratio, shown beside them."""
 
 _SIDES: Final = {
     "left": tr("key on the sitter’s left (camera right)"),
@@ -54,7 +54,7 @@ _ANY_LINE: Final = (tr("Bright light in the eyes: {where}"), tr("Bright light in
 
 
 def stops_words(ratio: LightingRatio) -> str:
-    """Format the difference between the cheeks in stops: "2.3 stops"."""
+    """Format the difference between the cheeks in stops, such as "2.3 stops"."""
     if ratio.stops > DEEPEST_STOPS:
         return tr("over {stops} stops", stops=f"{DEEPEST_STOPS:.0f}")
     text = tenths(ratio.stops)
@@ -62,7 +62,7 @@ def stops_words(ratio: LightingRatio) -> str:
 
 
 def key_fill(stops: float) -> str:
-    """Format stops as a ratio of key plus fill to fill.
+    """Format a difference in stops as a ratio of key plus fill to fill.
 
     Examples:
         >>> key_fill(2.0), key_fill(0.6), key_fill(0.02), key_fill(4.2)
@@ -74,7 +74,7 @@ def key_fill(stops: float) -> str:
 
 
 def ratio_line(ratio: LightingRatio) -> str:
-    """Format a ratio for one line: "4.9:1 key + fill : fill"."""
+    """Format a ratio for a single line, such as "4.9:1 key + fill : fill"."""
     numbers = key_fill(ratio.stops)
     if ratio.stops > DEEPEST_STOPS:
         numbers = tr("over {ratio}", ratio=key_fill(DEEPEST_STOPS))
@@ -82,7 +82,7 @@ def ratio_line(ratio: LightingRatio) -> str:
 
 
 def ratio_sentence(ratio: LightingRatio) -> str:
-    """Describe a ratio with its convention and its side, without a full stop."""
+    """Describe a ratio with its convention and its side, with no full stop at the end."""
     if ratio.lit == "none":
         return tr("No light reaches the face")
     if ratio.lit == "face":
@@ -121,7 +121,7 @@ def flow_words(flow: Flow) -> str:
 
 
 def glare_sentence(glare: Glare) -> str:
-    """Describe the light shining into the sitter's eyes, and its effect on the sitter."""
+    """Describe how the light shines into the sitter's eyes, and how that affects the sitter."""
     if not glare.warns:
         return tr("No glare in the sitter’s eyes at this turn.")
     place = face_direction_words(glare.azimuth_deg, glare.elevation_deg)
@@ -137,7 +137,7 @@ def glare_sentence(glare: Glare) -> str:
 
 
 def glare_line(glare: Glare) -> str:
-    """Describe the glare for a narrow line, or return "" if there is none."""
+    """Describe the glare in a narrow line, or return "" if there is none."""
     if not glare.warns:
         return ""
     where = face_direction_words(glare.azimuth_deg, glare.elevation_deg, brief=True)

@@ -1,4 +1,4 @@
-"""Sentences about reading the direction of light from a face."""
+"""Sentences about reading the direction of the light from a face."""
 
 from __future__ import annotations
 
@@ -13,4 +13,4 @@ UNREAD: Final = {
     Unread.FLAT: tr("The light is flat: neither side of the face is brighter."),
     Unread.MIXED: tr("Part of the face is hidden, or several lamps light it."),
 }
-"""Reasons why no direction of light could be read."""
+"""Reasons why the direction of the light could not be read."""
