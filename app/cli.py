@@ -178,7 +178,7 @@ def _run(language: str, arguments: list[str]) -> int:
 
 
 def _of_system(error: Exception) -> int | None:
-    """Report an error caused by the system, or return None for any other error."""
+    """Report a system error and return its exit code, or return None for any other error."""
     if is_memory_short(error):
         return _report_error(str(MemoryShort()), _BAD_INPUT)
     if isinstance(error, OSError):

@@ -186,7 +186,7 @@ def _line(number: int, check: Check, promise: Promise | None, *, flash: bool | N
 
 
 def _check_line(check: Check, promise: Promise) -> str:
-    """Describe how far the light on a face is from the promised light."""
+    """Describe how much the light on a face differs from the promised light."""
     light, promised_light = check.light, promise.light
     style = next(one for one in load_named_pack("generic").styles if one.name == promise.name)
     words = []

@@ -126,7 +126,7 @@ def serve(
 
 
 def _input_closed() -> threading.Event:
-    """Return an event that is set at the end of standard input."""
+    """Return an event that is set when standard input ends."""
     closed = threading.Event()
 
     def read() -> None:

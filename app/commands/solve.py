@@ -118,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict[str, Any]:
-    """Add to each style the doubts about its answer. Painted styles are not assessed."""
+    """Add to each style any doubts about its answer. Painted styles are not assessed."""
     built_in = {style.name for style in pack.styles}
     names = {} if doubt is None else {"clipped": doubt.clipped, "unseen": doubt.unseen}
     return {
@@ -201,7 +201,7 @@ def _as_json(
 
 
 def _own_styles(style_names: Sequence[str] | None, pack: StylePack) -> list[UserStyle]:
-    """Return those of the user's own styles that were requested by name."""
+    """Return the user's own styles that were requested by name."""
     own_names = {*(style_names or ())} - {style.name for style in pack.styles}
     user_styles = list_user_styles(user_data() / "styles")[0] if own_names else ()
     return [one for one in user_styles if one.name in own_names]
@@ -343,7 +343,7 @@ def _full(result: StyleResult) -> str:
 
 
 def _caution(result: StyleResult) -> str | None:
-    """Return a warning if an attainable turn depends on the sitter's own head, otherwise None."""
+    """Return a warning if an attainable turn depends on the sitter's own head, or None if not."""
     return caution_words(result.name) if result.attainable else None
 
 

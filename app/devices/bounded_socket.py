@@ -24,7 +24,7 @@ _STEP_S: Final = 0.1  # seconds of real time until a closed stream ends
 
 
 class Watch:
-    """The deadline of a connection.
+    """A deadline for a connection.
 
     The deadline expires on `clock` or in real time, whichever comes first, since a virtual clock
     does not advance while a real connection is slow.

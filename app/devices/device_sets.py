@@ -32,7 +32,7 @@ _START_S: Final = 20.0
 
 
 class RealDevices:
-    """The cameras and webcams of this computer and its network."""
+    """The cameras and webcams on this computer and its network."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -152,6 +152,6 @@ class DemoDevices(RealDevices):
         return self.simulated
 
     def close(self) -> None:
-        """End the camera's process and the webcam."""
+        """End the camera's process and close the webcam."""
         self.simulated.close()
         self.camera.close()

@@ -89,7 +89,8 @@ class Digest(HTTPDigestAuth):
         """Store a challenge.
 
         Returns:
-            Whether a stale nonce was the only problem, so that the password may still be right.
+            Whether a stale nonce was the only problem, in which case the password may still be
+            right.
 
         Raises:
             PasswordNeeded: If the challenge is invalid.

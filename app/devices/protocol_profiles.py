@@ -1,12 +1,12 @@
-"""The properties of each camera model that a client needs, as data.
+"""The properties of each camera model that a client needs to know, as data.
 
-Sources: Ricoh's Web API v2.1 specification and its client library for the Theta S to X. SC2 and A1
-are not documented: options that such a camera refuses are skipped, and a refused bracket is
-replaced with single photos.
+Sources: Ricoh's Web API v2.1 specification and its client library for the Theta S to X. The SC2 and
+A1 are not documented. Any options that they refuse are skipped, and a refused bracket is replaced
+with single photos.
 
 Insta360 cameras use the same protocol. Their own bracket (`hdr`) chooses its steps, so single
-photos are taken instead. Stitching is switched on if `photoStitchingSupport` offers it; most models
-stitch only HDR photos (Insta360_OSC, issues 2, 4, 19, 24, 34), and the merge stitches the others.
+photos are taken instead. Stitching is switched on if `photoStitchingSupport` offers it. Most models
+stitch only HDR photos (Insta360_OSC, issues 2, 4, 19, 24, 34), and the merge stitches any others.
 """
 
 from __future__ import annotations

@@ -368,7 +368,7 @@ def _path(points: Sequence[Point], *, closed: bool) -> QPainterPath:
 
 
 def _corners(points: Sequence[Point], *, closed: bool) -> list[Point]:
-    """Return the points where a line bends sharply."""
+    """Return the points at which a line bends sharply."""
     path = np.asarray([*points, *points[:2]] if closed else points, np.float64)
     across, down = np.diff(path, axis=0).T
     heading = np.arctan2(down, across)

@@ -182,7 +182,7 @@ def _draw_lamp_list(canvas: Page, at: Point, lights: Sequence[Light]) -> None:
 def _notes(
     merged: MergedLight, masks: Sequence[Clutter], exposure_stops: float
 ) -> list[tuple[str, str]]:
-    """Return the legend as pairs of swatch type and text."""
+    """Return the legend as pairs of a swatch type and its text."""
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     heights = solid_angles(shape) / (4.0 * np.pi)
     notes = []

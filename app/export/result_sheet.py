@@ -228,7 +228,7 @@ def _draw_front(canvas: Page, at: Point) -> None:
 
 
 def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData]) -> None:
-    """Draw the number of styles within reach and the best style."""
+    """Draw the number of styles within reach, and the best style."""
     x, y = at
     reach = sum(data.style.attainable for data in cards)
     end = canvas.text((x, y + 44), str(reach), 48, 700, Dark.TEXT)

@@ -110,7 +110,7 @@ def trouble_line(phase: Phase) -> str:
 
 
 def arc_words(guidance: Guide) -> str:
-    """Return a name for the arc of the goal, or "" if the goal has no arc."""
+    """Name the arc around the goal, or return "" if the goal has no arc."""
     if not guidance.has_arc:
         return ""
     return ARC_FOR_LAMP if guidance.lamp else ARC_IN_LIGHT

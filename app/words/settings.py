@@ -199,7 +199,7 @@ def title(entry: Setting) -> str:
 
 
 def explanation(entry: Setting) -> str:
-    """Return the explanation under a setting."""
+    """Return the explanation shown under a setting."""
     return WORDS[entry.key].explanation
 
 
@@ -210,7 +210,7 @@ def choices(entry: Setting) -> tuple[tuple[str, str], ...]:
 
 
 def empty_means(entry: Setting) -> str:
-    """Return what an empty value means."""
+    """Return the meaning of an empty value."""
     return WORDS[entry.key].empty_means
 
 

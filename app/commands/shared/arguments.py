@@ -58,7 +58,7 @@ def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: 
 def add_questions(
     parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
 ) -> None:
-    """Add the panorama and the options for solving: styles, head, objective and front."""
+    """Add the panorama argument and the options for solving: styles, head, objective and front."""
     add = partial(argument, parser)
     add("environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
     add_layer(parser)
@@ -153,7 +153,7 @@ def _yaw(text: str) -> YawAsked:
 
 
 def yaw_degrees(text: str) -> float:
-    """Parse a yaw, for argparse."""
+    """Parse a yaw for argparse."""
     value = finite(text)
     if abs(value) > MOST_YAW_DEG:
         raise argparse.ArgumentTypeError(
@@ -221,7 +221,7 @@ def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace]
 
 
 def finite(text: str) -> float:
-    """Parse a finite number, for argparse.
+    """Parse a finite number for argparse.
 
     Raises:
         argparse.ArgumentTypeError: If the text is not a finite number.
@@ -236,7 +236,7 @@ def finite(text: str) -> float:
 
 
 def degrees(text: str) -> float:
-    """Parse an angle, for argparse."""
+    """Parse an angle for argparse."""
     value = finite(text)
     if abs(value) > MOST_DEG:
         raise argparse.ArgumentTypeError(tr("{text} is not an angle in degrees", text=text))

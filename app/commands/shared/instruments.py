@@ -21,7 +21,7 @@ INSTRUMENTS: Final = {
 
 
 def instrument(command: str) -> ModuleType:
-    """Import a command from `benchmarks`.
+    """Import the module of a command from `benchmarks`.
 
     Raises:
         CoreError: If Turnlight was installed without its source tree.

@@ -71,7 +71,7 @@ def short(value: float) -> float:
 
 
 def points(value: float) -> str:
-    """Format a value rounded down, so that a value below a limit never reads as the limit."""
+    """Format a value, rounded down so that a value below a limit never reads as the limit."""
     return str(max(math.floor(value), 0))
 
 

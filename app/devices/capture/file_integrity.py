@@ -161,7 +161,7 @@ def jpeg_end(data: bytes) -> int | None:
     """Find the end of a JPEG by its structure, without decoding it.
 
     Returns:
-        The number of bytes including the end marker, or None if the data is not a JPEG or stops
+        The number of bytes including the end marker, or None if the data is not a JPEG or ends
         before the marker.
 
     Examples:

@@ -195,7 +195,7 @@ def capture(
 def merge_kept(
     order: CaptureOrder, recording: Recording, token: Token, report: PhraseReport
 ) -> CapturedPlace:
-    """Merge an unfinished session's frames on disk, without the camera.
+    """Merge the frames that an unfinished session has on disk, without using the camera.
 
     Raises:
         CoreError: If there are too few frames, or they cannot be merged.
@@ -254,7 +254,7 @@ def _finish(
 
 
 def tidy(recording: Recording, *, given_up: bool = False) -> bool:
-    """Remove the folder of a capture without photos if this capture created it."""
+    """Remove a capture's folder if it contains no photos and this capture created it."""
     folder, session = recording.folder, recording.session
     if not recording.began or folder is None or session is None:
         return False

@@ -117,7 +117,7 @@ _T = TypeVar("_T")
 
 
 class Say(Protocol):
-    """Shows a message and the seconds left, with `seeking` set while reconnecting."""
+    """Function that shows a message and the seconds left, with `seeking` set while reconnecting."""
 
     def __call__(self, message: str, left_s: float | None, /, *, seeking: bool = False) -> None:
         """Show the message."""
@@ -264,7 +264,7 @@ class Contact:
         return info
 
     def _greet(self, longest_s: float) -> Info:
-        """Repeat `hello` until the camera answers, reporting the time left after a few seconds."""
+        """Repeat `hello` until the camera answers. After a few seconds, report the time left."""
         began = self.clock.now()
         until = began + longest_s
         first = FirstContact(self.clock, silences=_SILENCES)
@@ -295,7 +295,7 @@ class Contact:
             self.pause(min(remaining_s, 1.0))
 
     def note_settings(self, options: Mapping[str, Any]) -> None:
-        """Record options that the camera has accepted."""
+        """Record the options that the camera has accepted."""
         marks = {name: options[name] for name in _MARKS if name in options}
         self._settings = self._settings | marks
 
@@ -434,6 +434,6 @@ def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:
 
 
 def _group(entries: Sequence[FileEntry], group_id: str) -> list[FileEntry]:
-    """Return the entries of a group, or of the newest group if `group_id` is empty."""
+    """Return the entries in a group, or in the newest group if `group_id` is empty."""
     group_name = group_id or next((entry.group_id for entry in entries if entry.group_id), "")
     return [entry for entry in entries if group_name and entry.group_id == group_name]

@@ -161,7 +161,7 @@ class Session:
 
     @property
     def complete(self) -> bool:
-        """Whether every file of the bracket is on disk, so that the camera is not needed."""
+        """Whether every file of the bracket is on disk and the camera is no longer needed."""
         journal = self._journal
         here = bool(journal.frames) and all(frame.done for frame in journal.frames)
         return journal.plan is not None and journal.exposed and here
@@ -217,7 +217,7 @@ class Session:
             return self._journal.frames
 
     def set_frame(self, url: str, **changes: Any) -> None:
-        """Change one frame of the journal."""
+        """Change one frame in the journal."""
         with self._lock:
             frames = tuple(
                 replace(frame, **changes) if frame.url == url else frame

@@ -39,7 +39,7 @@ class Debts:
         self._path = path
 
     def note(self, session: Session) -> None:
-        """Add a capture. Failure to write the file is ignored."""
+        """Add a capture, ignoring any failure to write the file."""
         folder = str(session.folder.resolve())
         self._write([*(each for each in self._read() if each != folder), folder])
 

@@ -145,7 +145,7 @@ class CameraBody:
         Args:
             name: Name of the command.
             kind: Kind of job.
-            shots: Settings of each frame (see `Shooter.begin`).
+            shots: Settings for each frame (see `Shooter.begin`).
         """
         job = self.shooter.begin(name, kind, shots, self.options)
         rules = self.personality.bracket

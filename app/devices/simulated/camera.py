@@ -105,7 +105,7 @@ class SimulatedCamera(CameraBody):
     """One camera with its Wi-Fi switched on.
 
     Args:
-        clock: Clock of the camera. On a `VirtualClock`, frames are rendered when first used;
+        clock: The camera's clock. On a `VirtualClock`, frames are rendered when first used;
             otherwise, a thread renders them while the camera shoots (`close` ends the thread).
         rate_mbit: Transfer rate of files in megabits per second, or None for no limit.
         shape: Rows and columns of all frames, for quick tests, or None to follow the options.

@@ -151,7 +151,7 @@ def _parameter(parameters: Parameters, name: str) -> JsonValue:
 
 
 def command_status(camera: CameraBody, body: Parameters) -> Reply:
-    """Return the reply to /osc/commands/status: in progress, done or the error of the command.
+    """Return the reply to /osc/commands/status: in progress, done, or the command's error.
 
     Raises:
         CommandRefused: With the code missingParameter if there is no id, or invalidParameterValue

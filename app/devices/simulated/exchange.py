@@ -17,7 +17,7 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 """A JSON value."""
 
 LATENCY_S: Final = 0.012
-"""Delay of every reply, in seconds. It also keeps virtual time moving."""
+"""Delay before every reply, in seconds. It also keeps virtual time moving."""
 
 _FORBIDDEN: Final = (
     "tooManyParameters", "disabledCommand", "corruptedFile", "powerOffSequenceRunning",
@@ -99,7 +99,7 @@ def json_reply(value: JsonValue, status: int = 200) -> Reply:
 
 
 def text_reply(body: bytes, kind: str, status: int = 200) -> Reply:
-    """Return a reply with a short body of plain bytes."""
+    """Return a reply with a short body of the given type."""
     return Reply(status, (*_headers(kind), ("Content-Length", str(len(body)))), (body,), LATENCY_S)
 
 

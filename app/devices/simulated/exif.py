@@ -31,9 +31,9 @@ class Tags:
     """The metadata of a file. Values of None and empty strings are omitted.
 
     Attributes:
-        shutter_s, aperture, iso: float or None. The stated exposure.
+        shutter_s, aperture, iso: float or None. The exposure to record.
         program: EXIF exposure program: 1 manual, 2 automatic.
-        shape: Stated rows and columns.
+        shape: Rows and columns to record.
         pose: GPano pose, or None to write GPano without one.
         lens_words: 16-bit words per lens in tag 0x0101: 2 up to the V, 1 in the X, which also uses
             signed times.

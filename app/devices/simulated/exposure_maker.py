@@ -38,7 +38,7 @@ _STEPS: Final = 65536
 
 
 class FrameSight(Protocol):
-    """The light of a frame (see `optics.FrameView`)."""
+    """The light that falls on a frame (see `optics.FrameView`)."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -87,7 +87,7 @@ class ShotOptions:
 
 
 PLAIN: Final = ShotOptions()
-"""A frame with the size of the environment and no changes."""
+"""Settings for a frame that has the environment's size and is otherwise left unchanged."""
 
 
 def develop(

@@ -23,7 +23,7 @@ _WHICH_PROGRAMS: Final = {"iso": (1, 9), "shutterSpeed": (1, 4), "aperture": (1,
 class OptionStore:
     """All options of one camera.
 
-    A subclass may override `support`, `allows` and `allows_bracket` to accept a smaller range.
+    A subclass may override `support`, `allows` and `allows_bracket` to accept fewer values.
     """
 
     def __init__(self, personality: Personality) -> None:

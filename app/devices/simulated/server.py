@@ -65,7 +65,7 @@ class CameraServer:
 
     @property
     def url(self) -> str:
-        """Address for a client, without a trailing slash."""
+        """Address for clients, without a trailing slash."""
         return f"http://{_HOST}:{self.port}"
 
     def start(self) -> None:

@@ -112,7 +112,7 @@ class StoredFile:
 
 
 class Storage:
-    """All files, oldest first."""
+    """The camera's files, oldest first."""
 
     def __init__(self, person: Personality) -> None:
         self._person = person
@@ -231,7 +231,7 @@ class ShootingJob:
 
     @property
     def done(self) -> bool:
-        """Whether all frames are written or the job was cancelled."""
+        """Whether all frames have been written or the job was cancelled."""
         if self.cancelled:
             return True
         return len(self.files) >= len(self.frames)

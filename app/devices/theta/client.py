@@ -134,7 +134,7 @@ class OscClient:
         return self.execute("camera.takePicture")
 
     def start_capture(self, mode: str | None) -> CommandReply:
-        """Start a series.
+        """Start shooting a series.
 
         Args:
             mode: "bracket" or another mode, or None for the shooting method set on the camera.
@@ -142,7 +142,7 @@ class OscClient:
         return self.execute("camera.startCapture", None if mode is None else {"_mode": mode})
 
     def stop_capture(self) -> CommandReply:
-        """Stop a series."""
+        """Stop shooting a series."""
         return self.execute("camera.stopCapture")
 
     def stop_self_timer(self) -> CommandReply:
@@ -150,7 +150,7 @@ class OscClient:
         return self.execute("camera._stopSelfTimer")
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
-        """List each photo with a usable name and URL once, newest first."""
+        """List the photos that have a usable name and URL, each once, newest first."""
         entries: dict[str, FileEntry] = {}
         position = 0
         while position < count:
@@ -214,7 +214,7 @@ class OscClient:
             A JPEG of at most `MAX_THUMBNAIL` bytes, not decoded.
 
         Raises:
-            BadReply: If the thumbnail is larger or not a JPEG.
+            BadReply: If the thumbnail is larger than that or is not a JPEG.
         """
         data = bytearray()
         end_s = self.clock.now() + self.link.timeouts.whole_s

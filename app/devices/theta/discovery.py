@@ -37,7 +37,7 @@ from app.devices.theta.reply import Timeouts
 from app.devices.theta.untrusted import JsonValue
 
 CONNECT_S: Final = 2.5
-"""Time limit for an address to accept a connection, in seconds."""
+"""Time allowed for an address to accept a connection, in seconds."""
 
 _LATE_S: Final = 1.0
 _STEP_S: Final = 0.05

@@ -1,4 +1,4 @@
-"""Retry limits for an address that has not answered as a camera yet.
+"""Retry limits for an address that has not yet answered as a camera.
 
 Real Wi-Fi loses, cuts and garbles replies temporarily, whereas a router's page or a closed port is
 permanent.

@@ -127,7 +127,7 @@ class Link:
             yield reply
 
     def close(self) -> None:
-        """End all streams and connections. The link can be used again."""
+        """End all streams and connections. The link can be used again afterwards."""
         for watch in tuple(self._streams):
             watch.close()
         self._session.close()

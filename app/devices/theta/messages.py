@@ -58,7 +58,7 @@ class FileEntry:
 
 
 def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[FileEntry, ...]:
-    """Parse the results of camera.listFiles, in the camera's order.
+    """Parse the results of camera.listFiles, keeping the camera's order.
 
     An entry without a usable URL is skipped. An unsafe name is replaced with the last part of the
     URL; if that is also unsafe, the entry is skipped.
@@ -108,7 +108,7 @@ def _entry(fields: Mapping[str, JsonValue], endpoint: Endpoint) -> FileEntry | N
 
 
 def safe_url(value: object, endpoint: Endpoint) -> str:
-    """Return a URL at an endpoint, or "" if `Endpoint.rewrite` rejects it."""
+    """Return a URL rewritten for an endpoint, or "" if `Endpoint.rewrite` rejects it."""
     if not isinstance(value, str) or not value:
         return ""
     try:
@@ -237,7 +237,7 @@ def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
 
     Raises:
         CameraRefused: If the reply is an error object.
-        BadReply: If the reply has another form.
+        BadReply: If the reply has any other form.
     """
     error = refused(value, _OK)
     if error is not None:

@@ -131,7 +131,7 @@ class Incoming:
             raise broken(CLOSED)
 
     def _pieces(self, size: int) -> Iterator[bytes]:
-        """Yield pieces until the end.
+        """Yield pieces of the body until it ends.
 
         Raises:
             Unreachable: If the connection ends too early.

@@ -109,7 +109,8 @@ class WatchedFolder:
 
         Raises:
             Unreachable: With the code "no-folder" if the folder cannot be read for half a minute.
-            CaptureFailed: With the code "too-many-files" if it has more than `MAX_FILES` entries.
+            CaptureFailed: With the code "too-many-files" if the folder has more than `MAX_FILES`
+                entries.
         """
         now = self._clock.now()
         try:
@@ -208,7 +209,7 @@ class WatchedFolder:
         return stamps
 
     def _stamp(self, entry: os.DirEntry[str]) -> _Stamp | None:
-        """Return the change stamp of a file, or None if it is skipped."""
+        """Return the change stamp of a file, or None if the file is skipped."""
         if not is_wanted(entry.name):
             self._note(passed_over(entry.name))
             return None

@@ -109,8 +109,8 @@ class CaptureStream(Webcam):
         """Return the next frame.
 
         Returns:
-            (H, W, 3) uint8 sRGB, or None after a failed read, which is counted, or an invalid
-            frame.
+            (H, W, 3) uint8 sRGB, or None if the frame is invalid or the read failed. Failed reads
+            are counted.
         """
         try:
             ok, picture = capture.read()
@@ -237,7 +237,7 @@ def _open_index(index: int) -> VideoDevice:
 
 
 class OpenCvWebcam(CaptureStream):
-    """A webcam of this computer.
+    """One of this computer's webcams.
 
     Args:
         is_there: Function that returns whether a device with a given index exists, or None if the

@@ -96,7 +96,7 @@ class DemoViews:
             turn_deg: Turn of the sitter, and of the camera with them, in degrees.
 
         Returns:
-            (H, W, 3) uint8 sRGB, a new array.
+            (H, W, 3) uint8 sRGB, as a new array.
 
         Raises:
             WebcamError: If an image is missing or damaged.

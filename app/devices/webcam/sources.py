@@ -45,12 +45,12 @@ class LiveSource:
 
     @classmethod
     def webcam(cls, index: int) -> LiveSource:
-        """Return the source of a webcam of this computer."""
+        """Return the source for one of this computer's webcams."""
         return cls("webcam", str(index))
 
     @classmethod
     def network(cls, text: str) -> LiveSource:
-        """Return the source of a network camera.
+        """Return the source for a network camera.
 
         Raises:
             WebcamError: As in `Address.parse`.
@@ -178,7 +178,7 @@ class SourceViews:
         return ""
 
     def of(self, source: LiveSource) -> SourceView:
-        """Return the settings of a source."""
+        """Return the settings for a source."""
         return self.views.get(source.text, SourceView())
 
     def with_(self, source: LiveSource, **changes: Any) -> SourceViews:

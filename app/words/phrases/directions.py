@@ -366,7 +366,7 @@ def light_words(side: str, place: str = "") -> str:
 
 
 def place_words(side: str, place: str) -> str:
-    """Return the side of a style's lamps (for sitter and camera) or the position from its file.
+    """Return the side of a style's lamps (for sitter and camera) or the position given in its file.
 
     Examples:
         >>> place_words("left", ""), place_words("none", "from overhead")

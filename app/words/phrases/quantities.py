@@ -29,7 +29,7 @@ _DAYS: Final = (
 
 
 def upper_first(words: str) -> str:
-    """Capitalize the first letter, for the start of a line.
+    """Capitalize the first letter, for use at the start of a line.
 
     Examples:
         >>> upper_first("nose to the left")
@@ -62,7 +62,7 @@ def metres(distance_m: float, *, rough: bool = False) -> str:
 
 
 def read_metres(text: str) -> float:
-    """Parse a distance in metres, or in centimetres if the text says so.
+    """Parse a distance in metres, or in centimetres if the text gives that unit.
 
     Examples:
         >>> read_metres("0.4"), read_metres("40 cm"), read_metres("1,2 m")
@@ -211,7 +211,7 @@ def ago_words(minutes: float) -> str:
 
 
 def about_words(seconds: float) -> str:
-    """Format a rough duration.
+    """Format an approximate duration.
 
     Examples:
         >>> about_words(2.0), about_words(61.0), about_words(150.0), about_words(7300.0)

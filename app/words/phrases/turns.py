@@ -131,7 +131,7 @@ def clock_words(turn_deg: float) -> str:
 
 
 def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
-    """Return a whole instruction such as "Turn 96° clockwise, towards 3 o’clock".
+    """Return a complete instruction, such as "Turn 96° clockwise, towards 3 o’clock".
 
     Args:
         turn_deg: Turn in degrees, positive clockwise.
@@ -201,7 +201,7 @@ def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> s
 
     Args:
         turn, goal: Turns in whole degrees.
-        outside: Distance to the light in whole degrees, or 0 if the photo is in the light.
+        outside: Distance to the light in whole degrees, or 0 if the photo was taken in the light.
         rough: Whether the turn is uncertain by more than a degree.
 
     Examples:
@@ -244,7 +244,7 @@ def sureness_words(confidence: float) -> str:
 
 
 def _beside(to_go: int, goal: int) -> _Beside:
-    """Return whether a turn is short of the goal or past it, or its direction if the goal is far."""
+    """Return whether a turn is short of or past the goal, or its direction if the goal is far."""
     if goal == 0 or abs(to_go) > _FAR_DEG:
         return "counter-clockwise" if to_go > 0 else "clockwise"
     return "short" if (to_go > 0) == (goal > 0) else "past"

@@ -31,7 +31,7 @@ def head_words(head: str) -> str:
 
 
 def head_title(name: str) -> str:
-    """Return the title of a head for lists."""
+    """Return a head's title for use in lists."""
     # Built-in heads without a tone in their name have medium skin.
     words = head_words(name)
     return tr("{head}, medium skin", head=words) if name.isalpha() else words

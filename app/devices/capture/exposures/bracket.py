@@ -94,7 +94,7 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
         least: Minimum number of files, or None for three.
 
     Raises:
-        CaptureFailed: If there are fewer files.
+        CaptureFailed: If fewer files are found.
     """
     count = len(job.plan.shots)
     journal = job.session.journal

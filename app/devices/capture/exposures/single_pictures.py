@@ -1,4 +1,4 @@
-"""Single photos: for metering, and for cameras that cannot shoot a bracket themselves."""
+"""Single photos, for metering and for cameras that cannot shoot a bracket themselves."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.devices.errors import (
 from app.devices.theta.messages import CommandReply
 
 FRAME_S: Final = 15.0
-"""Maximum time, in seconds, that any camera needs for a photo in addition to its exposure."""
+"""Maximum time, in seconds, that any camera needs for a photo beyond the exposure time."""
 
 STARTS: Final = 4
 """Number of attempts to start a shot if the camera does not receive the command."""
@@ -69,7 +69,7 @@ def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPict
     photo that was not taken is requested again.
 
     Args:
-        longest_s: Maximum time for the photo in seconds, in addition to `FRAME_S`.
+        longest_s: Time allowed for the photo, in seconds, in addition to `FRAME_S`.
 
     Raises:
         Unreachable: If the camera never receives the command.

@@ -1,6 +1,7 @@
 """Identifying, recording and deleting the surplus photos that this program took on the camera.
 
-Only photos that are certainly ours are deleted, never the photographer's own.
+A photo is deleted only if this program certainly took it, so the photographer's own photos are
+never touched.
 """
 
 from __future__ import annotations
@@ -59,8 +60,8 @@ def set_aside(contact: Contact, session: Session, frames: Sequence[SessionFrame]
 def _claim_shot(contact: Contact, session: Session) -> None:
     """Find the photo requested before the program ended, and record it.
 
-    It must be the only new photo, the camera's newest, and taken within a minute by the camera's
-    own clock, so that the photographer's own photos are never touched.
+    To ensure that the photographer's own photos are never touched, it must be the only new photo,
+    the camera's newest, and dated within a minute of the request by the camera's own clock.
     """
     start = session.journal.shot_start
     if start is None:
@@ -81,7 +82,7 @@ def in_time(start: ShotStart, entry: FileEntry) -> bool:
 
 
 def _delete(contact: Contact, debt: SessionFrame) -> None:
-    """Delete a photo if its date and size are unchanged, since cameras reuse names.
+    """Delete a photo, but only if its date and size are unchanged, since cameras reuse names.
 
     Raises:
         DeviceError: If the camera refuses.
@@ -99,7 +100,7 @@ def _delete(contact: Contact, debt: SessionFrame) -> None:
 
 
 def find_listed(contact: Contact, url: str) -> SessionFrame | None:
-    """Find a file in the camera's list, newest first, or return None if it is missing."""
+    """Search the camera's list for a file, newest first, and return None if it is missing."""
     for count in (_MOST_ENTRIES, _MOST_LISTED):
         entries = contact.ask(partial(contact.client.list_files, count))
         for entry in entries:
