@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) -> None:
-    """Report whether the photo was mirrored, if that contradicts the user's option."""
+    """Report whether the photo was flipped, but only if that contradicts the user's option."""
     if location.status != "found":
         if photo.front_camera and not by_option:
             say(FRONT_CAMERA)

@@ -1,8 +1,8 @@
 """Errors from cameras and networks, each with a message, a hint and a code.
 
 They are not subclasses of `CoreError`, and commands that raise them end with exit code 3. None of
-them derives from `RuntimeError` or `OSError`, so that no job runner or library mistakes them for
-its own failures.
+them derives from `RuntimeError` or `OSError`, since a job runner or library might then mistake them
+for failures of its own.
 """
 
 from __future__ import annotations

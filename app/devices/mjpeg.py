@@ -1,7 +1,7 @@
 """Motion JPEG: frames from a camera's endless multipart reply, decoded defensively.
 
-Ricoh's cameras omit the "--" that the standard requires before the boundary; other cameras and
-simulators send it. After any damage (lost packets, garbage, missing or wrong lengths, truncated
+Ricoh's cameras omit the "--" that the standard requires before the boundary, whereas other cameras
+and simulators send it. After any damage (lost packets, garbage, missing or wrong lengths, truncated
 frames) the parser continues at the next boundary. It never holds more than one frame.
 """
 
@@ -19,7 +19,7 @@ MAX_FRAME_BYTES: Final = 8 << 20
 """Size limit for a frame, in bytes. Larger frames are dropped."""
 
 MAX_SHAPE: Final = (2048, 4096)
-"""Maximum number of rows and columns of a frame. Larger frames are not decoded."""
+"""Maximum number of rows and columns in a frame. Larger frames are not decoded."""
 
 _SOI: Final = b"\xff\xd8\xff"
 _EOI: Final = b"\xff\xd9"

@@ -65,9 +65,9 @@ class ModelProfile:
     Attributes:
         name: Short name, such as "S", "V-old" or "generic".
         bracket: A "native" camera reports the end of its own bracket, and a "watched" one does not.
-            A "single" camera has no bracket, and an "insta-hdr" one has no usable one; both take
-            single photos.
-        overhead_s: Time that a frame takes in addition to its exposure, in seconds.
+            A "single" camera has no bracket, and an "insta-hdr" camera has none that can be used.
+            Both take single photos instead.
+        overhead_s: Time that a frame takes beyond its exposure, in seconds.
         asks_support: Whether to query photo sizes, apertures and shooting methods, which is
             necessary for a Theta that is not in the table.
         picture: Columns and rows of the JPEG, or None to let the camera choose.

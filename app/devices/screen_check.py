@@ -164,7 +164,7 @@ def _plugins() -> Path:
 def missing_library(message: str) -> DesktopError:
     """Return the error for a system loader's message, with the packages to install.
 
-    The error names all missing libraries, so that one command installs them all.
+    The error names every missing library, so one command can install them all.
 
     Examples:
         >>> print(missing_library("libx.so.2: cannot open shared object file"))

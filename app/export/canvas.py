@@ -288,7 +288,7 @@ class Page:
         """Draw a line of text.
 
         Args:
-            at: Anchor point on the baseline: the start, middle or end of the line.
+            at: Anchor point on the baseline, at the start, middle or end of the line.
             room: Maximum width in logical pixels. A longer line, such as a translation, is set in
                 smaller type instead of being truncated.
 

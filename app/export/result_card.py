@@ -147,7 +147,7 @@ def _draw_foot(canvas: Page, at: Point, width: float, data: CardData) -> None:
 
 
 def side_of(style: StyleResult, places: Mapping[str, str]) -> str:
-    """Name the side as the sitter and the camera see it, or where the light comes from."""
+    """Name the side as the sitter and the camera see it, or say where the light comes from."""
     return place_words(style.side, places.get(style.name, ""))
 
 

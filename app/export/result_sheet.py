@@ -78,8 +78,8 @@ def draw_sheet(
     Args:
         draw: Function that renders a style by name, as for `CardData.draw`.
         front_deg: Panorama azimuth from which turns are measured, in degrees.
-        places: Words for where the light comes from, keyed by the name of a style without a side,
-            or None to use those of the built-in styles.
+        places: Words for where the light comes from, keyed by the names of the styles without a
+            side, or None to use those of the built-in styles.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB picture with two pixels per logical pixel.

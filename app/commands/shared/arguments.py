@@ -341,7 +341,7 @@ def _list_inputs(inputs: Iterable[Path | str | None], members: Sequence[str]) ->
 def _keys(path: Path) -> set[_Key]:
     """Return keys that all names of the same file have in common.
 
-    One key is the file's inode; the other combines its folder's inode with its name. Names are
+    One key is the file's inode, and the other combines its folder's inode with its name. Names are
     compared without regard to case or Unicode composition, since some file systems ignore both.
     Pipes and devices among the inputs need no keys, because they cannot be outputs.
     """

@@ -1,6 +1,6 @@
-"""The camera's settings: reading, changing and restoring them.
+"""Reading, changing and restoring the camera's settings.
 
-Every setting is saved in the session's journal before it is changed, so that it can be restored
+Every setting is saved in the session's journal before it is changed. It can therefore be restored
 even after a power cut.
 """
 

@@ -216,7 +216,7 @@ def _one(
     """Download one file, resuming after a reconnection.
 
     By default, only the file's structure is checked, because the file is decoded while the next one
-    arrives. An error that concerns this file alone is returned; any other is raised.
+    arrives. An error that concerns only this file is returned, and any other error is raised.
     """
 
     def report(received: int, size: int, rate: float) -> None:

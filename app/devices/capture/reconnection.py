@@ -51,7 +51,7 @@ disabledCommand               API 2.1                       most ten minutes, or
                                                             settings are restored, files stay
 ============================= ============================= ======================================
 
-Together, all waits for a lost camera last at most `PATIENCE_S`, so that a capture always ends.
+Together, all waits for a lost camera last at most `PATIENCE_S`. A capture therefore always ends.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
     FOLDER/originals/        the camera's files, never changed once they are complete
     FOLDER/thumbnails/       thumbnails to show during the download
 
-A file in `originals` gets its final name only when it is complete; until then it is called
+A file in `originals` gets its final name only when it is complete. Until then, it is called
 ``NAME.part``. Reopening the folder therefore always finds every complete file.
 """
 
@@ -97,8 +97,8 @@ class Session:
         """Open an existing session and check its files.
 
         An unreadable journal is renamed and a new one is started. The files in `originals` stay
-        there and are matched by name. Complete files missing from the journal are added; files that
-        have disappeared or changed count as missing.
+        there and are matched by name. Complete files that the journal lacks are added to it, and
+        files that have disappeared or changed count as missing.
 
         Raises:
             CoreError: If the folder is not a session, or was created by a newer version of this

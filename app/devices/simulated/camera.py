@@ -105,8 +105,9 @@ class SimulatedCamera(CameraBody):
     """One camera with its Wi-Fi switched on.
 
     Args:
-        clock: The camera's clock. On a `VirtualClock`, frames are rendered when first used;
-            otherwise, a thread renders them while the camera shoots (`close` ends the thread).
+        clock: The camera's clock. On a `VirtualClock`, frames are rendered when they are first
+            used. On any other clock, a thread renders them while the camera shoots, and `close`
+            ends the thread.
         rate_mbit: Transfer rate of files in megabits per second, or None for no limit.
         shape: Rows and columns of all frames, for quick tests, or None to follow the options.
         date: Date and time of the camera's clock, or None for noon on a summer day.
@@ -139,9 +140,9 @@ class SimulatedCamera(CameraBody):
     def answer(self, request: Request) -> Reply:
         """Return the reply to a request.
 
-        The pieces of a reply are created while they are sent; the server calls `pieces.close` if it
-        exists. If there is no Content-Length, chunked transfer or the end of the connection marks
-        the end of the body.
+        The pieces of a reply are created as they are sent, and the server calls `pieces.close` if
+        it exists. If there is no Content-Length, chunked transfer or the end of the connection
+        marks the end of the body.
         """
         with self._lock:
             self.note(request)

@@ -3,7 +3,7 @@
 Each row of the camera table describes one model. The metadata (maker, padded model, software) come
 from public sample files, and the replies are modelled on public ones. Values that are not
 documented (SC2, A1) are guesses. The sensor values are typical of the pixel pitch, since Ricoh
-publishes none; they affect only the noise.
+publishes none, and affect only the noise.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ class CameraModel:
             this ISO, and half as many at twice the ISO.
         channel_gains: Gains for red, green and blue that produce a neutral picture. They make red
             and blue noisier.
-        lens_words: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
+        lens_words: Number of 16-bit words for each lens in maker note tag 0x0101: 2 up to the V, 1
+            in the X.
     """
 
     name: str
@@ -137,7 +138,7 @@ class Personality:
         snaps: Whether automatic exposure times are limited to the list of the manual program.
         lens_stops: Difference between the ISO values of the two lenses in automatic programs, in
             stops.
-        overhead_s: Time that a frame takes in addition to its exposure, in seconds.
+        overhead_s: Time that a frame takes beyond its exposure, in seconds.
         thumb: Rows and columns of its thumbnails.
     """
 

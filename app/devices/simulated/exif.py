@@ -35,8 +35,8 @@ class Tags:
         program: EXIF exposure program: 1 manual, 2 automatic.
         shape: Rows and columns to record.
         pose: GPano pose, or None to write GPano without one.
-        lens_words: 16-bit words per lens in tag 0x0101: 2 up to the V, 1 in the X, which also uses
-            signed times.
+        lens_words: Number of 16-bit words for each lens in tag 0x0101: 2 up to the V, 1 in the X,
+            which also uses signed times.
     """
 
     make: str = ""
@@ -58,7 +58,7 @@ class Tags:
 
 
 def exif_segment(tags: Tags) -> bytes:
-    """Return the APP1 segment with EXIF and, if requested, the maker note.
+    """Return the APP1 segment that contains EXIF and, if requested, the maker note.
 
     Raises:
         ValueError: If the data does not fit into one segment (64 KiB).

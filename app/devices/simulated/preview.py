@@ -2,7 +2,7 @@
 
 The exposure is that of the automatic program, in which lamps, windows and the sun clip. A row of
 dark and light blocks at the bottom encodes the number of each frame, and a small dot moves along
-the horizon to make the age of a frame visible; neither is bright enough to count as a lamp. Each
+the horizon to make the age of a frame visible. Neither is bright enough to count as a lamp. Each
 frame is encoded only once.
 """
 
@@ -88,7 +88,7 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
 
     Args:
         fps: Frames per second, greater than 0.
-        clock: Clock that times each frame, so that a late frame does not delay the next one.
+        clock: Clock that times each frame. A late frame does not delay the next one.
     """
     number = 0
     due = clock.now()

@@ -2,7 +2,7 @@
 
 Only rendering runs in a thread. At every request, `Shooter.settle` writes the frames that are due:
 those whose exposure and overhead have ended and whose picture is ready. On virtual time, frames are
-rendered when first used; otherwise, they are rendered while the camera shoots.
+rendered when they are first used. Otherwise, they are rendered while the camera shoots.
 """
 
 from __future__ import annotations

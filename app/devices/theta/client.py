@@ -198,8 +198,8 @@ class OscClient:
     def open_file(self, url: str, *, start: int = 0) -> Iterator[Incoming]:
         """Open a file at byte offset `start`. No other request may be sent until it is closed.
 
-        A camera that supports ranges replies with status 206; other cameras reply with status 200
-        and the whole file.
+        A camera that supports ranges replies with status 206, and other cameras reply with status
+        200 and the whole file.
         """
         headers = {"Accept": "*/*"}
         if start > 0:

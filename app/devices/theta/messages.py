@@ -1,7 +1,7 @@
 """A camera's messages as types: its description, state, command replies and file list.
 
-Every field of a message is checked before use, including file names. A message without its
-essential fields is a `BadReply`; any other missing or invalid field gets a neutral value.
+Every field of a message is checked before use, including file names. A message that lacks an
+essential field is a `BadReply`. Any other missing or invalid field is given a neutral value.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple
     """Parse the results of camera.listFiles, keeping the camera's order.
 
     An entry without a usable URL is skipped. An unsafe name is replaced with the last part of the
-    URL; if that is also unsafe, the entry is skipped.
+    URL. If that is also unsafe, the entry is skipped.
 
     Raises:
         BadReply: If there is no list.

@@ -2,7 +2,7 @@
 
 The demo location has a view with depth every 5 degrees. Between two views, both backgrounds are
 shifted according to their depth and then blended. The sitter always faces the camera and stays in
-place; only the light on them changes from one view to the next.
+place. Only the light on them changes from one view to the next.
 """
 
 from __future__ import annotations

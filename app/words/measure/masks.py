@@ -1,4 +1,4 @@
-"""Names of masked areas in a panorama, and the reasons for masking them."""
+"""Names of the masked areas in a panorama, and the reasons for masking them."""
 
 from __future__ import annotations
 

@@ -172,7 +172,7 @@ def beside_words(beside: Beside) -> str:
 
 
 def mirror_words(mirrored: bool, fits: bool | None) -> str:
-    """Report whether a film was mirrored if that contradicts the setting, or else return "".
+    """Report whether a film was flipped if that contradicts the setting, or return "" otherwise.
 
     Args:
         mirrored: Whether the setting says that the film is mirrored.

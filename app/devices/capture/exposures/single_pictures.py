@@ -65,8 +65,8 @@ class SettingsLost(Exception):
 def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
     """Take a photo and wait until it is on the camera's storage.
 
-    After a connection loss, the camera's state and files show whether it took the photo; only a
-    photo that was not taken is requested again.
+    After a connection loss, the camera's state and files show whether the photo was taken. If it
+    was not, it is requested again.
 
     Args:
         longest_s: Time allowed for the photo, in seconds, in addition to `FRAME_S`.
@@ -92,7 +92,7 @@ def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPict
 
 
 def _note_start(job: CaptureJob, previous: str) -> None:
-    """Record the request for a photo, so that the photo can be found if the program ends here."""
+    """Record the request for a photo so that the photo can be found if the program ends here."""
     clock_text = camera_settings.read(job.contact, (_CLOCK,)).get(_CLOCK)
     start_time = clock_text if isinstance(clock_text, str) and camera_time(clock_text) else ""
     job.session.update(shot_start=ShotStart(previous, start_time))
@@ -285,7 +285,7 @@ def _set_exposure(job: CaptureJob, shot: PlannedShot) -> None:
 
 
 def _keep_seams(job: CaptureJob, *, first: bool) -> None:
-    """Use the same stitching seam and level for all frames, so that they align."""
+    """Use the same stitching seam and level for all frames so that they align."""
     seam_mode = "Save" if first else "Load"
     camera_settings.change_if_known(job.contact, {"_imageStitching": f"dynamic{seam_mode}"})
     camera_settings.change_if_known(job.contact, {"_topBottomCorrection": f"Apply{seam_mode}"})
