@@ -178,8 +178,8 @@ def stop_code() -> int:
 def imports_whole() -> Iterator[None]:
     """Delay Ctrl-C, SIGTERM and SIGHUP until the current import has finished.
 
-    A C library interrupted during its initialization raises a misleading error or aborts the
-    process, and no caller can recognize either as an interruption.
+    A C library interrupted during its initialisation raises a misleading error or aborts the
+    process, and no caller can recognise either as an interruption.
     """
     usual = signal.default_int_handler
     main = threading.current_thread() is threading.main_thread()

@@ -29,7 +29,7 @@ _DAYS: Final = (
 
 
 def upper_first(words: str) -> str:
-    """Capitalize the first letter, for use at the start of a line.
+    """Capitalise the first letter, for use at the start of a line.
 
     Examples:
         >>> upper_first("nose to the left")

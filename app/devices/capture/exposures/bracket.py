@@ -216,7 +216,7 @@ def _value(key: str, shot: PlannedShot) -> Any:
 
 
 def _note_start(job: CaptureJob) -> None:
-    """Record the camera's newest file so that later files can be recognized as Turnlight's own."""
+    """Record the camera's newest file so that later files can be recognised as Turnlight's own."""
     entries = job.contact.ask(lambda: job.client.list_files(_MOST_ENTRIES))
     state = job.contact.ask(job.client.state)
     job.session.update(
