@@ -14,7 +14,7 @@ from typing import Final, TypeVar
 from app.core.text import tr
 
 DISK: Final = frozenset({"disk", "disk-full"})
-"""Error codes for a disk of this computer that cannot be written to."""
+"""Error codes used when this computer's disk cannot be written to."""
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 

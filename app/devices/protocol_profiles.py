@@ -60,7 +60,7 @@ _NEW_V: Final = (3, 0, 1)
 
 @dataclass(frozen=True, slots=True)
 class ModelProfile:
-    """A model, or a model with one kind of firmware.
+    """A camera model, or a model with a particular kind of firmware.
 
     Attributes:
         name: Short name, such as "S", "V-old" or "generic".
@@ -72,8 +72,8 @@ class ModelProfile:
             necessary for a Theta that is not in the table.
         picture: Columns and rows of the JPEG, or None to let the camera choose.
         rest_s: Pause between single photos, in seconds.
-        settle_s: Pause between a change of options and a photo, in seconds.
-        poll_s: Pause between two status requests, in seconds.
+        settle_s: Pause between changing the options and taking a photo, in seconds.
+        poll_s: Pause between successive status requests, in seconds.
         user_prefix: Letters between "THETA" and the serial number in the digest user name, or "" if
             there is no password or the letters are unknown.
     """

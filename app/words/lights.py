@@ -1,4 +1,4 @@
-"""Names of light sources, and text for their shares of the light."""
+"""Names of light sources, and wording for their shares of the light."""
 
 from __future__ import annotations
 

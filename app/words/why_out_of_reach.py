@@ -3,7 +3,7 @@
 The sentences end without a full stop and come in these lengths:
 
 * sentence: the cause with its numbers, for tables, sheets and tooltips;
-* line: the cause, for a row with match or contrast beside it;
+* line: the cause, for a row with the match or the contrast beside it;
 * card: short enough for a card;
 * spoken: a clause for screen readers.
 """

@@ -116,7 +116,7 @@ def _apart(stream: TextIO) -> Iterator[TextIO]:
 
 
 def one_line(text: str) -> str:
-    """Escape line breaks in a message, which can only come from file names."""
+    """Escape line breaks in a message, since they can only come from file names."""
     return text.replace("\n", "\\n")
 
 

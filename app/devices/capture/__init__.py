@@ -1,1 +1,1 @@
-"""The way from a camera to an environment: metering, bracketing, downloading and merging."""
+"""From the camera to the environment: metering, bracketing, downloading and merging."""

@@ -289,7 +289,7 @@ class Session:
         check_target(self.originals / "x")
 
     def _take_stock(self) -> None:
-        """Update the journal's frames from the files on disk."""
+        """Update the journal's frames from the files found on disk."""
         frames = tuple(self._check_frame(frame) for frame in self._journal.frames)
         self.update(frames=frames)
 
@@ -355,7 +355,7 @@ def _entries(folder: Path) -> list[str]:
 
 
 def _is_ours(name: str) -> bool:
-    """Return whether an entry may be in the folder of a new session."""
+    """Return whether an entry is allowed in the folder of a new session."""
     return (
         name in (JOURNAL, _ORIGINALS, _THUMBNAILS)
         or name in _LITTER

@@ -165,7 +165,7 @@ def automatic(
     """Choose the exposure according to the camera's program and the user's settings.
 
     Args:
-        settings: The value of exposureProgram, and those of iso, shutterSpeed, aperture,
+        settings: The value of exposureProgram, and the values of iso, shutterSpeed, aperture,
             exposureCompensation and isoAutoHighLimit if the program uses them.
 
     Returns:

@@ -1,6 +1,6 @@
 """HTTP communication with one camera: one request at a time, limited in size and time.
 
-`requests` prepares a request and one of its adapters sends it. `Session.send` of `requests` is not
+`requests` prepares each request, and one of its adapters sends it. `requests.Session.send` is not
 used, because it applies proxies and cookies, and reads the whole body of a redirect or a 401
 regardless of its length.
 """

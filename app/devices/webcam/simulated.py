@@ -38,7 +38,7 @@ class _SourceView:
         behind: (H, W, 3) uint8. Background. Behind the sitter, it is filled with the nearest
             visible pixels.
         visible: (H, W) uint8. 255 where the background is visible.
-        sitter: (H, W, 4) uint8. The sitter's colour, premultiplied by alpha, and the alpha.
+        sitter: (H, W, 4) uint8. The sitter's colours, premultiplied by alpha, followed by alpha.
         depth: (h, w) float32. Depth along the optical axis, in metres, at half size. Behind the
             sitter, it is the depth of the surrounding background.
     """

@@ -268,8 +268,8 @@ def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool
     Args:
         azimuth_deg: Azimuth in degrees, positive clockwise.
         elevation_deg: Elevation in degrees, positive up.
-        of_sitter: Whether the sitter faces azimuth 0, so that each side is named from the sitter's
-            view and from the camera's.
+        of_sitter: Whether the sitter faces azimuth 0. If so, each side is named both from the
+            sitter's view and from the camera's.
 
     Examples:
         >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)

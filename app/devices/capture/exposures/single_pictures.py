@@ -65,8 +65,8 @@ class SettingsLost(Exception):
 def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
     """Take a photo and wait until it is on the camera's storage.
 
-    After a connection loss, the camera's state and files show whether the photo was taken. If it
-    was not, it is requested again.
+    After a connection loss, the camera's state and files show whether the photo was taken. A photo
+    is requested again only if it was not taken.
 
     Args:
         longest_s: Time allowed for the photo, in seconds, in addition to `FRAME_S`.
@@ -170,7 +170,7 @@ def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
 def shoot_singly(job: CaptureJob, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
     """Shoot the frames of a bracket one by one in the manual program.
 
-    If the camera supports this, all frames use the stitching seam and the level of the first frame.
+    All frames use the stitching seam and the level of the first frame, if the camera supports this.
     The self-timer runs only before the first frame.
 
     Raises:

@@ -60,8 +60,8 @@ def set_aside(contact: Contact, session: Session, frames: Sequence[SessionFrame]
 def _claim_shot(contact: Contact, session: Session) -> None:
     """Find the photo requested before the program ended, and record it.
 
-    To ensure that the photographer's own photos are never touched, it must be the only new photo,
-    the camera's newest, and dated within a minute of the request by the camera's own clock.
+    To ensure that the photographer's own photos are never touched, the photo must be the only new
+    one, the camera's newest, and dated within a minute of the request by the camera's own clock.
     """
     start = session.journal.shot_start
     if start is None:
