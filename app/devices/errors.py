@@ -24,8 +24,8 @@ class DeviceError(Exception):
 
     Args:
         hint: Advice on what to do next, as a second sentence.
-        code: A stable word for use in code: either the camera's own error code ("disabledCommand")
-            or one of Turnlight's ("timeout", "not-a-camera").
+        code: A stable word for programs to test: either the camera's own error code
+            ("disabledCommand") or one of Turnlight's ("timeout", "not-a-camera").
 
     Examples:
         >>> print(DeviceError("The camera does not answer.", "Switch its Wi-Fi on."))

@@ -53,7 +53,7 @@ def check_display(
     """Find a display that responds.
 
     Returns:
-        The Qt platform to use if Qt's default would fail, otherwise None.
+        The Qt platform to use if Qt's default would fail, or None otherwise.
 
     Raises:
         DesktopError: If there is no display, or a library needed to show windows is missing.

@@ -6,7 +6,7 @@ The camera behaves correctly. Where real cameras are known to misbehave, `Camera
 * Replies: `answer`, `refuse`, `route`, `find_command`, `file_data`.
 * Permissions: `check_settable`, `check_ready`, `check_preview_closed`, `check_settled`.
 * Reports: `status`, `errors`, `free_bytes`, `stated_url`, `listing`, `has_ended`.
-* Shooting: `shoot`; `preview`, a `PreviewGate`, may be replaced.
+* Shooting: `shoot`. The `PreviewGate` in `preview` may also be replaced.
 * Options: `make_store`.
 """
 

@@ -31,7 +31,7 @@ class CameraModel:
     """The sensor of a model, and the metadata in its files.
 
     Attributes:
-        shape: Rows and columns of its full-size panorama.
+        shape: Rows and columns of the full-size panorama.
         base_iso: Lowest ISO. It takes `full_well` electrons to saturate a pixel of the panorama at
             this ISO, and half as many at twice the ISO.
         channel_gains: Gains for red, green and blue that produce a neutral picture. They make red
@@ -131,7 +131,7 @@ class Personality:
 
     Attributes:
         api_levels: (1, 2) for models that start with API 2.0 and must be switched.
-        sizes: Rows and columns of its photos, starting with the default.
+        sizes: Rows and columns of the photos, starting with the default size.
         previews: Width, height and frames per second of each preview, or an empty tuple if the
             camera reports zeros.
         status_ids: Whether status replies have an id. Ricoh's own examples for API 2.1 have none.
@@ -139,7 +139,7 @@ class Personality:
         lens_stops: Difference between the ISO values of the two lenses in automatic programs, in
             stops.
         overhead_s: Time that a frame takes beyond its exposure, in seconds.
-        thumb: Rows and columns of its thumbnails.
+        thumb: Rows and columns of the thumbnails.
     """
 
     name: str

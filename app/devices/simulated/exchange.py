@@ -1,6 +1,6 @@
 """Requests to a simulated camera, and its replies.
 
-The camera has no sockets: it maps a `Request` to a `Reply`. The body of a reply is a series of
+The camera has no sockets and maps each `Request` to a `Reply`. The body of a reply is a series of
 pieces, each either bytes or a pause. `server` sends the pieces over real HTTP, and tests pass them
 to `requests` in the same process, on virtual time.
 """

@@ -5,7 +5,7 @@
 2. It is divided by the luminance that saturates the exposure, 78 N^2 / (0.65 t S) cd/m2
    (ISO 12232:2019, saturation-based speed, q = 0.65), per channel.
 3. The sensor counts electrons with shot noise and read noise, and clips each channel.
-4. The camera curve and rounding produce bytes; OpenCV encodes them as JPEG.
+4. The camera curve and rounding produce bytes, which OpenCV encodes as a JPEG.
 
 White of luminance L is (L, L, L) cd/m2 in linear Rec. 709. One unit of radiance in a relative
 environment is `scale` cd/m2.
@@ -101,7 +101,7 @@ def develop(
     """Expose a frame and return the picture before JPEG compression.
 
     Returns:
-        NDArray[np.uint8], (rows, columns, 3). Encoded red, green and blue.
+        NDArray[np.uint8], (rows, columns, 3). Red, green and blue as encoded bytes.
 
     Raises:
         ValueError: If the sizes are incompatible (`optics.view_of`), or the gains are invalid.

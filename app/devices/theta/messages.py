@@ -46,7 +46,7 @@ class FileEntry:
 
     Attributes:
         name: 1 to 64 characters of A-Z a-z 0-9 _ . - without a leading dot, safe in a path.
-        date_time: Date such as "2026:11:21 14:05:09+09:00", possibly without the offset, or "" if
+        date_time: Date, such as "2026:11:21 14:05:09+09:00", possibly without the offset, or "" if
             the camera does not state one.
     """
 

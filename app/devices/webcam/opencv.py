@@ -287,7 +287,7 @@ class OpenCvWebcam(CaptureStream):
 
 
 def list_webcams() -> tuple[tuple[int, str], ...]:
-    """Return the webcams and HDMI grabbers of this computer with their indices.
+    """Return the webcams and HDMI grabbers on this computer, with their indices.
 
     Linux lists the devices. On other systems, the first few devices are opened one by one. This
     takes seconds and turns on their indicator lights, so do not call this function on the UI
