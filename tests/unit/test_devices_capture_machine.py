@@ -368,9 +368,7 @@ def owing(tmp_path: Path) -> tuple[Rig, Weather, dict[str, Any]]:
     weather = Weather(made)
     made.seen = Listener(Stage.MERGING, lambda: weather.lose(1e6))
     result = made.shoot()
-    assert any(
-        "still has the settings of the capture" in line for line in sentences(result.warnings)
-    )
+    assert any("still using the capture settings" in line for line in sentences(result.warnings))
     assert made.camera.options != before
     return made, weather, before
 
@@ -404,9 +402,7 @@ def test_another_camera_does_not_get_what_is_owed(tmp_path: Path) -> None:
     # A session that only has to be merged does not need its camera, and takes no other for it.
     owed.update(finished="", stage="merging")
     result = other.shoot()
-    assert any(
-        "still has the settings of the capture" in line for line in sentences(result.warnings)
-    )
+    assert any("still using the capture settings" in line for line in sentences(result.warnings))
     assert asked(other, "setOptions") == 0
     assert Session.open(other.folder).journal.settings_to_restore
 

@@ -223,8 +223,8 @@ def restore_or_say(contact: Contact, session: Session) -> str:
         refusals = restore(contact, session)
     except DeviceError:
         return tr(
-            "The camera still has the settings of the capture. Connect to it and open this "
-            "session again to restore them."
+            "The camera is still using the capture settings. To restore its original settings, "
+            "connect to it and open this session again."
         )
     return untaken_words(refusals)
 

@@ -114,7 +114,7 @@ def _matters(remark: ClippingMatters) -> str:
 
 def _safe(remark: ClippingSafe) -> str:
     if remark.every:
-        return tr("No turn and no grade depends on clipped light.")
+        return tr("None of the turns or grades depend on clipped light.")
     return tr_plural(
         "The other style does not depend on it.",
         "The other {count} styles do not depend on it.",

@@ -319,7 +319,7 @@ class Walk:
         self._shoot("light-empty")
         presenter = robot.find(tr("Light"), LightScreen).presenter
         work = presenter.work
-        robot.click(tr("Take the phone"))
+        robot.click(tr("Use the phone"))
         self._linger()
         presenter.scale.ask()
         self._linger()
