@@ -54,22 +54,22 @@ class Candidate:
     slack: float
 
 
-def unlike(places: list[Path]) -> list[Path]:
+def distinct_places(places: list[Path]) -> list[Path]:
     """Leave out panoramas that show the same place as an earlier one."""
-    kept: list[tuple[Path, Any]] = []
+    distinct: list[tuple[Path, Any]] = []
     for path in places:
         light = np.log(luminance(reduce_light(read_environment(path).radiance)) + 1e-4).ravel()
         light = (light - light.mean()) / light.std()
-        if all(float(np.mean(light * other)) < _ALIKE for _, other in kept):
-            kept.append((path, light))
+        if all(float(np.mean(light * other)) < _ALIKE for _, other in distinct):
+            distinct.append((path, light))
         else:
             print(f"{path.name}: left out, like an earlier one")
-    return [path for path, _ in kept]
+    return [path for path, _ in distinct]
 
 
 def candidates(path: Path, head: str, chance: random.Random) -> list[Candidate]:
     """List the pictures of a place: for every style, the offered turn and others."""
-    pack, found = load_named_pack(head), []
+    pack, pictures = load_named_pack(head), []
     light = reduce_light(read_environment(path).radiance)
     search = searched(pack, light)
     for row, result in enumerate(solve_all(pack, light)):
@@ -84,7 +84,7 @@ def candidates(path: Path, head: str, chance: random.Random) -> list[Candidate]:
         for at, kind in turns:
             grade = search.verdict(row, at).grade
             assert grade is not None
-            found.append(
+            pictures.append(
                 Candidate(
                     result.name,
                     path.stem,
@@ -95,12 +95,12 @@ def candidates(path: Path, head: str, chance: random.Random) -> list[Candidate]:
                     float(search.measured.nearly[row, at]),
                 )
             )
-    return found
+    return pictures
 
 
 def choose(every: list[Candidate], chance: random.Random) -> list[Candidate]:
     """Choose pictures of each style and grade, from as many places as possible."""
-    chosen: list[Candidate] = []
+    sample: list[Candidate] = []
     by_class: dict[tuple[str, int], list[Candidate]] = defaultdict(list)
     for one in every:
         by_class[one.style, one.grade].append(one)
@@ -112,25 +112,25 @@ def choose(every: list[Candidate], chance: random.Random) -> list[Candidate]:
             near = [one for one in pool if one.slack >= -_NEAR]
             far = [one for one in pool if one.slack < -_NEAR]
             count = PER_CLASS[NO]
-            chosen += _spread(near, count * 2 // 3) + _spread(far, count - count * 2 // 3)
+            sample += _spread(near, count * 2 // 3) + _spread(far, count - count * 2 // 3)
         else:
-            chosen += _spread(pool, PER_CLASS[grade])
-    chance.shuffle(chosen)
-    return chosen
+            sample += _spread(pool, PER_CLASS[grade])
+    chance.shuffle(sample)
+    return sample
 
 
 def _spread(pool: list[Candidate], count: int) -> list[Candidate]:
     """Take candidates in rounds, one of each place at a time."""
-    taken: list[Candidate] = []
+    sample: list[Candidate] = []
     rest = list(pool)
-    while rest and len(taken) < count:
+    while rest and len(sample) < count:
         places: set[str] = set()
         for one in list(rest):
-            if one.place not in places and len(taken) < count:
+            if one.place not in places and len(sample) < count:
                 places.add(one.place)
-                taken.append(one)
+                sample.append(one)
                 rest.remove(one)
-    return taken
+    return sample
 
 
 def main() -> None:
@@ -141,7 +141,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, required=True)
     args = parser.parse_args()
     chance = random.Random(args.seed)
-    places = unlike(sorted(args.places))
+    places = distinct_places(sorted(args.places))
     every = []
     for number, path in enumerate(places):
         every += candidates(path, HEADS[number % len(HEADS)], chance)

@@ -40,7 +40,7 @@ def draw(recipe: dict[str, list[dict[str, object]]], places: list[Path]) -> list
     by_place: dict[tuple[str, str], list[int]] = defaultdict(list)
     for index, one in enumerate(recipe["pictures"]):
         by_place[str(one["place"]), str(one["head"])].append(index)
-    drawn: dict[int, Bytes] = {}
+    pictures: dict[int, Bytes] = {}
     for (place, name), indices in by_place.items():
         head, light = _head(name), prepare(read_environment(files[place]))
         for index in indices:
@@ -48,9 +48,9 @@ def draw(recipe: dict[str, list[dict[str, object]]], places: list[Path]) -> list
             turn = float(str(one["turn_deg"]))
             here = Facing(light, turn, head.expose_of(str(one["style"])))
             linear = pictures_at(head.transport, light, [turn])
-            drawn[index] = head.portraits(linear, SIZE, [here])[0]
-        print(place, len(drawn), flush=True)
-    return [drawn[index] for index in range(len(drawn))]
+            pictures[index] = head.portraits(linear, SIZE, [here])[0]
+        print(place, len(pictures), flush=True)
+    return [pictures[index] for index in range(len(pictures))]
 
 
 def sheets(pictures: list[Bytes], numbers: list[int]) -> list[Bytes]:

@@ -85,7 +85,7 @@ Limits = tuple[float, float, float, float]
 """Shift for yes, shift for soft, match for yes, match for soft."""
 
 
-def graded(limits: Limits, room: NDArray[Any], match: NDArray[Any]) -> NDArray[np.int8]:
+def grades_by(limits: Limits, room: NDArray[Any], match: NDArray[Any]) -> NDArray[np.int8]:
     """Grade pictures of a style by its limits."""
     yes, soft, match_yes, match_soft = limits
     is_soft = (room >= soft) & (match >= match_soft)
@@ -93,7 +93,7 @@ def graded(limits: Limits, room: NDArray[Any], match: NDArray[Any]) -> NDArray[n
     return (is_soft.astype(np.int8) + is_yes).astype(np.int8)
 
 
-def fitted(
+def fit_limits(
     room: NDArray[Any], match: NDArray[Any], label: NDArray[Any], weight: NDArray[Any]
 ) -> Limits:
     """Search the limits with the most weight of pictures graded like their label."""
@@ -149,8 +149,8 @@ def main() -> None:
         new = np.zeros_like(now)
         for out in range(FOLDS):
             inside = fold != out
-            limits = fitted(room[inside], match[inside], label[inside], weight[inside])
-            new[~inside] = graded(limits, room[~inside], match[~inside])
+            limits = fit_limits(room[inside], match[inside], label[inside], weight[inside])
+            new[~inside] = grades_by(limits, room[~inside], match[~inside])
         now_hits += (now == label).tolist()
         new_hits += (new == label).tolist()
         np.add.at(table, (new, label), 1)
@@ -160,7 +160,7 @@ def main() -> None:
             "now": float(np.mean(now == label)),
             "left_out": float(np.mean(new == label)),
             "readers": ceiling.get(style, float("nan")),
-            "limits": fitted(room, match, label, weight),
+            "limits": fit_limits(room, match, label, weight),
         }
         print(style, facts[style], flush=True)
     print("all: now", np.mean(now_hits), "left out", np.mean(new_hits), "readers", ceiling["all"])

@@ -69,15 +69,15 @@ def load(folder: Path, styles: tuple[str, ...]) -> Labels:
     for path in sorted((folder / "readings").glob("*.json")):
         numbered = {int(n): words for n, words in json.loads(path.read_text("utf-8")).items()}
         plane = np.zeros((len(recipe), len(styles)), np.int8)
-        met: dict[int, NDArray[np.int8]] = defaultdict()
+        first: dict[int, NDArray[np.int8]] = {}
         for number, picture in enumerate(order):
             row = np.zeros(len(styles), np.int8)
             for label, degree in numbered[number].items():
                 row[styles.index(style_of(label))] = DEGREES[degree]
-            if picture in met:
-                again.append([met[picture], row])
+            if picture in first:
+                again.append([first[picture], row])
             else:
-                met[picture] = plane[picture] = row
+                first[picture] = plane[picture] = row
         planes.append(plane)
     return Labels(recipe, styles, np.stack(planes), np.array(again, np.int8))
 

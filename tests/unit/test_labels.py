@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.styles.styles import load_styles
-from benchmarks.labels.fit import fitted, graded
+from benchmarks.labels.fit import fit_limits, grades_by
 from benchmarks.labels.readings import agreement, load, style_of
 
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks" / "labels"
@@ -48,6 +48,6 @@ def test_limits_are_found_again() -> None:
     """Pictures labelled by known limits: nearly all are graded like their label."""
     chance = np.random.default_rng(2)
     room, match = chance.uniform(-1.0, 1.5, 400), chance.uniform(40.0, 100.0, 400)
-    label = graded((0.5, 0.1, 81.0, 69.0), room, match)
-    found = fitted(room[::2], match[::2], label[::2], np.ones(200))
-    assert np.mean(graded(found, room[1::2], match[1::2]) == label[1::2]) > 0.95
+    label = grades_by((0.5, 0.1, 81.0, 69.0), room, match)
+    found = fit_limits(room[::2], match[::2], label[::2], np.ones(200))
+    assert np.mean(grades_by(found, room[1::2], match[1::2]) == label[1::2]) > 0.95

@@ -16,6 +16,7 @@ from app.core.environment.environment import from_radiance, read_environment
 from app.core.portrait.head import Head, load_head
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at, prepare
 from app.core.solver.solve import solve_all
+from app.core.styles.lamps import AS_PUBLISHED, Studio
 from app.core.styles.styles import load_styles
 
 SIZE = (120, 96)
@@ -86,11 +87,13 @@ def test_a_face_beside_a_rim_stays_dark(head: Head, place: str, style: str) -> N
     assert np.median(face(picture)) <= 50.0
 
 
+@pytest.mark.parametrize("studio", [AS_PUBLISHED, Studio(30.0, 2.0)])
 @pytest.mark.parametrize("quick", [True, False])
-def test_the_studio_shows_a_silhouette_as_one(head: Head, quick: bool) -> None:
-    style = head.pack.styles[head.pack.index("silhouette")]
-    target = [head.pack.target("silhouette")]
-    picture = lightness(head.portraits(target, SIZE, [style], quick=quick)[0])
+def test_the_studio_shows_a_silhouette_as_one(head: Head, quick: bool, studio: Studio) -> None:
+    lit = head.lit_by({"": studio})
+    style = lit.pack.styles[lit.pack.index("silhouette")]
+    target = [lit.pack.target("silhouette")]
+    picture = lightness(lit.portraits(target, SIZE, [style], quick=quick)[0])
     assert np.median(corners(picture)) == pytest.approx(85.0, abs=4.0)
     assert np.median(face(picture)) < 15.0
 

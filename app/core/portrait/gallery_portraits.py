@@ -222,23 +222,14 @@ def _studio(style: Style | None) -> Float64:
     return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))
 
 
-def exposures(
-    values: Floats, coverage: FloatImage, gains: Sequence[float] = ()
-) -> tuple[float, ...]:
+def exposures(values: Floats, coverage: FloatImage) -> tuple[float, ...]:
     """Return display gains that make pictures comparable with one another and across sizes.
 
     The gains follow the rule of `app.core.base.colour.face_exposure` for the transport's pictures,
     as in `portraits`. The heads in these pictures are bald, so hair does not count as part of the
     face.
-
-    Args:
-        gains: Factors for the skin tone, as returned by `skin_gains`.
     """
-    face = coverage >= _FACE_COVERAGE
-    return tuple(
-        colour.face_exposure(colour.luminance(picture[face])) * skin
-        for picture, skin in zip(values, gains or [1.0] * len(values), strict=True)
-    )
+    return tuple(map(head_exposure, _faces(values, coverage)))
 
 
 def style_exposures(
@@ -250,9 +241,13 @@ def style_exposures(
         values: (n, N, N, 3) float. Pictures of the transport in each of the lights, at any scale.
         coverage: (N, N) float32. Fraction of each pixel that the head covers.
     """
-    faces = colour.luminance(np.asarray(values)[:, coverage >= _FACE_COVERAGE])
-    each = zip(faces, lights, skin_gains(transport, lights), strict=True)
+    each = zip(_faces(values, coverage), lights, skin_gains(transport, lights), strict=True)
     return tuple(head_exposure(face, rule_of(light), skin) for face, light, skin in each)
+
+
+def _faces(values: Floats, coverage: FloatImage) -> FloatImage:
+    """Return the luminance of the face's pixels in each picture, (n, P)."""
+    return colour.luminance(np.asarray(values)[:, coverage >= _FACE_COVERAGE])
 
 
 def portraits(

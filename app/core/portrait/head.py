@@ -233,13 +233,17 @@ class Head:
 
     def exposures(self, linear: Pictures, lights: Sequence[LightSource]) -> tuple[float, ...]:
         """Return the gains for the transport's pictures, which also apply at full size."""
-        gains = list(style_exposures(self.transport, np.asarray(linear), self._coverage, lights))
-        for index, light in enumerate(lights):
-            gain = self._background_exposure(light)
-            if gain is not None and isinstance(light, Style):
-                gain *= gains[index] / light_exposures(self.transport, [light])[0]
-            gains[index] = gain or gains[index]
-        return tuple(gains)
+        gains = style_exposures(self.transport, np.asarray(linear), self._coverage, lights)
+        each = zip(lights, gains, strict=True)
+        return tuple(self._exposed_for_background(light, gain) for light, gain in each)
+
+    def _exposed_for_background(self, light: LightSource, gain: float) -> float:
+        """Replace a picture's gain if its background decides the exposure."""
+        own = self._background_exposure(light)
+        if own is None or not isinstance(light, Style):
+            return own or gain
+        # A target has a scale of its own, unlike its light.
+        return own * gain / light_exposures(self.transport, [self._lit(light)])[0]
 
     def _background_exposure(self, light: LightSource) -> float | None:
         """Return the gain of a light exposed for its background, or None if there is none."""
@@ -249,6 +253,12 @@ class Head:
         view = self._behind(light, frame)
         assert view is not None
         return background_exposure(view[frame.of(self._coverage[np.newaxis])[0].T < _CLEAR])
+
+    def _lit(self, style: Style) -> Style:
+        """Return a style with the lamps that the pack uses for it."""
+        if style not in self.pack.styles:
+            return style
+        return replace(style, lamps=studio_lamps(style, self.pack.studio(style.name)))
 
     @cached_property
     def _coverage(self) -> Float32:
@@ -263,7 +273,7 @@ class Head:
         if isinstance(light, Facing) and (self.in_place or bright):
             around, facing = light.light.environment.radiance, light.turn_deg + self.yaw_deg
         elif isinstance(light, Style) and bright:
-            around, facing = lamps_light(light.lamps).panorama[:, 1:-1], self.yaw_deg
+            around, facing = lamps_light(self._lit(light).lamps).panorama[:, 1:-1], self.yaw_deg
         else:
             return None
         return background(around, facing, frame, self.transport.header)
@@ -328,7 +338,7 @@ class Head:
             place: portrait_pictures(head, skin, _of_place(place), some)
             for place, some in turns.items()
         }
-        studio = self._in_studio(lights)
+        studio = self._studio(lights)
         frame = framing(head.shape[0], size, close, ROOM)
         away = _away(head, frame)
         pictures: list[Bytes] = []
@@ -338,7 +348,6 @@ class Head:
                 picture = _draw(head, skin, light) if alone else next(renders[light.light])
             elif isinstance(light, Style) and light in studio:
                 lit_style, gain = studio[light]
-                behind = self._behind(lit_style, frame)
                 picture = portrait_picture(head, skin, lamps_light(lit_style.lamps), 0.0)
             else:
                 more = {"close": close, "quick": True}
@@ -369,20 +378,14 @@ class Head:
         behind = self._behind(here, frame)
         return large_portrait(frame.cut(linear), _away(head, frame), gains[0], behind)
 
-    def _in_studio(self, lights: Sequence[LightSource]) -> dict[Style, tuple[Style, float]]:
+    def _studio(self, lights: Sequence[LightSource]) -> dict[Style, tuple[Style, float]]:
         """Return the styles with the pack's lamps for each, and the exposure of their light."""
-        studio_styles = [one for one in lights if isinstance(one, Style) and one.lamps]
-        own = self.pack.styles
-        styles = [
-            replace(one, lamps=studio_lamps(one, self.pack.studio(one.name))) if one in own else one
-            for one in studio_styles
-        ]
-        gains = light_exposures(self.transport, styles)
-        exposures = [
-            (style, self._background_exposure(style) or gain)
-            for style, gain in zip(styles, gains, strict=True)
-        ]
-        return dict(zip(studio_styles, exposures, strict=True))
+        styles = {one: self._lit(one) for one in lights if isinstance(one, Style) and one.lamps}
+        gains = light_exposures(self.transport, [*styles.values()])
+        return {
+            style: (lit, self._background_exposure(style) or gain)
+            for (style, lit), gain in zip(styles.items(), gains, strict=True)
+        }
 
 
 def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32:
