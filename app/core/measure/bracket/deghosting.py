@@ -159,6 +159,25 @@ def trust(
         unlike = float(np.count_nonzero(evidence)) / evidence.size
         if unlike > _HOPELESS:
             return FrameTrust(outside, unlike, remarks=(hopeless(frames, unlike),))
+    return _usable_areas(frames, evidence, predictions, order, outside, sphere, exposures_known)
+
+
+def _usable_areas(
+    frames: list[Bytes],
+    evidence: Bytes,
+    predictions: Predictions,
+    order: Sequence[int],
+    outside: tuple[Float32 | None, ...],
+    sphere: bool,
+    exposures_known: bool,
+) -> FrameTrust:
+    """Return the usable area of each frame, given the evidence of motion.
+
+    Args:
+        frames: Thumbnails of the frames, brightest first.
+        order: Index of each of these frames in the bracket.
+        outside: Mask of each frame of the bracket, or None for a frame that fills the picture.
+    """
     height, width = evidence.shape
     panorama = sphere and width == 2 * height
     turn = _quiet_column(evidence) if panorama else 0

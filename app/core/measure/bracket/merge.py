@@ -156,7 +156,14 @@ def merge(
         # This comes last, because clipping applies to the camera's own colours.
         to_rec709(result.radiance, stack.frames[0].primaries)
         np.maximum(result.radiance, np.float32(0.0), out=result.radiance)
-    pixels = stack.shape[0] * stack.shape[1]
+    return _merged_light(stack, stops, order, result)
+
+
+def _merged_light(
+    stack: FrameStack, stops: Sequence[float], order: Sequence[int], result: _Result
+) -> MergedLight:
+    """Return the light with its scale and the clipped fractions in the order of the stack."""
+    reference, pixels = reference_exposure(stops), stack.shape[0] * stack.shape[1]
     fractions = [0.0] * len(order)
     for place, index in enumerate(order):
         fractions[index] = result.counts[place] / pixels
