@@ -36,6 +36,7 @@ from app.core.base.arrays import Bytes, Floats
 from app.core.base.errors import StyleError
 from app.core.base.imaging.images import write_png
 from app.core.base.paths import user_data
+from app.core.cautions.missing_light import missing_light
 from app.core.environment.environment import Environment, read_environment, reduce
 from app.core.environment.environment_file import is_linear
 from app.core.measure.finish.doubtful_answers import Doubt, doubt_of
@@ -107,6 +108,7 @@ def run(args: argparse.Namespace) -> int:
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
     doubt = doubt_of(environment, pack, args.objective)
+    facts["cautions"] = [asdict(each) for each in missing_light(environment, doubt)]
     table = _table(results, args, environment.name, seconds, doubt)
     if doubt is not None:
         advice = doubt_words(doubt, environment, names)

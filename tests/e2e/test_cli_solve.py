@@ -15,6 +15,7 @@ from app.cli import main
 from app.core.base.angles import wrap
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.imaging.images import write_exr
+from app.core.cautions.caution import Hazard
 from app.core.environment.environment import read_environment
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.transport import save_transport
@@ -244,6 +245,9 @@ def test_one_photograph_gets_a_rough_answer(
     assert values["advice"][0].startswith("Rough answer")
     doubtful = [style["name"] for style in values["styles"] if style["doubtful"]]
     assert 0 < len(doubtful) < len(NAMES)
+    (rough,) = values["cautions"]
+    assert (rough["hazard"], rough["styles"]) == (Hazard.ROUGH, doubtful)
+    assert 0.0 < rough["amount"] < 1.0
     assert main(["solve", str(file)]) == 0
     table = capsys.readouterr().out
     assert table.count(", doubtful") == len(doubtful)

@@ -1,0 +1,1 @@
+"""Cautions about a measurement, and the styles whose answers depend on it."""
