@@ -22,8 +22,8 @@ EXPLANATIONS: Final = {
     "contrast": (tr("Contrast"), tr(
         "How deep the shadows are compared with the studio picture: 100% is just as deep.")),
     "grade": (tr("Grade"), tr(
-        "Within reach: the face shows the style. Nearly: it shows a softer or shallower "
-        "version. Out of reach: the place lacks something; the card says what.")),
+        "Yes: the style is seen at a glance. Soft: it is the same light, but shallower or softer "
+        "than in the studio. No: the place lacks something; the card says what.")),
     "ratio": (tr("Lighting ratio"), tr(
         "How much brighter the lit side of the face is than the other: key and fill "
         "together against fill alone. One stop is twice as bright.")),

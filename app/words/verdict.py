@@ -16,7 +16,7 @@ from app.words.lamps import studio_words
 from app.words.phrases.directions import LENS_CHOICES, aside_words, light_words
 from app.words.phrases.quantities import contrast_words, lower_first
 from app.words.phrases.turns import turn_words
-from app.words.why_out_of_reach import grade_words, nearly_sentence, out_of_reach_spoken
+from app.words.why_out_of_reach import grade_words, out_of_reach_spoken, soft_sentence
 
 _UNLIKE: Final = 10  # match, out of 100, below which a picture does not count as similar
 _SPOKEN_SIDES: Final = {
@@ -158,7 +158,7 @@ def near_words(
     if more_like:
         lines.append(tr("Reads as {other}, not {style}", other=more_like, style=title))
     elif result.attainable and result.shortfall is not None:
-        lines.append(nearly_sentence(result.shortfall))
+        lines.append(soft_sentence(result.shortfall))
     if same:
         lines.append(same_picture(same))
     return lines
@@ -232,7 +232,7 @@ def spoken_words(
         way = tr_plural(
             "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
         )
-    reach = tr("nearly within reach") if result.grade == "nearly" else tr("within reach")
+    reach = tr("within reach, soft") if result.grade == "soft" else tr("within reach")
     if not result.attainable:
         reach = out_of_reach_spoken(result.shortfall)
     elif close:

@@ -1,4 +1,4 @@
-"""Sentences for a `Shortfall`: why a style is out of reach or only nearly within reach.
+"""Sentences for a `Shortfall`: why a style is out of reach or only soft.
 
 The sentences end without a full stop and come in these lengths:
 
@@ -135,14 +135,14 @@ def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
     return tr("Out of reach here: {reason}.", reason=lower_first(why))
 
 
-def nearly_sentence(shortfall: Shortfall) -> str:
-    """State that a style is only nearly within reach, and explain why."""
-    return tr("Nearly. {what}", what=reason_sentence(shortfall))
+def soft_sentence(shortfall: Shortfall) -> str:
+    """State that a style is only softly visible, and why."""
+    return tr("Soft. {what}", what=reason_sentence(shortfall))
 
 
-def nearly_card(shortfall: Shortfall) -> str:
-    """State briefly that a style is only nearly within reach and why, for a card."""
-    return tr("Nearly. {what}", what=reason_card(shortfall))
+def soft_card(shortfall: Shortfall) -> str:
+    """State briefly that a style is only softly visible, and why, for a card."""
+    return tr("Soft. {what}", what=reason_card(shortfall))
 
 
 def too_soft_words(contrast: float, least: float) -> str:
@@ -174,10 +174,10 @@ def grade_words(grade: str | None, attainable: bool) -> str:
     """Return the word for a grade, or for whether the style is within reach if it has no grade.
 
     Examples:
-        >>> grade_words("nearly", True), grade_words(None, False)
-        ('nearly', 'no')
+        >>> grade_words("soft", True), grade_words(None, False)
+        ('soft', 'no')
     """
-    words = {"yes": tr("yes"), "nearly": tr("nearly"), "no": tr("no")}
+    words = {"yes": tr("yes"), "soft": tr("soft"), "no": tr("no")}
     return words[grade or ("yes" if attainable else "no")]
 
 

@@ -286,13 +286,13 @@ def is_right(rows: Sequence[Row]) -> tuple[bool, bool, bool]:
     """Return whether the first spot is right, for three definitions of "the best" true picture.
 
     The first is the highest match, whether or not the picture has the style. The second is the
-    highest match of those that have it, yes or nearly, and the first spot must have it too; the
+    highest match of those that have it, yes or soft, and the first spot must have it too; the
     third is the best grade with its highest match. If no true picture has the style, the last two
     equal the first.
     """
     first, grade = chosen(rows), GRADES.index
     found = []
-    for least in ("no", "nearly", max((row["true_grade"] for row in rows), key=grade)):
+    for least in ("no", "soft", max((row["true_grade"] for row in rows), key=grade)):
         there = [row for row in rows if grade(row["true_grade"]) >= grade(least)] or list(rows)
         near = first["truth"] >= max(row["truth"] for row in there) - NEAR
         found.append(near and first in there)

@@ -274,7 +274,7 @@ class Answer(NamedTuple):
 
     @property
     def agreed(self) -> bool:
-        """Whether both say yes (the program possibly nearly), or both say no."""
+        """Whether both say yes (the program possibly soft), or both say no."""
         return (self.grade != "no") == self.opinion.shown
 
 
@@ -329,8 +329,7 @@ def summary(answers: Sequence[Answer]) -> dict[str, Any]:
         "places": sorted({each.place for each in answers}),
         **part(answers),
         "by_grade": {
-            grade: part([a for a in answers if a.grade == grade])
-            for grade in ("yes", "nearly", "no")
+            grade: part([a for a in answers if a.grade == grade]) for grade in ("yes", "soft", "no")
         },
         "by_style": {name: part([a for a in answers if a.style == name]) for name in names},
         "disagreements": [

@@ -128,7 +128,7 @@ def judged(shots: Sequence[Shot], results: Mapping[str, Sequence[StyleResult]]) 
     counts |= dict.fromkeys(("far", "far_right", "wide", "wide_told"), 0)
     for shot in shots:
         for result in results[shot.place]:
-            if result.grade not in ("yes", "nearly"):
+            if result.grade not in ("yes", "soft"):
                 continue
             start, stop = result.arc_deg
             width = 360.0 if stop - start >= 360 else (stop - start) % 360

@@ -92,7 +92,7 @@ def judged(work: Path, number: int, probe: str, rounds: int, films: list[Any]) -
     for views, distance_cm in films:
         film = read_film(frames(views, distance_cm))
         for row, one in enumerate(film.results(pack)):
-            if one.grade not in ("yes", "nearly"):
+            if one.grade not in ("yes", "soft"):
                 continue
             turn = one.turn_refined_deg % 360
             here = float(np.interp(turn, around, match[row], period=360))

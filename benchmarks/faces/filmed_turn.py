@@ -214,7 +214,7 @@ def measured(people: Path, folders: Sequence[Path], per_place: int) -> dict[str,
 
 def summary(films: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Return the row of the table, over the turns offered."""
-    offered = [one for film in films for one in film["styles"] if one["grade"] in ("yes", "nearly")]
+    offered = [one for film in films for one in film["styles"] if one["grade"] in ("yes", "soft")]
     lost = np.array([one["given_up"] for one in offered])
     off = np.array([one["off_deg"] for one in offered])
     return {

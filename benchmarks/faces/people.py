@@ -230,7 +230,7 @@ def run(
 
 
 def kept(pairs: Sequence[Mapping[str, Any]], head: str) -> dict[str, float]:
-    """Return how many of the earlier attainable pairs are still yes or nearly."""
+    """Return how many of the earlier attainable pairs are still yes or soft."""
     known = json.loads(BEFORE.read_text(encoding="utf-8"))["attainable"].get(head, {})
     before = [pair for pair in pairs if pair["style"] in known.get(pair["place"], [])]
     stay = sum(pair["grade"] != "no" for pair in before)
@@ -281,8 +281,8 @@ def _agreement(votes: list[tuple[bool, list[bool]]]) -> dict[str, float]:
 
 
 def summary(pairs: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Return the row of people, over pairs graded yes or nearly; correlation and bias over all."""
-    graded = [pair for pair in pairs if pair["grade"] in ("yes", "nearly")]
+    """Return the row of people, over pairs graded yes or soft; correlation and bias over all."""
+    graded = [pair for pair in pairs if pair["grade"] in ("yes", "soft")]
     lost = np.concatenate([pair["given_up"] for pair in graded])
     real = np.concatenate([pair["real"] for pair in pairs])
     predicted = np.repeat([p["predicted"] for p in pairs], [len(p["real"]) for p in pairs])

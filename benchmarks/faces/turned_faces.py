@@ -168,7 +168,7 @@ def in_places(places: Path) -> dict[str, Any]:
         results = [
             one
             for one in solve_all(load_named_pack("generic"), reduce(read_environment(file)))
-            if one.grade in ("yes", "nearly") and width(one.arc_deg) <= NARROW_DEG
+            if one.grade in ("yes", "soft") and width(one.arc_deg) <= NARROW_DEG
         ]
         for step, yaw in itertools.product(range(TURNS), YAWS):
             turn, name = (

@@ -1,6 +1,6 @@
 """Choose the pictures to be labelled: which style, place, turn and head.
 
-For every style, about a third of the pictures are graded yes, nearly and no by the rule of the day,
+For every style, about a third of the pictures are graded yes, soft and no by the rule of the day,
 with most of the last two near the limits. The turns are those that are offered, second peaks, and
 turns 20 to 40 degrees away from either.
 
@@ -24,13 +24,13 @@ from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import luminance
 from app.core.environment.environment import read_environment, reduce_light
 from app.core.solver.solve import solve_all
-from app.core.solver.style_signature import GRADES, NEARLY, NO, YES
+from app.core.solver.style_signature import GRADES, NO, SOFT, YES
 from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.answers.offered_turns import searched
 
 HEADS: Final = ("generic", "female", "generic-dark")
-PER_CLASS: Final = {YES: 24, NEARLY: 26, NO: 27}
-_NEAR: Final = 0.6  # stops outside the limits of nearly that still count as near
+PER_CLASS: Final = {YES: 24, SOFT: 26, NO: 27}
+_NEAR: Final = 0.6  # stops outside the limits of soft that still count as near
 _ASIDE: Final = (4, 5, 6, 7)  # grid turns: 22 to 39 degrees
 _ALIKE: Final = 0.97  # correlation of two panoramas that show one place
 
@@ -42,7 +42,7 @@ class Candidate:
     Attributes:
         kind: "offered", "peak" or "aside".
         grade: Index in `GRADES`, by the rule of the day.
-        slack: Stops inside the limits of nearly, negative outside.
+        slack: Stops inside the limits of soft, negative outside.
     """
 
     style: str
@@ -92,7 +92,7 @@ def candidates(path: Path, head: str, chance: random.Random) -> list[Candidate]:
                     float(result.turn_refined_deg) if kind == "offered" else turn_of_index(at),
                     kind,
                     GRADES.index(grade),
-                    float(search.measured.nearly[row, at]),
+                    float(search.measured.soft[row, at]),
                 )
             )
     return pictures

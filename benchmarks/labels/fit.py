@@ -77,7 +77,7 @@ def measure(labels: Labels, places: dict[str, Path]) -> Measures:
             for row, style in enumerate(pack.styles):
                 room[index, row] = room_of(style.signature, stops)
                 verdict = search.verdict(row, 0).grade
-                grade[index, row] = ("no", "nearly", "yes").index(verdict or "no")
+                grade[index, row] = ("no", "soft", "yes").index(verdict or "no")
     return Measures(room, match, grade)
 
 

@@ -5,7 +5,7 @@
 Each HDR panorama is exposed like an automatic camera (its mean code is a middle grey, or 1.5 % of
 it is white; also a stop more and less), and saved as an 8-bit sRGB JPEG without EXIF. The file goes
 through the pipeline of `merge` alone. The turn of every style that the HDR panorama grades yes or
-nearly is compared with the best turn there: the lost share of the match range. The gain of white
+soft is compared with the best turn there: the lost share of the match range. The gain of white
 and the limit of doubt are also chosen for each place from all others.
 """
 

@@ -65,7 +65,7 @@ def test_turns_read_off_a_film_of_a_modelled_place(
     for one, own in zip(film.results(pack), truth, strict=True):
         curve = own.match_curve
         here = np.interp(one.turn_refined_deg % 360, around, curve, period=360)
-        if one.grade in ("yes", "nearly"):
+        if one.grade in ("yes", "soft"):
             lost.append(100 * (curve.max() - here) / np.ptp(curve))
     assert len(lost) >= 3
     assert np.mean(np.array(lost) <= 5) >= 0.9

@@ -89,7 +89,7 @@ def test_a_place_that_is_turned_turns_its_answers() -> None:
             after = solve_all(pack, reduce_light(np.roll(radiance, -columns, axis=1)))
             for row, (one, two) in enumerate(zip(before, after, strict=True)):
                 # A grade is that of the turn that is furthest inside its limits.
-                near = min(abs(slack.yes[row].max()), abs(slack.nearly[row].max())) < 0.05
+                near = min(abs(slack.yes[row].max()), abs(slack.soft[row].max())) < 0.05
                 loose += near
                 if one.grade != two.grade:
                     changed.append((near, path.stem, one.name))

@@ -1,6 +1,6 @@
 """One photograph of all directions held against its HDR panorama: a sample, and the last whole run.
 
-The bars: over the pairs graded yes or nearly at most 10 % of the match range is given up in 70 %;
+The bars: over the pairs graded yes or soft at most 10 % of the match range is given up in 70 %;
 of the rest 90 % are marked as doubtful, of the good ones at most 30 %.
 """
 

@@ -50,7 +50,7 @@ def test_offered_turns_are_good_in_the_place_itself() -> None:
 
 
 def test_true_pictures_have_the_grades_that_are_told() -> None:
-    """Yes or nearly against no, over all styles and spots."""
+    """Yes or soft against no, over all styles and spots."""
     rows = [row for spot in _read("truth-in-place.json")["spots"] for row in spot["rows"]]
     for objective in (DEFAULT, OTHER):
         some = [row for row in rows if row["objective"] == objective]

@@ -57,7 +57,7 @@ def test_a_filmed_turn_tells_what_the_place_can_do(
         true_deg = style["time_s"] * 2.0 * STEP_DEG
         assert difference(style["heading_deg"], true_deg) < 3.0
         own = truth[style["name"]]
-        if style["grade"] in ("yes", "nearly") and own.attainable:
+        if style["grade"] in ("yes", "soft") and own.attainable:
             offered += 1
             curve = own.match_curve
             at = round(style["turn_refined_deg"] / 5.625) % 64

@@ -291,7 +291,7 @@ class TestGrid:
         shown.view.gallery._filter.chosen.emit("all")
         states = [shown.card(key).state for key in shown.keys]
         grades = {result.name: result.grade for result in shown.table.model.results}
-        for grade in ("yes", "nearly"):
+        for grade in ("yes", "soft"):
             titles = [state.title for state in states if grades[state.key] == grade]
             assert titles == sorted(titles)
         assert shown.card(shown.keys[0]).pos() == QPoint(24, 4)

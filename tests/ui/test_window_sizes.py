@@ -145,7 +145,7 @@ def test_a_capture_under_way_and_an_empty_place_fit_as_well(
     )
     card = RoughCard(
         "Clamshell", "sitter’s right (camera left)", "180°", "counter-clockwise",
-        "nearly in reach", "rough, needs the bracket", "counterclockwise", True, "Clamshell",
+        "in reach, soft", "rough, needs the bracket", "counterclockwise", True, "Clamshell",
     )  # fmt: skip
     shown = app.window.front_presenter.resolve()  # type: ignore[union-attr]
     states: dict[str, ProbeState] = {

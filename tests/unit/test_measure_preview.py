@@ -71,7 +71,7 @@ def test_the_best_three_by_grade_then_match() -> None:
     assert light is not None
     answers = rough_answers(light, pack())
     assert 1 <= len(answers) <= 3
-    keys = [(one.result.grade == "nearly", -one.result.match) for one in answers]
+    keys = [(one.result.grade == "soft", -one.result.match) for one in answers]
     assert keys == sorted(keys)
     assert all(one.result.attainable for one in answers)
     words = rough_words(answers_of(seen((40.0, 35.0, 12.0, 40.0)), pack()))

@@ -464,7 +464,7 @@ def test_a_picture_that_cannot_be_laid(table: Table, monkeypatch: pytest.MonkeyP
 @pytest.fixture
 def faces(monkeypatch: pytest.MonkeyPatch) -> list[Check]:
     """What is read of a face; the last one again and again."""
-    found = [shown(0.0, "nearly", 71.6)]
+    found = [shown(0.0, "soft", 71.6)]
     monkeypatch.setattr(heading_tracker, "find_sitter", with_face(200.0))
     monkeypatch.setattr(face, "find_faces", lambda *_, **__: (LARGE,))
     monkeypatch.setattr(face, "graded_by", lambda *_: None)
@@ -499,7 +499,7 @@ def test_the_live_face_says_how_far_it_shows_the_style(
     monkeypatch: pytest.MonkeyPatch, faces: list[Check]
 ) -> None:
     rig = face_rig(monkeypatch)
-    assert rig.turn_to(20.0).style.face == "Live face 71: nearly"
+    assert rig.turn_to(20.0).style.face == "Live face 71: soft"
     faces.append(shown(0.0, "yes", 88.0))
     assert rig.turn_to(60.0).style.face == "Live face 88: yes"
 
@@ -536,7 +536,7 @@ def aside(monkeypatch: pytest.MonkeyPatch, faces: list[Check]) -> Rig:
 
 
 def test_live_the_face_says_how_far_the_nose_is_off(aside: Rig, faces: list[Check]) -> None:
-    faces.append(shown(18.0, "nearly", 71.0))
+    faces.append(shown(18.0, "soft", 71.0))
     state = aside.turn_to(aside.goal)
     column = state.guidance
     assert (column.number, column.sign, column.direction, column.inside) == (
@@ -547,7 +547,7 @@ def test_live_the_face_says_how_far_the_nose_is_off(aside: Rig, faces: list[Chec
     )
     assert column.announced == f"{nose_words(12.0)}."
     # The head is where it should be looked for, so it is no head that is turned away.
-    assert state.style.face == "Live face 71: nearly"
+    assert state.style.face == "Live face 71: soft"
     goal = wrap(aside.goal)
     assert state.plan.nose_deg == pytest.approx(wrap(whole(goal) - 18.0))
     faces.append(shown(28.0, "yes", 88.0))
@@ -561,7 +561,7 @@ def test_live_the_face_says_how_far_the_nose_is_off(aside: Rig, faces: list[Chec
 
 def test_the_turn_is_not_done_while_the_nose_is_off(aside: Rig, faces: list[Check]) -> None:
     aside.model.update(goal_deg=aside.goal)
-    faces.append(shown(10.0, "nearly", 71.0))
+    faces.append(shown(10.0, "soft", 71.0))
     aside.turn_to(aside.goal)
     assert aside.model.reached is None
     faces.append(shown(30.0, "yes", 88.0))
@@ -571,10 +571,10 @@ def test_the_turn_is_not_done_while_the_nose_is_off(aside: Rig, faces: list[Chec
 
 def test_a_new_number_of_the_nose_is_told_in_some_seconds(aside: Rig, faces: list[Check]) -> None:
     told: list[str] = []
-    faces.append(shown(0.0, "nearly", 71.0))
+    faces.append(shown(0.0, "soft", 71.0))
     aside.turn_to(aside.goal)
     for step in range(60):
-        faces.append(shown(step / 3.0, "nearly", 71.0))
+        faces.append(shown(step / 3.0, "soft", 71.0))
         aside.webcam.send(frame_of(wrap(aside.goal + 180.0)))
         one = aside.tick(1, 0.25).guidance.announced
         if told[-1:] != [one]:

@@ -53,7 +53,7 @@ class TestPreview:
             assert "rough" in card.note
             assert ("needs the bracket" in card.note) == card.unsure
             assert card.turn.endswith("°")
-            assert card.grade in ("in reach", "nearly in reach")
+            assert card.grade in ("in reach", "in reach, soft")
             assert card.title in card.spoken
         assert bench.presenter.resolve().live is None
         assert bench.rig.camera.preview.body is None

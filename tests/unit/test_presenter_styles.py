@@ -122,7 +122,7 @@ class TestCards:
         assert len(cards) == len(NAMES)
         assert reach == sorted(reach, reverse=True)
         grades = {one.name: one.grade for one in table.model.results}
-        rank = [("yes", "nearly", "no").index(grades[card.key] or "no") for card in cards]
+        rank = [("yes", "soft", "no").index(grades[card.key] or "no") for card in cards]
         assert rank == sorted(rank)
         rare = {style.name: style.name in RARE for style in load_styles()}
         for group in range(3):
@@ -194,14 +194,14 @@ class TestCards:
         taken = replace(
             result,
             attainable=True,
-            grade="nearly",
+            grade="soft",
             looks_more_like="left-rembrandt",
             shortfall=None,
         )
         table.model.update(results=(taken,))
         card = table.card("left-loop")
         assert card.line.endswith(f"Rembrandt, {SIDES['left']}")
-        assert card.spoken.endswith("nearly within reach")
+        assert card.spoken.endswith("within reach, soft")
 
     def test_filters_count_and_keep(self, table: Table) -> None:
         presenter = table.open(scene_light()).presenter
@@ -228,7 +228,7 @@ class TestCards:
         names = [c.title for c in presenter.resolve().cards if grades[c.key] == "yes"]
         assert names == sorted(names)
         presenter.set_sort("turn")
-        for grade in ("yes", "nearly"):
+        for grade in ("yes", "soft"):
             turns = [
                 int(card.turn[:-1])
                 for card in presenter.resolve().cards

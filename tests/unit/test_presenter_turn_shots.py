@@ -203,18 +203,18 @@ def test_where_no_background_shows_the_face_tells_the_turn(
     rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     taken_at(monkeypatch, None)
-    seen(monkeypatch, rig, facing_deg=wrap(rig.goal + 50.0), standing="outside", grade="nearly")
+    seen(monkeypatch, rig, facing_deg=wrap(rig.goal + 50.0), standing="outside", grade="soft")
     rig.presenter.open_photos([photo])
     (row,) = rig.state.shots.rows
     assert row.sentence.startswith("About ")
     assert row.sentence.endswith("too far")
     assert row.face.startswith("Butterfly ")
-    assert row.face.endswith(f"{grade_words('nearly', attainable=True)}. {KEY_AND_RATIO}")
+    assert row.face.endswith(f"{grade_words('soft', attainable=True)}. {KEY_AND_RATIO}")
     assert row.detail.endswith("turn estimated from the light on the face")
     (kept,) = read_shots(place)[0]
     assert (kept.by_face, kept.grade, kept.key_deg, kept.key_promised_deg) == (
         True,
-        "nearly",
+        "soft",
         52.0,
         40.0,
     )

@@ -26,8 +26,8 @@ def ranked(one: StyleResult, *spots: dict[str, Any]) -> tuple[int, ...]:
 
 def test_a_better_grade_goes_first_whatever_the_match(one: StyleResult) -> None:
     no = {"attainable": False, "grade": "no", "match": 95.0}
-    nearly, yes = {"grade": "nearly", "match": 56.0}, {"grade": "yes", "match": 47.0}
-    assert ranked(one, no, nearly, yes) == (2, 1, 0)
+    soft, yes = {"grade": "soft", "match": 56.0}, {"grade": "yes", "match": 47.0}
+    assert ranked(one, no, soft, yes) == (2, 1, 0)
     assert ranked(one, {**no, "match": 20.0}, no) == (1, 0)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import TURNS
-from app.core.solver.style_signature import NEARLY, NO, YES
+from app.core.solver.style_signature import NO, SOFT, YES
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, StyleMeasures, choose
 
 TURN = np.arange(TURNS)
@@ -25,11 +25,11 @@ ONES = np.ones(TURNS)
 def chosen(
     match: tuple[int, float],
     yes: tuple[int, float],
-    nearly: tuple[int, float],
+    soft: tuple[int, float],
     objective: Objective = "picture",
 ) -> Choice:
     """A style with a signature: it is shown where its bump reaches 1."""
-    shown = (bump(*yes) - 1.0, bump(*nearly) - 1.0)
+    shown = (bump(*yes) - 1.0, bump(*soft) - 1.0)
     return choose(
         StyleMeasures(bump(50, 1.0), bump(*match), bump(10, 50.0), *shown, ONES), objective
     )
@@ -49,12 +49,12 @@ def painted(
         (chosen((10, 90.0), (10, 4.0), (10, 8.0)), 10, True, YES),
         # ... even where another turn matches a little better without showing it ...
         (chosen((10, 90.0), (14, 1.5), (14, 3.0)), 11, True, YES),
-        # ... and among those that nearly show it where none does.
-        (chosen((10, 90.0), (14, 0.9), (14, 1.5)), 11, True, NEARLY),
+        # ... and among those that show it softly where none does.
+        (chosen((10, 90.0), (14, 0.9), (14, 1.5)), 11, True, SOFT),
         # A better grade goes first, however much less its turns match.
         (chosen((10, 90.0), (17, 1.5), (14, 1.5)), 14, True, YES),
         (chosen((10, 90.0), (30, 1.5), (30, 2.0)), 27, True, YES),
-        (chosen((10, 90.0), (30, 0.5), (30, 2.0)), 26, True, NEARLY),
+        (chosen((10, 90.0), (30, 0.5), (30, 2.0)), 26, True, SOFT),
         # No turn shows it: the best match of all.
         (chosen((10, 90.0), (17, 0.5), (17, 0.9)), 10, False, NO),
         # The paper's objective looks at quality alone.
@@ -92,7 +92,7 @@ def test_many_styles_at_once_are_as_each_by_itself() -> None:
     curves[3:5, ::2] -= 150.0
     curves[3:5, :, 2] = np.nan
     together = choose(StyleMeasures(*curves))
-    assert {NO, NEARLY, YES} == set(together.grade.ravel().tolist())
+    assert {NO, SOFT, YES} == set(together.grade.ravel().tolist())
     for light in range(5):
         for row in range(7):
             alone = choose(StyleMeasures(*curves[:, light, row]))

@@ -18,19 +18,19 @@ from app.core.solver.shortfall import (
     Shortfall,
 )
 from app.words.why_out_of_reach import (
-    nearly_card,
-    nearly_sentence,
     out_of_reach_sentence,
     out_of_reach_spoken,
     reason_card,
     reason_line,
     reason_sentence,
+    soft_card,
+    soft_sentence,
 )
 from tests.helpers import reach_sentences
 
 LENGTHS = (
     *(reason_sentence, reason_line, reason_card, out_of_reach_sentence, out_of_reach_spoken),
-    *(nearly_sentence, nearly_card),
+    *(soft_sentence, soft_card),
 )
 
 

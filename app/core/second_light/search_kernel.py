@@ -173,11 +173,11 @@ def _choose(
     signature = Signatures((pack.styles[row].signature,))
     if signature.styles[0].areas:
         signature.take_areas(sight.areas, match.reshape(1, -1), strength.reshape(1, -1))
-    yes, nearly = signature.slack(sight.stops, match.reshape(1, -1))
+    yes, soft = signature.slack(sight.stops, match.reshape(1, -1))
     quality = product if signature.styles[0].relations else sight.value(row)
     at = quality.ravel(), match.ravel(), strength.ravel()
     # `refine` works on the match itself.
-    measured = StyleMeasures(*at, yes[0], nearly[0], np.ones(match.size))
+    measured = StyleMeasures(*at, yes[0], soft[0], np.ones(match.size))
     choice = choose(measured, "picture", limits, open_.ravel())
     gate = None if choice.guard is None else choice.gate.reshape(match.shape)
     curve, eligible = choice.curve.reshape(match.shape), choice.eligible.reshape(match.shape)

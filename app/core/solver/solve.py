@@ -119,7 +119,7 @@ class PlaceSearch:
 
         The grade is `NO` for a style without a signature.
         """
-        return grades(self.alone.yes, self.alone.nearly)
+        return grades(self.alone.yes, self.alone.soft)
 
     def verdict(self, row: int, at: int) -> Verdict:
         """Grade the picture at a grid turn for the style at `row`, among all its rivals."""
@@ -175,9 +175,9 @@ def measure_alone(pack: StylePack, curve_set: Curves) -> StyleMeasures:
     # Light is even if no turn gives the face the contrast of the target.
     depth = np.max(curve_set.contrast / np.maximum(curve_set.mean, 1e-30), axis=-1)
     even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
-    yes, nearly = pack.signatures.slack(stops_of(areas), match, even)
+    yes, soft = pack.signatures.slack(stops_of(areas), match, even)
     contrast = np.where(pack.signatures.by_areas[:, None], 1.0, curve_set.contrast[..., None, :])
-    return StyleMeasures(curve_set.quality, match, strength, yes, nearly, contrast)
+    return StyleMeasures(curve_set.quality, match, strength, yes, soft, contrast)
 
 
 def solve_on_table(
@@ -232,7 +232,7 @@ def proposal(results: Sequence[StyleResult]) -> str | None:
 
     def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
         common = result.name not in RARE
-        return result.attainable, common, result.grade != "nearly", result.match
+        return result.attainable, common, result.grade != "soft", result.match
 
     return max(results, key=merit).name if results else None
 

@@ -62,13 +62,13 @@ class StyleResult:
         quality_curve, match_curve, strength_curve: (64,) float64. Values at turns of 5.625 k
             degrees. Quality is in the same unit as the environment. The other two are 100 for the
             studio picture.
-        attainable: Whether the grade is yes or nearly or, for a style without a signature, whether
+        attainable: Whether the grade is yes or soft or, for a style without a signature, whether
             match and strength reach their limits.
         arc_deg: Clockwise tolerance arc (from, to) around the best turn, in degrees. It ends where
             the grade changes. The refined turn is near its middle.
         grade: How well the picture shows the style, or None if the style has no signature.
         shortfall: The reason why the style is out of reach, or the respect in which the picture
-            only nearly shows the style.
+            shows the style only softly.
         looks_more_like: Name of the style that explains the picture better.
         same_picture: Names of the attainable styles with the same turn.
         neighbour: Name of the style that explains the picture second best and for which this style

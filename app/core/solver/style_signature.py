@@ -4,7 +4,7 @@ A relation is the difference between two areas, in stops. The mean of an area is
 light, so evaluating relations at every turn costs almost nothing. A picture that satisfies every
 relation of a style shows the style and is graded yes. A picture that misses some relations, but by
 less than a specified band, reads as a shallower or softer version of the style and is graded
-nearly. Any other picture is graded no.
+soft. Any other picture is graded no.
 """
 
 from __future__ import annotations
@@ -20,12 +20,15 @@ from app.core.base.arrays import Bools, Float64, Indices
 from app.core.solver.face import AREAS, mirror_area
 from app.core.solver.shortfall import Aspect
 
-Grade: TypeAlias = Literal["yes", "nearly", "no"]
+Grade: TypeAlias = Literal["yes", "soft", "no"]
 
-GRADES: Final[tuple[Grade, ...]] = ("no", "nearly", "yes")
+GRADES: Final[tuple[Grade, ...]] = ("no", "soft", "yes")
 """Grades, from worst to best."""
 
-NO, NEARLY, YES = range(3)
+FORMER_GRADES: Final = {"nearly": "soft"}
+"""Names of grades in the files of earlier versions, and their present names."""
+
+NO, SOFT, YES = range(3)
 
 EXPLAINS: Final = 5.0
 """Lead in points of match with which a style of equal grade explains a picture better."""
@@ -45,7 +48,7 @@ class Relation:
     Attributes:
         aspect: Aspect of the style that the relation describes.
         least, most: Limits of the difference.
-        nearly: The largest miss of the limits at which a picture still reads as the style.
+        soft: The largest miss of the limits at which a picture still reads as the style.
     """
 
     aspect: Aspect
@@ -53,7 +56,7 @@ class Relation:
     dark: str
     least: float
     most: float
-    nearly: float
+    soft: float
 
     @property
     def mirrored(self) -> Relation:
@@ -64,7 +67,7 @@ class Relation:
             mirror_area(self.dark),
             self.least,
             self.most,
-            self.nearly,
+            self.soft,
         )
 
 
@@ -73,7 +76,7 @@ class Signature:
     """The relations and the minimum match that define a style.
 
     Attributes:
-        match: Minimum match, 0 to 100, for the grades yes and nearly.
+        match: Minimum match, 0 to 100, for the grades yes and soft.
         even: Whether light that is even all around shows the style regardless of the match.
         areas: Whether the match is computed over the areas in the relations (see
             `match_of_areas`).
@@ -109,8 +112,8 @@ def _scaled(relation: Relation, before: float, after: float) -> Relation:
         return replace(relation, least=min(relation.least, after - _VISIBLE), most=most)
     share = max(relation.least / before, _SHARE)
     least = max(min(relation.least, share * after), _VISIBLE)
-    nearly = relation.nearly * min(least / relation.least, 1.0)
-    return replace(relation, least=least, most=most, nearly=nearly)
+    soft = relation.soft * min(least / relation.least, 1.0)
+    return replace(relation, least=least, most=most, soft=soft)
 
 
 UNSIGNED: Final = Signature()
@@ -151,13 +154,13 @@ class Signatures:
 
     @cached_property
     def _limits(self) -> Float64:
-        """The lower limits, the upper limits and the bands for nearly, (3, R)."""
-        rows = [(relation.least, relation.most, relation.nearly) for relation in self._relations]
+        """The lower limits, the upper limits and the bands for soft, (3, R)."""
+        rows = [(relation.least, relation.most, relation.soft) for relation in self._relations]
         return np.array(rows, np.float64).reshape(-1, 3).T
 
     @cached_property
     def _floors(self) -> Float64:
-        """The minimum match for yes and for nearly, (2, S)."""
+        """The minimum match for yes and for soft, (2, S)."""
         return np.array([signature.match for signature in self.styles], np.float64).T
 
     @cached_property
@@ -196,7 +199,7 @@ class Signatures:
     def slack(
         self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
-        """Return how far pictures are within the limits for yes and for nearly.
+        """Return how far pictures are within the limits for yes and for soft.
 
         Args:
             stops: (..., A, n) float64. Means of `AREAS` in stops, from `stops_of`.
@@ -204,18 +207,18 @@ class Signatures:
             even: (..., S) bool. Whether the light is even all around. The default is False.
 
         Returns:
-            The slacks for yes and for nearly in stops, (..., S, n) float64 each. They are negative
+            The slacks for yes and for soft in stops, (..., S, n) float64 each. They are negative
             outside the limits, and NaN for styles without a signature.
         """
         signed, rows = self._signed
-        yes, nearly = ((match - floor[:, None]) / _POINTS for floor in self._floors)
+        yes, soft = ((match - floor[:, None]) / _POINTS for floor in self._floors)
         if even is not None:
             waived = even & self._even
-            yes[waived] = nearly[waived] = np.inf
-        for worst in (yes, nearly):
+            yes[waived] = soft[waived] = np.inf
+        for worst in (yes, soft):
             worst[..., ~signed, :] = np.nan
         # Take one relation of every style at a time, so that the planes in use stay in the cache.
-        inside, within = (worst[..., signed, :] for worst in (yes, nearly))
+        inside, within = (worst[..., signed, :] for worst in (yes, soft))
         for one in rows.T:
             bright, dark = (places[one] for places in self._pairs)
             least, most, band = self._limits[:, one, None]
@@ -225,8 +228,8 @@ class Signatures:
             np.minimum(inside, room, out=inside)
             room += band
             np.minimum(within, room, out=within)
-        yes[..., signed, :], nearly[..., signed, :] = inside, within
-        return yes, nearly
+        yes[..., signed, :], soft[..., signed, :] = inside, within
+        return yes, soft
 
     @cached_property
     def _signed(self) -> tuple[Bools, Indices]:
@@ -278,13 +281,13 @@ def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
 
 
 def worst_relation(
-    signature: Signature, areas: Float64, *, nearly: bool
+    signature: Signature, areas: Float64, *, soft: bool
 ) -> tuple[Relation, float] | None:
     """Return the relation that a picture misses by the largest amount.
 
     Args:
         areas: (A,) float64. Means of `AREAS`, at any exposure.
-        nearly: Whether the relation must miss even the band for nearly, and not only the limits for
+        soft: Whether the relation must miss even the band for soft, and not only the limits for
             yes.
 
     Returns:
@@ -294,16 +297,16 @@ def worst_relation(
     misses = []
     for relation in signature.relations:
         value = stops[relation.bright] - stops[relation.dark]
-        band = relation.nearly if nearly else 0.0
+        band = relation.soft if soft else 0.0
         inside = min(value - relation.least, relation.most - value) + band
         misses.append((inside, relation, value))
     worst = min(misses, key=lambda miss: miss[0], default=None)
     return None if worst is None or worst[0] >= 0 else worst[1:]
 
 
-def grades(yes: Float64, nearly: Float64) -> Indices:
-    """Return the grade of each picture, `NO`, `NEARLY` or `YES`, from its slacks of any shape."""
-    return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
+def grades(yes: Float64, soft: Float64) -> Indices:
+    """Return the grade of each picture, `NO`, `SOFT` or `YES`, from its slacks of any shape."""
+    return np.where(yes >= 0, YES, np.where(soft >= 0, SOFT, NO))
 
 
 def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:

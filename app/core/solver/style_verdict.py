@@ -10,8 +10,8 @@ from app.core.base.arrays import Float64, Floats, Indices
 from app.core.solver.shortfall import AreaShortfall, Cause, LightShortfall, Shortfall
 from app.core.solver.style_signature import (
     GRADES,
-    NEARLY,
     NO,
+    SOFT,
     YES,
     Grade,
     better,
@@ -47,8 +47,8 @@ def picture_of(
 ) -> PictureMeasure:
     """Grade a picture for every style, updating `match` and `strength` in place."""
     pack.signatures.take_areas(areas[:, None], match[:, None], strength[:, None])
-    yes, nearly = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
-    return PictureMeasure(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
+    yes, soft = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
+    return PictureMeasure(areas, match, strength, grades(yes[:, 0], soft[:, 0]))
 
 
 def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) -> PictureMeasure:
@@ -95,7 +95,7 @@ def judge(pack: StylePack, row: int, picture: PictureMeasure, limits: Limits) ->
     other = better(row, grade_of, match_of, rivals)
     second = neighbour(grade_of, match_of, apart)
     alike = None if other is None or picture.grade[other] == NO else pack.styles[other].name
-    grade = grade_of[row] if alike is None else min(grade_of[row], NEARLY)
+    grade = grade_of[row] if alike is None else min(grade_of[row], SOFT)
     shortfall = None if grade == YES else _shortfall(style, picture.areas, match, grade)
     return Verdict(
         attainable=grade > NO,
@@ -108,12 +108,12 @@ def judge(pack: StylePack, row: int, picture: PictureMeasure, limits: Limits) ->
 
 def _shortfall(style: Style, areas: Float64, match: float, grade: int) -> Shortfall | None:
     """Return the shortfall of a picture, or None if it satisfies its style's whole signature."""
-    worst = worst_relation(style.signature, areas, nearly=grade == NO)
+    worst = worst_relation(style.signature, areas, soft=grade == NO)
     if worst is None:
-        least = style.signature.match[0 if grade == NEARLY else 1]
+        least = style.signature.match[0 if grade == SOFT else 1]
         return None if match >= least else LightShortfall(Cause.SPOILED, "match", match, least)
     relation, value = worst
-    band = relation.nearly if grade == NO else 0.0
+    band = relation.soft if grade == NO else 0.0
     low = relation.least - band
     limit = low if value < low else relation.most + band
     return AreaShortfall(relation.aspect, style.title, relation.bright, relation.dark, value, limit)

@@ -2,8 +2,8 @@
 
 The picture objective ranks grade above match. It takes the best match among the turns whose
 pictures have the style's signature (`app.core.solver.style_signature`). If there are no such turns,
-it takes the best match among those whose pictures nearly have the signature, and otherwise among
-all turns. A style is within reach if its grade at the offered turn is yes or nearly.
+it takes the best match among those whose pictures show it softly, and otherwise among
+all turns. A style is within reach if its grade at the offered turn is yes or soft.
 
 The offered turn is not the maximum itself but is nearer to the middle of its tolerance arc, so that
 the style survives small errors by the sitter (see `app.core.solver.peaks.find_peak`).
@@ -27,7 +27,7 @@ import numpy as np
 from app.core.base.arrays import Bools, Float64, Int64
 from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_index, find_peak, find_peaks
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
-from app.core.solver.style_signature import NEARLY, NO, YES, grades
+from app.core.solver.style_signature import NO, SOFT, YES, grades
 
 _PRICE_SHARE: Final = ARC_SHARE / 3  # fraction of the largest quality, if quality decides
 
@@ -86,7 +86,7 @@ class StyleMeasures:
         quality: (..., n) float64. C of eq. 5, over the whole head.
         match: (..., n) float64. Correlation of picture and target over the face, times 100.
         strength: (..., n) float64. Depth of the pattern, as a percentage of that of the target.
-        yes, nearly: (..., n) float64. Distance of a picture inside the limits of the grade, in
+        yes, soft: (..., n) float64. Distance of a picture inside the limits of the grade, in
             stops, or NaN for a style without a signature. `yes` takes rival styles into account.
         contrast: (..., n) float64. The contrast used in the match, or 1 if the match is not
             computed over the face.
@@ -96,7 +96,7 @@ class StyleMeasures:
     match: Float64
     strength: Float64
     yes: Float64
-    nearly: Float64
+    soft: Float64
     contrast: Float64
 
     def __getitem__(self, lights: int | slice) -> StyleMeasures:
@@ -113,7 +113,7 @@ class Choice:
         gate: (..., n) float64. Condition that must be at least 0 at the chosen turn, or infinity if
             there is no condition.
         eligible: (..., n) bool. Turns of the best grade.
-        grade: (...) int64. Grade of these turns by the picture objective: `NO`, `NEARLY` or `YES`.
+        grade: (...) int64. Grade of these turns by the picture objective: `NO`, `SOFT` or `YES`.
         contrast: (..., n) float64. Divisor of the curve (see `find_peak`).
         price: (...) float64. Permitted cost of a turn nearer to the middle of its arc (see
             `find_peak`), or 0 if only the maximum itself may be offered.
@@ -200,19 +200,19 @@ class Choice:
 
 
 def grade_at(measured: StyleMeasures, limits: Limits, turns: Int64 | int) -> Int64:
-    """Return the grades of pictures at the given turns, (...) int64: `NO`, `NEARLY` or `YES`.
+    """Return the grades of pictures at the given turns, (...) int64: `NO`, `SOFT` or `YES`.
 
     Without a signature, the grade is `YES` if the match and the strength both reach their limits.
     """
     at = np.asarray(turns)[..., None]
-    match, strength, yes, nearly = (
+    match, strength, yes, soft = (
         np.take_along_axis(curve, at, axis=-1)[..., 0]
-        for curve in (measured.match, measured.strength, measured.yes, measured.nearly)
+        for curve in (measured.match, measured.strength, measured.yes, measured.soft)
     )
     plain = np.minimum(match - limits.match, strength - limits.strength)
     yes = np.where(np.isnan(yes), plain, yes)
-    nearly = np.where(np.isnan(nearly), plain, nearly)
-    return np.asarray(grades(yes, nearly), np.int64)
+    soft = np.where(np.isnan(soft), plain, soft)
+    return np.asarray(grades(yes, soft), np.int64)
 
 
 def choose(
@@ -237,19 +237,19 @@ def choose(
     least = limits.strength if limits.strength > 0 else -np.inf
     depth = measured.strength - least
     yes = np.where(painted, np.minimum(depth, measured.match - limits.match), measured.yes)
-    nearly = np.where(painted, depth, measured.nearly)
-    is_yes, is_nearly = free & (yes >= 0), free & (nearly >= 0)
-    some_yes, some = (each.any(axis=-1, keepdims=True) for each in (is_yes, is_nearly))
+    soft = np.where(painted, depth, measured.soft)
+    is_yes, is_soft = free & (yes >= 0), free & (soft >= 0)
+    some_yes, some = (each.any(axis=-1, keepdims=True) for each in (is_yes, is_soft))
     # Painted styles are chosen by match wherever their strength is sufficient.
     some_yes = some_yes & ~painted
-    eligible = np.where(some_yes, is_yes, np.where(some, is_nearly, free))
+    eligible = np.where(some_yes, is_yes, np.where(some, is_soft, free))
     # Values far from 0 would cause ripples in the interpolation between turns.
     most = np.where(painted, 100.0, 1.0)
-    gate = np.clip(np.where(some_yes, yes, nearly), -most, most)
+    gate = np.clip(np.where(some_yes, yes, soft), -most, most)
     gate = np.where(some, gate, np.inf)
     by_quality = painted & ~some
     curve = np.where(by_quality, measured.quality, measured.match)
-    grade = np.where(some_yes, YES, np.where(some, NEARLY, NO))[..., 0].astype(np.int64)
+    grade = np.where(some_yes, YES, np.where(some, SOFT, NO))[..., 0].astype(np.int64)
     contrast = np.where(by_quality, 1.0, measured.contrast)
     price = np.where(by_quality[..., 0], _PRICE_SHARE * np.abs(curve).max(axis=-1), PRICE)
     return Choice(measured, limits, curve, gate, eligible, grade, contrast, price, free)

@@ -18,6 +18,7 @@ from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, Literal, TypeAlias, TypeVar
 
 import numpy as np
@@ -297,13 +298,18 @@ def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
     return check
 
 
-def one_of(*words: str) -> Callable[[Any], str]:
-    """Return a check for one of the given words."""
+def one_of(*words: str, former: Mapping[str, str] = MappingProxyType({})) -> Callable[[Any], str]:
+    """Return a check for one of the given words.
+
+    Args:
+        former: Present words by those of earlier versions, which are replaced.
+    """
 
     def check(value: Any) -> str:
-        if value not in words:
+        word = former.get(value, value) if isinstance(value, str) else value
+        if word not in words:
             raise Unfit("an unknown word")
-        return str(value)
+        return str(word)
 
     return check
 

@@ -28,7 +28,7 @@ _STYLE_KEYS: Final = (
     *("title", "side", "place", "note", "paper", "lamps", "signature"),
     *("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg", "expose"),
 )
-_RELATION_KEYS: Final = ("aspect", "bright", "dark", "least", "most", "nearly")
+_RELATION_KEYS: Final = ("aspect", "bright", "dark", "least", "most", "soft")
 _MAX_RELATIONS: Final = 24
 _MOST_STOPS: Final = 99.0
 _LAMP_KEYS: Final = tuple(field.name for field in fields(StyleLamp))
@@ -134,19 +134,20 @@ def _signature(table: object, where: str) -> Signature:
             )
         )
     if not isinstance(match, list) or len(match) != 2:
-        raise StyleError(tr("{where}: match needs two numbers, for yes and nearly.", where=where))
-    yes, nearly = (number_of({"match": value}, "match", where) for value in match)
+        raise StyleError(tr("{where}: match needs two numbers, for yes and soft.", where=where))
+    yes, soft = (number_of({"match": value}, "match", where) for value in match)
     relations = tuple(
         _relation(row, tr("{where}, relation {index}", where=where, index=index))
         for index, row in enumerate(rows, 1)
     )
     flags = (table.get(name) is True for name in ("even", "areas"))
-    return Signature(relations, (yes, min(yes, nearly)), *flags)
+    return Signature(relations, (yes, min(yes, soft)), *flags)
 
 
 def _relation(row: object, where: str) -> Relation:
     if not isinstance(row, dict):
         raise StyleError(tr("{where} must be a table.", where=where))
+    row = {"soft" if key == "nearly" else key: value for key, value in row.items()}  # former name
     refuse_unknown(row, _RELATION_KEYS, where)
     areas = [row.get("bright"), row.get("dark")]
     for area in areas:
@@ -164,8 +165,8 @@ def _relation(row: object, where: str) -> Relation:
             ),
             tr("Valid names: {names}.", names=", ".join(Aspect)),
         )
-    nearly = number_of(row, "nearly", where)
+    soft = number_of(row, "soft", where)
     most = number_of(row, "most", where) if "most" in row else _MOST_STOPS
     open_below = "most" in row and "least" not in row
     least = -_MOST_STOPS if open_below else number_of(row, "least", where)
-    return Relation(Aspect(row["aspect"]), str(areas[0]), str(areas[1]), least, most, nearly)
+    return Relation(Aspect(row["aspect"]), str(areas[0]), str(areas[1]), least, most, soft)

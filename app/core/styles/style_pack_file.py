@@ -252,18 +252,21 @@ def _header(facts: Mapping[str, Any]) -> PackHeader:
     )
 
 
+def _relation(row: Mapping[str, Any]) -> Relation:
+    # The packs of heads baked earlier say "nearly".
+    values = {"soft" if key == "nearly" else key: value for key, value in row.items()}
+    return Relation(**{**values, "aspect": Aspect(row["aspect"])})
+
+
 def _style(entry: Mapping[str, Any]) -> Style:
     lamps = tuple(StyleLamp(**lamp) for lamp in entry["lamps"])
     if not all(math.isfinite(v) for lamp in entry["lamps"] for v in lamp.values()):
         raise ValueError("a lamp is not finite")
     facts = entry["signature"]
-    relations = tuple(
-        Relation(**{**relation, "aspect": Aspect(relation["aspect"])})
-        for relation in facts["relations"]
-    )
-    yes, nearly = facts["match"]
+    relations = tuple(_relation(row) for row in facts["relations"])
+    yes, soft = facts["match"]
     flags = (bool(facts[name]) for name in ("even", "areas"))
-    signature = Signature(relations, (float(yes), float(nearly)), *flags)
+    signature = Signature(relations, (float(yes), float(soft)), *flags)
     if not all(r.bright in AREAS and r.dark in AREAS for r in relations):
         raise ValueError("a relation has an unknown area")
     keys = {

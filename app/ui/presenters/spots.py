@@ -37,7 +37,7 @@ _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # rows and columns of a picture; all the styles take half a second
 _GRADES: Final = {
     "yes": tr("Within reach, match {match}, {leeway}"),
-    "nearly": tr("Nearly, match {match}, {leeway}"),
+    "soft": tr("Soft, match {match}, {leeway}"),
     "no": tr("Out of reach, match {match}"),
 }
 

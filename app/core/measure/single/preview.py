@@ -92,7 +92,7 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
 def rough_answers(preview: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...]:
     """Return at most three of a preview's best styles, ordered by grade and then by match."""
     reach = [one for one in solve_all(pack, preview.light) if one.attainable]
-    best = sorted(reach, key=lambda one: (one.grade == "nearly", -one.match))[:_BEST]
+    best = sorted(reach, key=lambda one: (one.grade == "soft", -one.match))[:_BEST]
     choice = choices(pack, [preview.light, preview.lamps])
     loss = given_up(choice[1], choice[0].turns)
     return tuple(RoughAnswer(one, bool(loss[pack.index(one.name)] > DOUBT)) for one in best)

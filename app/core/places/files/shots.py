@@ -37,7 +37,7 @@ from app.core.places.place import PlaceError
 from app.core.places.remarks import PhotosLost
 from app.core.solver.peaks import value_at
 from app.core.solver.style_result import StyleResult
-from app.core.solver.style_signature import GRADES
+from app.core.solver.style_signature import FORMER_GRADES, GRADES
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import (
     Facts,
@@ -142,7 +142,7 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
     "best": optional(whole(0, 100)),
     "by_face": truth,
     "mirrored": truth,
-    "grade": optional(one_of(*GRADES)),
+    "grade": optional(one_of(*GRADES, former=FORMER_GRADES)),
     "key_deg": optional(_ANGLE),
     "key_promised_deg": optional(_ANGLE),
     "ratio_stops": optional(number(0.0, 30.0)),

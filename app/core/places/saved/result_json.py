@@ -17,7 +17,7 @@ from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.lens.lens_wish import LIGHTINGS
 from app.core.solver.shortfall import Shortfall
 from app.core.solver.style_result import Gain, PeakResult, StyleResult
-from app.core.solver.style_signature import GRADES
+from app.core.solver.style_signature import FORMER_GRADES, GRADES
 from app.core.storage.json_file import (
     Check,
     Facts,
@@ -90,7 +90,7 @@ _RESULT: Final[dict[str, Check]] = {
     "quality_curve": _curve,
     "match_curve": _curve,
     "strength_curve": _curve,
-    "grade": optional(one_of(*GRADES)),
+    "grade": optional(one_of(*GRADES, former=FORMER_GRADES)),
     "looks_more_like": optional(WORD),
     "same_picture": listed(WORD, MOST_RESULTS),
     "neighbour": optional(WORD),

@@ -120,7 +120,7 @@ def detail_of(result: LampResult) -> LampDetailState:
 
 _GRADED: Final = {
     "yes": tr("in reach"),
-    "nearly": tr("nearly in reach"),
+    "soft": tr("in reach, soft"),
     "no": tr("out of reach"),
 }
 

@@ -127,7 +127,7 @@ class LiveState:
         good = tr("Good from {arc}.", arc=arc_words(result.arc_deg))
         if result.shortfall is None:
             return good
-        return tr("{good} Nearly. {what}.", good=good, what=reason_sentence(result.shortfall))
+        return tr("{good} Soft. {what}.", good=good, what=reason_sentence(result.shortfall))
 
     @property
     def dashed(self) -> str:

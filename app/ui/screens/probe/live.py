@@ -206,7 +206,7 @@ def _card(answer: RoughAnswer) -> RoughCard:
         "side": place_words(result.side, ""),
         "turn": size_words(turn),
         "direction": direction_words(turn),
-        "grade": tr("nearly in reach") if result.grade == "nearly" else tr("in reach"),
+        "grade": tr("in reach, soft") if result.grade == "soft" else tr("in reach"),
         "note": tr("rough, needs the bracket") if answer.unsure else tr("rough"),
     }
     spoken = ", ".join(part for part in words.values() if part)

@@ -23,9 +23,9 @@ from app.words.phrases.directions import lit_aside_brief, lit_aside_words
 from app.words.phrases.turns import size_words
 from app.words.styles import full_title, side_words
 from app.words.why_out_of_reach import (
-    nearly_card,
     reason_card,
     reason_sentence,
+    soft_card,
     too_soft_card,
     too_soft_words,
 )
@@ -196,10 +196,10 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
 
 
 def _rank(snapshot: Snapshot, result: StyleResult) -> int:
-    """Return the rank of a result: 0 if within reach, 1 if nearly so, or 2 if out of reach."""
+    """Return the rank of a result: 0 for yes, 1 for soft, or 2 for out of reach."""
     if snapshot.paper or not result.attainable:
         return 2 * (not snapshot.within(result))
-    return int(result.grade == "nearly")
+    return int(result.grade == "soft")
 
 
 def rules_words(snapshot: Snapshot) -> str:
@@ -332,7 +332,7 @@ def least_match(snapshot: Snapshot, style: Style) -> float:
 
 
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
-    """Return sentences about a style only nearly within reach or easily taken for another."""
+    """Return sentences about a style that is only soft or easily taken for another."""
     titles = {name: full_title(style) for name, style in snapshot.styles.items()}
     return verdict.near_words(
         result,
@@ -349,7 +349,7 @@ def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
         other = styles[result.looks_more_like]
         return verdict.reads_as(full_title(other)), verdict.reads_as(other.title)
     if result.shortfall is not None:
-        return nearly_card(result.shortfall), tr("Nearly")
+        return soft_card(result.shortfall), tr("Soft")
     same = [styles[name] for name in result.same_picture if name in styles]
     titles = [full_title(style) for style in same]
     return verdict.same_picture(titles), verdict.same_picture([same[0].title])

@@ -217,5 +217,5 @@ def closer(
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     placements = ask(hand, answers.question, names).placements
     return max(
-        placements, key=lambda one: (one.attainable, one.grade != "nearly", one.match), default=None
+        placements, key=lambda one: (one.attainable, one.grade != "soft", one.match), default=None
     )
