@@ -132,6 +132,11 @@ def test_real_results_come_back_to_the_last_bit(solved: tuple[StyleResult, ...])
     assert not again[0].match_curve.flags.writeable
 
 
+def test_the_former_name_of_a_grade_is_read(solved: tuple[StyleResult, ...]) -> None:
+    kept = {**results_to_json([replace(solved[0], grade="soft")])[0], "grade": "nearly"}
+    assert result_of(kept).grade == "soft"
+
+
 def test_holds_what_other_programs_look_for(solved: tuple[StyleResult, ...]) -> None:
     # The names of the command line's JSON.
     keys = {"name", "title", "turn_deg", "turn_refined_deg", "direction", "quality_curve"}

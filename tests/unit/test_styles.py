@@ -141,6 +141,13 @@ def test_a_users_style_follows_the_built_in_ones(tmp_path: Path) -> None:
     assert styles.load_styles(tmp_path / "missing") == styles.load_styles()
 
 
+def test_a_style_file_may_name_its_bands_as_earlier_versions_did(tmp_path: Path) -> None:
+    file = resources() / "styles" / "left-loop.toml"
+    former = write(tmp_path, file.read_text("utf-8").replace("soft =", "nearly ="))
+    assert "nearly =" in former.read_text("utf-8")
+    assert read_style(former).signature == read_style(file).signature
+
+
 def test_a_users_style_cannot_take_a_built_in_name(tmp_path: Path) -> None:
     write(tmp_path, GOOD, "flat")
     with pytest.raises(StyleError, match="name of a built-in style"):
