@@ -36,10 +36,10 @@ from app.core.base.arrays import Bytes, Floats
 from app.core.base.errors import StyleError
 from app.core.base.imaging.images import write_png
 from app.core.base.paths import user_data
-from app.core.cautions.missing_light import missing_light
+from app.core.cautions.caution import Caution, Hazard, hazards_of
+from app.core.cautions.find_cautions import find_cautions
 from app.core.environment.environment import Environment, read_environment, reduce
 from app.core.environment.environment_file import is_linear
-from app.core.measure.finish.doubtful_answers import Doubt, doubt_of
 from app.core.measure.fisheye.circles import check_stitched
 from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.measure.ways import measure
@@ -59,7 +59,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
-from app.words.measure.doubts import doubt_words
+from app.words.measure.doubts import caution_lines
 from app.words.phrases.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.words.phrases.turns import direction_words, size_words
 from app.words.remarks import sentences
@@ -107,34 +107,33 @@ def run(args: argparse.Namespace) -> int:
         _write_sheet(Path(args.sheet), head, results, environment, args)
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
-    doubt = doubt_of(environment, pack, args.objective)
-    facts["cautions"] = [asdict(each) for each in missing_light(environment, doubt)]
-    table = _table(results, args, environment.name, seconds, doubt)
-    if doubt is not None:
-        advice = doubt_words(doubt, environment, names)
+    cautions = find_cautions(environment, pack, args.objective)
+    facts["cautions"] = [asdict(each) for each in cautions]
+    table = _table(results, args, environment.name, seconds, cautions)
+    if cautions:
+        advice = caution_lines(cautions, names)
         facts["advice"] = list(advice)
         table = "\n".join((table, "", *advice))
     return answer(
-        args, facts | environment_facts(environment) | _with_doubt(facts, doubt, pack), table
+        args, facts | environment_facts(environment) | _with_doubt(facts, cautions, pack), table
     )
 
 
-def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict[str, Any]:
+def _with_doubt(
+    facts: dict[str, Any], cautions: Sequence[Caution], pack: StylePack
+) -> dict[str, Any]:
     """Add to each style any doubts about its answer. Painted styles are not assessed."""
     built_in = {style.name for style in pack.styles}
-    names = {} if doubt is None else {"clipped": doubt.clipped, "unseen": doubt.unseen}
-    return {
-        "styles": [
-            {
-                **style,
-                "doubtful": any(style["name"] in some for some in names.values())
-                if style["name"] in built_in
-                else None,
-                "depends_on": [what for what, some in names.items() if style["name"] in some],
-            }
-            for style in facts["styles"]
-        ]
-    }
+    styles = []
+    for style in facts["styles"]:
+        assessed = style["name"] in built_in
+        hazards = hazards_of(cautions, style["name"]) if assessed else ()
+        # The estimated light of a photo was clipped.
+        words = [Hazard.CLIPPED if each is Hazard.ROUGH else each for each in hazards]
+        styles.append(
+            {**style, "doubtful": bool(hazards) if assessed else None, "depends_on": words}
+        )
+    return {"styles": styles}
 
 
 def _light_of(name: str, layer: str) -> Environment:
@@ -247,13 +246,13 @@ def _table(
     args: argparse.Namespace,
     place: str,
     seconds: float,
-    doubt: Doubt | None = None,
+    cautions: Sequence[Caution] = (),
 ) -> str:
     head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("contrast")]
     head += [tr("grade"), tr("reason")]
     rows = [_row(result) for result in results]
     for result, row in zip(results, rows, strict=True):
-        if doubt is not None and result.name in doubt.styles:
+        if hazards_of(cautions, result.name):
             row[-2] = tr("{grade}, doubtful", grade=row[-2])
     if any(result.yaw_deg for result in results):
         head[4:4] = [tr("nose"), tr("light")]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from app.core.base.angles import whole
+from app.core.cautions.caution import Hazard
 from app.core.solver.style_result import Gain, StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import Studio
@@ -185,15 +186,26 @@ def gain_words(gain: Gain, match: float) -> str:
     )
 
 
-def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
+_DOUBTS: Final = {
+    Hazard.CLIPPED: tr("Doubtful: depends on clipped light."),
+    Hazard.ROUGH: tr("Doubtful: depends on clipped light."),
+    Hazard.UNSEEN: tr("Doubtful: depends on gaps."),
+    Hazard.LENS_STEP: tr("Doubtful: the two lenses differ in brightness."),
+    Hazard.NEAR_LIGHT: tr("Doubtful: depends on the camera’s exact position."),
+    Hazard.TILT: tr("Doubtful: the camera was tilted."),
+}
+
+
+def doubt_words(hazards: Sequence[Hazard], *, rough: bool) -> str:
     """Explain why an answer is doubtful or rough, or return "" if it is neither of the two."""
-    if clipped and unseen:
-        return tr("Doubtful: affected by clipped light and gaps.")
-    if clipped:
-        return tr("Doubtful: depends on clipped light.")
-    if unseen:
-        return tr("Doubtful: depends on gaps.")
-    return tr("Rough: from one photo; its clipped light is an estimate.") if rough else ""
+    if not hazards:
+        return tr("Rough: from one photo; its clipped light is an estimate.") if rough else ""
+    missing = [each for each in hazards if each in (Hazard.CLIPPED, Hazard.ROUGH)]
+    if missing and Hazard.UNSEEN in hazards:
+        others = [each for each in hazards if each not in (*missing, Hazard.UNSEEN)]
+        both = tr("Doubtful: affected by clipped light and gaps.")
+        return " ".join((both, *(_DOUBTS[each] for each in others)))
+    return " ".join(_DOUBTS[each] for each in hazards)
 
 
 def own_lamps_words(studio: Studio) -> str:

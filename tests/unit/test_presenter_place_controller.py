@@ -16,6 +16,7 @@ from app.core.base.errors import CoreError
 from app.core.base.imaging.images import write_exr, write_image
 from app.core.base.paths import resources
 from app.core.base.remarks import PlainRemark
+from app.core.cautions.caution import Hazard
 from app.core.environment.environment import read_environment
 from app.core.environment.remarks import LayerChosen
 from app.core.measure.finish.findings import Findings, LampFinding, find
@@ -194,7 +195,8 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     assert folder is not None
     assert found.capture.plan == "rough"
     assert found.capture.frames[0].shutter_s == 0.0
-    doubtful = found.capture.doubtful
+    (rough,) = found.capture.cautions
+    doubtful = rough.styles
     assert doubtful
     assert read_place(folder).capture == found.capture
     # Whoever opens the file alone is told as well.
@@ -227,7 +229,9 @@ def test_a_panorama_with_a_gap_and_a_clipped_lamp_marks_its_styles(
     assert folder is not None
     facts = found.capture
     assert facts.blind == pytest.approx(0.146, abs=0.01)
-    assert facts.doubtful
+    clipped, unseen = facts.cautions
+    assert (clipped.hazard, unseen.hazard) == (Hazard.CLIPPED, Hazard.UNSEEN)
+    assert clipped.styles
     assert read_place(folder).capture == facts
     # The file that is kept still says what was not seen.
     kept = read_environment(folder / found.environment)
@@ -240,7 +244,7 @@ def test_a_panorama_with_a_gap_and_a_clipped_lamp_marks_its_styles(
     assert notice is not None
     assert "leaves 15% of the sphere empty" in f"{notice.title} {notice.body}"
     assert notice.body.endswith(CARDS_SHOW_ANSWERS)
-    doubtful = {*facts.doubtful, *facts.doubtful_unseen}
+    doubtful = {*clipped.styles, *(unseen.styles or ())}
     for card in table.presenter.resolve().cards:
         assert ("Doubtful" in card.tip) == (card.key in doubtful)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -45,3 +46,8 @@ class Caution:
     def concerns(self, name: str) -> bool:
         """Return whether a style's answer may change."""
         return self.styles is None or name in self.styles
+
+
+def hazards_of(cautions: Iterable[Caution], name: str) -> tuple[Hazard, ...]:
+    """Return the hazards on which a style's answer depends."""
+    return tuple(caution.hazard for caution in cautions if caution.concerns(name))

@@ -14,6 +14,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.base.remarks import Remark
 from app.core.base.visible_text import STEERING
+from app.core.cautions.caution import Caution
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS, Objective
@@ -95,12 +96,9 @@ class CaptureFacts:
     warnings: tuple[Remark, ...] = ()
     advice: tuple[Remark, ...] = ()
     notes: tuple[Remark, ...] = ()
-    # names of the styles whose answer depends on clipped light
-    doubtful: tuple[str, ...] = ()
     # fraction of the sphere that no picture shows, 0 to 1
     blind: float = 0.0
-    # names of the styles whose answer depends on gaps
-    doubtful_unseen: tuple[str, ...] = ()
+    cautions: tuple[Caution, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from app.core.base.progress import Progress, Report, Task, Token
+from app.core.cautions.caution import Caution, Hazard
+from app.core.cautions.find_cautions import find_cautions, lens_cautions
 from app.core.environment.environment import Environment, read_environment
 from app.core.measure.film.film import Film
-from app.core.measure.finish.doubtful_answers import doubt_of
 from app.core.measure.finish.findings import find
 from app.core.measure.finish.lamp_detection import Light, light_grid
 from app.core.measure.finish.sun import find_sun, sun_core
@@ -59,7 +60,9 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
         warnings=tuple(dict.fromkeys(probe.warnings)),
         advice=() if audit is None else audit.advice,
         notes=probe.notes,
-        doubtful=audit.in_doubt if audit is not None and plan == "rough" else (),
+        cautions=(Caution(Hazard.ROUGH, probe.finished.measured_clipped, audit.in_doubt),)
+        if audit is not None and plan == "rough"
+        else (),
     )
 
 
@@ -104,15 +107,18 @@ def place_of_capture(
         lamps = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
         others = list_places(places)
         name = naming(before.made_at, lamps.light, [each.name for each in others])
+    light, facts = merged_light(probe, name), capture_facts(probe, camera, plan)
+    # The audit has already assessed clipped light.
+    lenses = lens_cautions(light.environment, load_named_pack(HEAD))
     place = replace(
         before,
         name=name,
         # Use the start of the capture for the header, the list and the frames alike.
         measured_at=before.made_at,
         location=location_of(probe),
-        capture=capture_facts(probe, camera, plan),
+        capture=replace(facts, cautions=(*facts.cautions, *lenses)),
     )
-    return place, merged_light(probe, name)
+    return place, light
 
 
 def merged_light(probe: Measurement, name: str) -> PlaceLight:
@@ -208,13 +214,13 @@ def measure_intake(
         light = _in_stored_precision(environment)
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
-        return MeasuredLight(light, Location(), _doubted(facts, light.environment))
+        return MeasuredLight(light, Location(), _with_cautions(facts, light.environment))
     # A dropped folder arrives as a list of its files.
     options = MeasureOptions(alone=True, sort_out=True, mirrored=settings.mirrored, own=intake.own)
     measured = measure(intake.way, intake.files, options, token, report)
     facts = capture_facts(measured, "", _plan_of(measured))
     light = merged_light(measured, intake.name)
-    facts = _doubted(facts, light.environment)
+    facts = _with_cautions(facts, light.environment)
     return MeasuredLight(light, location_of(measured), facts, measured.of(Film))
 
 
@@ -225,14 +231,7 @@ def _plan_of(measured: Measurement) -> str:
     return "files" if measured.way in ("bracket", "fisheye") else measured.way
 
 
-def _doubted(facts: CaptureFacts, environment: Environment) -> CaptureFacts:
-    """Add the gaps, and the styles that depend on missing light, to the facts."""
-    doubt = doubt_of(environment, load_named_pack(HEAD))
-    if doubt is None:
-        return facts
-    return replace(
-        facts,
-        doubtful=doubt.clipped,
-        blind=environment.blind,
-        doubtful_unseen=doubt.unseen,
-    )
+def _with_cautions(facts: CaptureFacts, environment: Environment) -> CaptureFacts:
+    """Add the gaps and the cautions about the light to the facts."""
+    cautions = find_cautions(environment, load_named_pack(HEAD))
+    return replace(facts, blind=environment.blind, cautions=cautions)

@@ -95,7 +95,7 @@ def _by_clipping(light: MergedLight, rough: bool, pack: StylePack, objective: Ob
     fewer = guesses(light, brightened(light, _FEW_STOPS))[0]
     alone = [looks + likely - one for one in others[_WHOLE:]]
     lights = [looks, fewer, likely, *others[:_WHOLE], *alone]
-    return _has_changed(choices(pack, [reduce_light(one, shape) for one in lights], objective))
+    return has_changed(choices(pack, [reduce_light(one, shape) for one in lights], objective))
 
 
 def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective) -> Bools:
@@ -106,7 +106,7 @@ def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: 
     cover = reduce_light(np.repeat(unseen[..., None], 3, axis=2), shape)
     lights = [whole, *(whole + (factor - 1.0) * gap for factor in _FACTORS)]
     lights += [whole + lamp[..., None] for lamp in hidden_lamps(cover[..., 0], whole)]
-    return _has_changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective))
+    return has_changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective))
 
 
 def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
@@ -150,7 +150,7 @@ def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
     return lamp
 
 
-def _has_changed(choice: Choice) -> Bools:
+def has_changed(choice: Choice) -> Bools:
     """Return a mask of styles whose grade changes or whose turn loses in any later light."""
     turns, best = choice[0].turns, choice.best
     best[0] = turns

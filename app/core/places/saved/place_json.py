@@ -33,6 +33,7 @@ from app.core.places.saved.result_json import (
     result_of,
     results_to_json,
 )
+from app.core.places.saved.saved_cautions import cautions_of, cautions_to_json, with_cautions
 from app.core.places.saved.saved_remarks import facts_of, remarks_of
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.style_result import StyleResult
@@ -64,7 +65,6 @@ ENVIRONMENT_NAME: Final = r"environment[A-Za-z0-9_-]{0,60}\.(exr|hdr)"
 """Pattern for the file name of an environment in a place's folder, without a path."""
 
 _MOST_FRAMES: Final = 200
-_MOST_SENTENCES: Final = 200
 _LONGEST_SENTENCE: Final = 4000
 
 
@@ -98,7 +98,6 @@ _LAMPS: Final = record(
 )
 ASIDE: Final[Check] = one_of(*get_args(YawWord))
 _LENS: Final = record(LensWish, {"yaw": _yaw, "background": optional(arc)})
-_SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 
 
 def _head(value: Any) -> str:
@@ -139,9 +138,8 @@ _CAPTURE: Final[dict[str, Check]] = {
     "warnings": remarks_of,
     "advice": remarks_of,
     "notes": remarks_of,
-    "doubtful": _SENTENCES,
     "blind": _SHARE,
-    "doubtful_unseen": _SENTENCES,
+    "cautions": cautions_of,
 }
 # The check of each entry of a place, and its default.
 _PLACE: Final[dict[str, tuple[Check, Any]]] = {
@@ -219,17 +217,16 @@ def _capture_to_json(capture: CaptureFacts) -> Facts:
     facts = {name: plain(getattr(capture, name)) for name in _CAPTURE if name not in _REMARKS}
     for name in ("camera", "plan"):
         facts[name] = facts[name][:LONGEST_WORD]
-    for name in ("doubtful", "doubtful_unseen"):
-        facts[name] = [each[:_LONGEST_SENTENCE] for each in facts[name][:_MOST_SENTENCES]]
+    facts |= cautions_to_json(capture.cautions)
     facts["frames"] = facts["frames"][:_MOST_FRAMES]
     # Earlier versions reject a capture without lists of sentences.
     facts |= {name: [] for name in _REMARKS}
     return facts | {"remarks": {name: facts_of(getattr(capture, name)) for name in _REMARKS}}
 
 
-def _with_remarks(facts: Facts) -> Facts:
+def _readable(facts: Facts) -> Facts:
     """Read the remarks, if there are any, instead of the sentences saved by earlier versions."""
-    remarks = facts.get("remarks")
+    facts, remarks = with_cautions(facts), facts.get("remarks")
     if not isinstance(remarks, dict):
         return facts
     return facts | {name: remarks[name] for name in _REMARKS if name in remarks}
@@ -284,7 +281,7 @@ def _decoded(facts: Facts, bad: list[LostPart], name: str, made_at: datetime) ->
         if key == "location":
             values[key] = _part(Location(), values[key], _LOCATION, bad, key)
         elif key == "capture" and values[key] is not None:
-            values[key] = _part(CaptureFacts(), _with_remarks(values[key]), _CAPTURE, bad, key)
+            values[key] = _part(CaptureFacts(), _readable(values[key]), _CAPTURE, bad, key)
         elif key in _ANSWERS:
             values[key] = _results(facts, key, values[key], bad)
     values["name"] = values["name"] or name or UNNAMED

@@ -275,21 +275,16 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Return a note if an answer is rough or depends on clipped light or gaps, or else ""."""
+    """Return a note if an answer is rough or depends on a hazard, or else ""."""
     question = snapshot.question
     if name not in snapshot.results:
         return ""
-    source = snapshot.source(name)
-    return verdict.doubt_words(
-        clipped=source in question.doubtful,
-        unseen=source in question.unseen,
-        rough=question.rough,
-    )
+    return verdict.doubt_words(snapshot.hazards(name), rough=question.rough)
 
 
 def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
     doubt = doubt_note(snapshot, card.key)
-    if snapshot.is_doubtful(card.key) and card.in_reach:
+    if snapshot.hazards(card.key) and card.in_reach:
         card = replace(card, line=tr("Doubtful: {line}", line=card.line), brief=tr("Doubtful"))
     note = " ".join(filter(None, (lamps_note(snapshot, card.key), doubt)))
     if not note:

@@ -248,9 +248,7 @@ def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) ->
         return ""
     arc = arc_words(result.arc_near(turn))
     name = result.name
-    unsure = snapshot.is_doubtful(name) or (
-        result.attainable and caution_words(snapshot.source(name))
-    )
+    unsure = snapshot.hazards(name) or (result.attainable and caution_words(snapshot.source(name)))
     return tr("{arc}, less certain", arc=arc) if unsure else arc
 
 

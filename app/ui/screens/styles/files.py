@@ -113,7 +113,7 @@ def save_sheet(
     nose = wrap(wrap(state.needle + question.front_deg) - view_head.yaw_deg)
     facing = Facing(light, nose, style.expose)
     target_picture = snapshot.target(state.key)
-    doubt = doubt_note(snapshot, state.key) if snapshot.is_doubtful(state.key) else ""
+    doubt = doubt_note(snapshot, state.key) if snapshot.hazards(state.key) else ""
 
     findings = question.findings()
     seen_in_eyes = view_head.catchlights(facing, findings)

@@ -13,6 +13,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
+from app.core.cautions.caution import Caution, Hazard, hazards_of
 from app.core.measure.finish.findings import Findings
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.places.place import CaptureFacts
@@ -85,7 +86,7 @@ class GalleryQuestion:
         sun: Panorama azimuth and elevation of the sun, in degrees, or None if they are unknown.
         size: Size of a card's picture, in rows and columns.
         rough: Whether the place was measured from a single photo.
-        doubtful, unseen: Styles whose answers depend on clipped light and on gaps, respectively.
+        cautions: Cautions about the light, with the styles whose answers depend on it.
         selection: Selection for which the results were computed.
         capture: How the light was measured.
         pinned: Style whose exposure all pictures share, "" for the suggested style, or None if
@@ -102,8 +103,7 @@ class GalleryQuestion:
     sun: tuple[float, float] | None = None
     size: Size = (127, 99)
     rough: bool = False
-    doubtful: tuple[str, ...] = ()
-    unseen: tuple[str, ...] = ()
+    cautions: tuple[Caution, ...] = ()
     pinned: str | None = None
     selection: Selection | None = None
     capture: CaptureFacts | None = None
@@ -159,10 +159,11 @@ class Snapshot:
         """Return the maximum C over all turns, on the scale of its limit."""
         return float(result.quality_curve.max()) * self.quality_scale
 
-    def is_doubtful(self, name: str) -> bool:
-        """Return whether a style's answer depends on clipped light or on gaps."""
-        doubtful = (*self.question.doubtful, *self.question.unseen)
-        return name in self.results and self.source(name) in doubtful
+    def hazards(self, name: str) -> tuple[Hazard, ...]:
+        """Return the hazards on which a style's answer depends."""
+        if name not in self.results or name in self.asking:
+            return ()
+        return hazards_of(self.question.cautions, self.source(name))
 
     def within(self, result: StyleResult) -> bool:
         """Return whether a style is within reach according to the rule in force."""
@@ -244,8 +245,7 @@ def question_of(model: Model, size: Size) -> GalleryQuestion | None:
         sun=sun,
         size=size,
         rough=capture is not None and capture.plan == "rough",
-        doubtful=() if capture is None else capture.doubtful,
-        unseen=() if capture is None else capture.doubtful_unseen,
+        cautions=() if capture is None else capture.cautions,
         pinned=(model.chosen or "") if settings.same_exposure else None,
         selection=model.answered if model.light is not None else None,
         capture=capture,

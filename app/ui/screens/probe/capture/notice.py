@@ -16,6 +16,7 @@ from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.ui.screens.probe.capture.camera import CameraBlock
 from app.ui.screens.probe.capture.checklist import ChoiceRow
 from app.words.lights import STILL_CLIPPED, share_words
+from app.words.measure.doubts import notice_lines
 from app.words.phrases.quantities import ev_words
 from app.words.remarks import remark_words, sentences
 
@@ -175,20 +176,22 @@ def advice_notice(
     if capture.plan == "rough":
         advice = [each for each in capture.advice if not isinstance(each, RoughTurns)]
         title, *body = sentences(advice) or (tr("A rough answer from a single photo."),)
-        if capture.doubtful:
+        body += notice_lines(capture.cautions)
+        if any(each.styles != () for each in capture.cautions):
             body.append(CARDS_SHOW_TURNS)
         return Notice("advice", title, " ".join((*sentences(capture.warnings), *body)))
     # the resolution of a mirror ball, and the directions it does not cover
     notes = capture.notes if capture.plan == "ball" else ()
+    cautions = notice_lines(capture.cautions)
     if findings.clipped_lamps and capture.frames:
         notice = _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
         # The notice about clipping already covers the sun.
-        more = sentences(note for note in notes if not isinstance(note, SunRestored))
+        more = (*sentences(note for note in notes if not isinstance(note, SunRestored)), *cautions)
         return replace(notice, body=" ".join((notice.body, *more)))
-    words = sentences((*capture.warnings, *notes))
-    if words and (capture.doubtful or capture.doubtful_unseen):
+    words = (*cautions, *sentences((*capture.warnings, *notes)))
+    if words and any(each.styles != () for each in capture.cautions):
         words = (*words, CARDS_SHOW_ANSWERS)
-    tone: Tone = "advice" if capture.warnings else "note"
+    tone: Tone = "advice" if capture.warnings or cautions else "note"
     return Notice(tone, words[0], " ".join(words[1:])) if words else None
 
 
