@@ -77,41 +77,51 @@ NEAR: Final = 3.0  # points of match
 
 
 def render_panorama(spot: Any, seed: int) -> Float32:
-    """Render a spot, (256, 512, 3) cd/m2.
+    """Render a spot, (256, 512, 3) cd/m2."""
+    from scenes.demo_location.assemble import World, build_place
+    from scenes.demo_location.frame import EYE_HEIGHT, to_world
+
+    at = to_world(spot.building[0], EYE_HEIGHT, spot.building[1])
+    return panorama_at(World(build_place(), None), at, seed, SHAPE, PASSES)
+
+
+def panorama_at(
+    world: Any, at: NDArray[np.float64], seed: int, shape: tuple[int, int], passes: int
+) -> Float32:
+    """Render the demo location at a position, (rows, columns, 3) cd/m2.
 
     The sun is added separately, since random rays rarely hit it.
+
+    Args:
+        at: (3,) float64. World position, in metres.
     """
     import drjit as dr
     import mitsuba as mi
 
-    from scenes.demo_location.assemble import World, build_place
-    from scenes.demo_location.frame import EYE_HEIGHT, to_world
     from scenes.demo_location.rays import panorama_rays
     from scenes.demo_location.tracer import radiance
 
-    world = World(build_place(), None)
     sampler = mi.load_dict({"type": "independent"})
-    at = to_world(spot.building[0], EYE_HEIGHT, spot.building[1])
-    rows = np.arange(SHAPE[0])
-    total = np.zeros((*SHAPE, 3))
-    for number in range(PASSES):
-        sampler.seed(seed * 4096 + number, SHAPE[0] * SHAPE[1])
-        ray = panorama_rays(at, SHAPE, rows, sampler)
+    rows = np.arange(shape[0])
+    total = np.zeros((*shape, 3))
+    for number in range(passes):
+        sampler.seed(seed * 4096 + number, shape[0] * shape[1])
+        ray = panorama_rays(at, shape, rows, sampler)
         light = radiance(world.tables, sampler, ray)
         free = ~world.scene.ray_test(ray)
         light -= dr.select(free, world.lights.escaped(ray.d)[1], 0)
-        total += np.array(light).T.reshape(*SHAPE, 3)
-    total /= PASSES
+        total += np.array(light).T.reshape(*shape, 3)
+    total /= passes
     count = 4096
-    sampler.seed(seed * 4096 + PASSES, count)
+    sampler.seed(seed * 4096 + passes, count)
     way = world.lights.sample_sun(sampler.next_2d())
     origin = mi.Point3f(*[float(x) for x in at])
     seen = ~np.array(world.scene.ray_test(mi.Ray3f(dr.repeat(origin, count), way)))
     x, y, z = np.array(way)
-    row = ((0.5 - np.arcsin(y) / np.pi) * SHAPE[0]).astype(int)
-    column = ((np.arctan2(-x, z) / (2 * np.pi) + 0.5) * SHAPE[1]).astype(int)
-    edges = np.sin(np.pi * (0.5 - np.arange(SHAPE[0] + 1) / SHAPE[0]))
-    solid = (edges[:-1] - edges[1:]) * 2 * np.pi / SHAPE[1]
+    row = ((0.5 - np.arcsin(y) / np.pi) * shape[0]).astype(int)
+    column = ((np.arctan2(-x, z) / (2 * np.pi) + 0.5) * shape[1]).astype(int)
+    edges = np.sin(np.pi * (0.5 - np.arange(shape[0] + 1) / shape[0]))
+    solid = (edges[:-1] - edges[1:]) * 2 * np.pi / shape[1]
     sun = np.array(world.lights.sun_radiance).ravel() / world.lights.sun_density / count
     for r, c in zip(row[seen], column[seen], strict=True):
         total[r, c] += sun / solid[r]

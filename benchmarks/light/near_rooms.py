@@ -126,7 +126,7 @@ def _tiled(rng: np.random.Generator, metres: float, low: float, high: float) -> 
 def _rectangle(
     middle: Float64, normal: Float64, size: tuple[float, float], **more: Any
 ) -> dict[str, Any]:
-    """Return a rectangle with a width and a height, whose normal is not vertical or is exactly so."""
+    """Return a rectangle with a width and a height; a steep normal must be exactly vertical."""
     up = [0.0, 0.0, 1.0] if abs(normal[1]) > 0.99 else [0.0, 1.0, 0.0]
     look = mi.ScalarTransform4f().look_at(
         origin=middle.tolist(), target=(middle + normal).tolist(), up=up
@@ -261,7 +261,9 @@ def _light_bulb(
     at[1] = rng.uniform(1.0, 2.0)
     scene["globe"] = {
         "type": "sphere",
-        "to_world": mi.ScalarTransform4f().translate(at.tolist()).scale(float(rng.uniform(0.06, 0.2))),
+        "to_world": mi.ScalarTransform4f()
+        .translate(at.tolist())
+        .scale(float(rng.uniform(0.06, 0.2))),
         "emitter": _glow(float(rng.uniform(60.0, 300.0)), rng),
     }
     _add_windows(scene, rng, corner, size, int(rng.integers(0, 2)))
