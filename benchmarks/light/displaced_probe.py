@@ -2,12 +2,12 @@
 
     python -m benchmarks.light.displaced_probe --work DIR [--panoramas DIR ...] [-o FILE.json]
 
-The probe is moved by 30 and 60 cm in six directions, in three kinds of places. Rooms and streets
+The probe is moved by 60 cm in six directions, in three kinds of places. Rooms and streets
 (`near_rooms.py`) and the demo location are ray-traced at both positions. Poly Haven's panoramas are
 displaced inside a box as large as the place roughly is, which the estimate is not told; outdoors,
 everything is infinitely far away, so no style loses. A style loses if its offered turn has at least
 3 points less match at the head than the turn that a probe at the head would offer, in any of the
-directions at 60 cm. It should be cautioned (`app.core.cautions.near_light`), and others should not.
+directions. It should be cautioned (`app.core.cautions.near_light`), and others should not.
 Five seeds and every second panorama were used to choose the rules; the others are only reported.
 """
 
@@ -40,10 +40,11 @@ from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.light.plain_panorama import ROOT, SHARED, light_of, places, same_places
 
-AWAY_M: Final = (0.6, 0.3)
-WAYS: Final = tuple(np.array(way) for way in np.vstack([np.eye(3), -np.eye(3)]))
+OFFSETS: Final = tuple(0.6 * way for way in np.vstack([np.eye(3), -np.eye(3)]))
+"""Positions of the head relative to the probe, in metres."""
+
 SEEDS: Final = 13
-CHOSEN_ON: Final = (0, 2, 4, 6, 8)
+CHOSEN_SEEDS: Final = (0, 2, 4, 6, 8)
 LOST: Final = 3.0
 _PROBE_SHAPE: Final = (128, 256)
 _HEAD_SHAPE: Final = (64, 128)
@@ -57,6 +58,15 @@ _BOXES: Final[dict[str, tuple[tuple[float, float, float], tuple[float, float, fl
     "8 x 10 m": ((8.0, 3.5, 10.0), (3.0, 1.5, 6.0)),
     "14 x 20 m": ((14.0, 6.0, 20.0), (6.0, 1.5, 8.0)),
 }
+CHOSEN_PANORAMAS: Final = (
+    *("aristea_wreck_puresky", "blocky_photo_studio", "brown_photostudio_02"),
+    *("brown_photostudio_07", "christmas_photo_studio", "dancing_hall", "hilly_terrain"),
+    *("leadenhall_market", "narrow_moonlit_road", "peppermint_powerplant", "pm_apartment"),
+    *("pm_dawn", "pm_forest", "pm_lobby", "pm_park", "pm_studio", "pm_sunset", "pm_warehouse"),
+    *("quarry_01", "sepulchral_chapel_rotunda", "studio_small_05", "vestibule"),
+)
+"""The panoramas that were used to choose the rules; those named pm are from @pmndrs/assets."""
+
 _SIZES: Final = {  # by a look at each panorama
     "5 x 6 m": ("apartment", "lebombo", "studio_small_05", "drachenfels_cellar", "pm_studio"),
     "8 x 10 m": (
@@ -89,32 +99,26 @@ def losses(probe: Float32, heads: Sequence[Float32], pack: StylePack) -> Float64
 def case(
     name: str, kind: str, half: int, probe: Float32, heads: Sequence[Float32], pack: StylePack
 ) -> dict[str, Any]:
-    """Return a place's losses by direction at 60 and 30 cm, and the styles in the caution.
+    """Return a place's losses by direction, and the styles in the caution.
 
     Args:
         half: 0 if the place was used to choose the rules, otherwise 1.
-        heads: Six lights at 60 cm, then six at 30 cm, or six at 60 cm only.
+        heads: Light at each of `OFFSETS`, or nothing if no style loses.
     """
     light = np.array(probe, np.float32)
     started = time.process_time()
     cautions = near_light(Environment(light, name), pack)
     seconds = time.process_time() - started
     named = [] if not cautions else list(cautions[0].styles or ())
-    lost = losses(light, heads, pack) if heads else np.zeros((len(WAYS), len(pack.styles)))
+    lost = losses(light, heads, pack) if heads else np.zeros((len(OFFSETS), len(pack.styles)))
     return {
         "name": name,
         "kind": kind,
         "half": half,
         "styles": named,
         "seconds": round(seconds, 3),
-        "lost": np.round(lost[: len(WAYS)], 2).tolist(),
-        "lost_30_cm": np.round(lost[len(WAYS) :], 2).tolist(),
+        "lost": np.round(lost, 2).tolist(),
     }
-
-
-def offsets() -> list[Float64]:
-    """Return the positions of the head relative to the probe, (3,) each, in metres."""
-    return [far * way for far in AWAY_M for way in WAYS]
 
 
 def rooms(work: Path, pack: StylePack, seeds: int) -> list[dict[str, Any]]:
@@ -127,7 +131,7 @@ def rooms(work: Path, pack: StylePack, seeds: int) -> list[dict[str, Any]]:
     def render(kind: str, seed: int) -> dict[str, Float32]:
         room = near_rooms.build_room(kind, seed)
         probe = near_rooms.panoramas(room, [np.zeros(3)], _PROBE_SHAPE)[0]
-        heads = near_rooms.panoramas(room, [0.6 * way for way in WAYS], _HEAD_SHAPE)
+        heads = near_rooms.panoramas(room, OFFSETS, _HEAD_SHAPE)
         return {"probe": probe, "heads": np.stack(heads)}
 
     cases = []
@@ -135,7 +139,7 @@ def rooms(work: Path, pack: StylePack, seeds: int) -> list[dict[str, Any]]:
         for kind in near_rooms.KINDS:
             data = stored(work / f"{kind}-{seed}.npz", partial(render, kind, seed))
             name = f"{kind}-{seed}"
-            half = int(seed not in CHOSEN_ON)
+            half = int(seed not in CHOSEN_SEEDS)
             cases.append(case(name, kind, half, data["probe"], list(data["heads"]), pack))
     return cases
 
@@ -159,7 +163,7 @@ def location(work: Path, pack: StylePack) -> list[dict[str, Any]]:
         probe = panorama_at(world[0], at, number, _PROBE_SHAPE, _PASSES)
         heads = [
             panorama_at(world[0], at + offset, 16 * number + k, _HEAD_SHAPE, _PASSES)
-            for k, offset in enumerate(offsets())
+            for k, offset in enumerate(OFFSETS)
         ]
         return {"probe": probe, "heads": np.stack(heads)}
 
@@ -173,26 +177,28 @@ def location(work: Path, pack: StylePack) -> list[dict[str, Any]]:
 
 def panoramas(folders: Sequence[Path], pack: StylePack) -> list[dict[str, Any]]:
     """Return the cases of panoramas displaced inside a box, or unchanged outdoors."""
-    lights = {name: light_of(path) for name, path in sorted(places(tuple(folders)).items())}
+    lights: dict[str, Float32] = {}
+    for path in places(tuple(folders)).values():
+        lights.setdefault(path.stem, light_of(path))
     for twin in same_places(lights):
         lights.pop(twin)
     cases = []
-    for number, (name, light) in enumerate(lights.items()):
+    for name, light in sorted(lights.items()):
         if any(part in name for part in _UNSURE):
             continue
-        small = cv2.resize(light, _FINE_SHAPE[::-1], interpolation=cv2.INTER_AREA)
+        half = int(not any(part in name for part in CHOSEN_PANORAMAS))
+        size_of = _FINE_SHAPE[::-1]
+        small = np.asarray(cv2.resize(light, size_of, interpolation=cv2.INTER_AREA), np.float32)
         sizes = [size for size, parts in _SIZES.items() if any(part in name for part in parts)]
         if not sizes:
-            cases.append(case(name, "outdoors", number % 2, light, [], pack))
+            cases.append(case(name, "outdoors", half, light, [], pack))
             continue
         for size in _BOXES:
-            heads = [boxed(small, size, offset) for offset in offsets()]
             kind = "likely box" if size in sizes else f"box {size}"
-            probe = boxed(small, size, np.zeros(3))
-            found = case(name, kind, number % 2, light, [], pack)
-            lost = np.round(losses(probe, heads, pack), 2).tolist()
-            found |= {"lost": lost[: len(WAYS)], "lost_30_cm": lost[len(WAYS) :], "box": size}
-            cases.append(found)
+            found = case(name, kind, half, light, [], pack)
+            heads = [boxed(small, size, offset) for offset in OFFSETS]
+            lost = np.round(losses(boxed(small, size, np.zeros(3)), heads, pack), 2).tolist()
+            cases.append(found | {"lost": lost, "box": size})
     return cases
 
 
@@ -262,6 +268,7 @@ def summary(cases: Sequence[dict[str, Any]], pack: StylePack) -> dict[str, Any]:
         groups[f"indoors, {size}"] = [one for one in cases if one.get("box") == size]
     likely = [one for one in cases if one["kind"] in ("likely box", "outdoors")]
     groups["panoramas"] = likely
+    groups["all places"] = [*traced, *likely]
     found: dict[str, Any] = {}
     for name, some in groups.items():
         for half, label in enumerate(("chosen on", "held out")):
@@ -289,11 +296,12 @@ def main() -> None:
     cases = rooms(args.work, pack, args.seeds) + location(args.work, pack)
     cases += panoramas(args.panoramas, pack)
     commit = ["git", "rev-parse", "--short", "HEAD"]
+    table = summary(cases, pack)
     found = {
         "measured": datetime.now(UTC).strftime("%Y-%m-%d"),
         "commit": subprocess.check_output(commit, cwd=ROOT, text=True).strip(),
         "machine": f"{platform.machine()}, {os.cpu_count()} processors",
-        "summary": summary(cases, pack),
+        "summary": table,
         "places": [
             {
                 **{key: one[key] for key in ("name", "kind", "half", "styles")},
@@ -303,7 +311,7 @@ def main() -> None:
         ],
     }
     atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")
-    for name, row in found["summary"].items():
+    for name, row in table.items():
         print(name, json.dumps(row))
 
 

@@ -26,7 +26,9 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Fl
     """A panorama of an empty room with a corner at `low` and one at `high`, in metres."""
     ways = directions(SHAPE).astype(np.float64)
     walls = np.where(ways > 0.0, high, low) / ways
-    light = np.choose(walls.argmin(axis=-1), (0.5, np.where(ways[..., 1] > 0, 0.8, 0.2), 0.55))
+    level = np.where(ways[..., 1] > 0, 0.8, 0.2)
+    nearest = walls.argmin(axis=-1)
+    light = np.where(nearest == 1, level, np.where(nearest == 0, 0.5, 0.55))
     return np.repeat(light[..., None], 3, axis=2).astype(np.float32)
 
 

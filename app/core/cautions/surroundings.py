@@ -119,10 +119,10 @@ def _features(light: Float32) -> Float64:
     level = float(np.median(luminance[_elevations() < _LOW_DEG])) or float(luminance.mean())
     scale = 1.0 + luminance / (_WHITE * level)
     soft = wrapped((light / scale[..., None]).astype(np.float32), 2 * _BLUR[0])
-    soft = cv2.GaussianBlur(soft, (_BLUR[0], 1), _BLUR[1])[:, 2 * _BLUR[0] : -2 * _BLUR[0]]
+    blurred = cv2.GaussianBlur(soft, (_BLUR[0], 1), _BLUR[1])[:, 2 * _BLUR[0] : -2 * _BLUR[0]]
     black = _BLACK * level
-    red, green, blue = np.moveaxis(soft.astype(np.float64) + black, -1, 0)
-    grey = luminance_of(soft) + black
+    red, green, blue = np.moveaxis(blurred.astype(np.float64) + black, -1, 0)
+    grey = luminance_of(np.asarray(blurred, np.float32)) + black
     return np.stack([np.log(grey), np.log(red / green), np.log(blue / green)], axis=-1)
 
 
