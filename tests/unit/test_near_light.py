@@ -125,3 +125,4 @@ def test_exposure_and_size_do_not_matter() -> None:
     (small,) = near_light(Environment(room, "room"), pack)
     large = np.repeat(np.repeat(room, 3, axis=0), 3, axis=1) * np.float32(1e-4)
     assert near_light(Environment(large, "room"), pack) == (small,)
+    assert near_light(Environment(room[::4, ::4], "room"), pack) == ()

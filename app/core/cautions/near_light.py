@@ -29,6 +29,7 @@ DISTANCES_M: Final = (0.3, 0.6)
 LOSS: Final = 4.0
 """Points of match that a turn may lose by the estimate before its style is cautioned."""
 
+_LEAST_ROWS: Final = 64
 _NEAREST_M: Final = 0.1
 _MOST_GROWTH: Final = 16.0  # of a surface's solid angle
 _FLATTEST: Final = 0.05  # cosine at which a surface is seen
@@ -40,8 +41,11 @@ def near_light(
 ) -> tuple[Caution, ...]:
     """Return a caution about near light, or none if no style would change.
 
-    Its amount is the smallest tested distance at which any style would change, in metres.
+    Its amount is the smallest tested distance at which any style would change, in metres. Panoramas
+    of fewer than 64 rows are too coarse to find the floor and the walls.
     """
+    if environment.shape[0] < _LEAST_ROWS:
+        return ()
     light = reduced(environment.radiance)
     surroundings = estimate_surroundings(light)
     losses = losses_nearby(light, surroundings, pack, objective)
