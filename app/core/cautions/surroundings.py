@@ -48,7 +48,7 @@ _USUAL_M: Final = 3.0  # distance of a wall, for which there is a weak preferenc
 _PREFERENCE: Final = (0.03, 0.7, 30.0)  # its weight, its spread in ln(metres), and its limit
 _SKY_DEG: Final = 35.0
 _GROUND_DEG: Final = (-75.0, -35.0)
-# Logistic regression on half of the places of `benchmarks/light/displaced_probe.py`.
+# Logistic regression on half of the places of `benchmarks/light/near/displaced_probe.py`.
 # Weights of ln(above / ground), ln(blue / red) above and ln(brightest / above), and a constant.
 _SKY: Final = (1.04, 3.90, -0.89, -0.94)
 _BRIGHTEST: Final = (0.95, -10.0)  # quantile of the luminance above this elevation

@@ -1,9 +1,9 @@
 """Answers from a camera that stood 60 cm from the head: what they lose, and which are cautioned.
 
-    python -m benchmarks.light.displaced_probe --work DIR [--panoramas DIR ...] [-o FILE.json]
+    python -m benchmarks.light.near.displaced_probe --work DIR [--panoramas DIR ...] [-o FILE.json]
 
 The probe is moved by 60 cm in six directions, in three kinds of places. Rooms and streets
-(`near_rooms.py`) and the demo location are ray-traced at both positions. Poly Haven's panoramas are
+(`rooms.py`) and the demo location are ray-traced at both positions. Poly Haven's panoramas are
 displaced inside a box as large as the place roughly is, which the estimate is not told; outdoors,
 everything is infinitely far away, so no style loses. A style loses if its offered turn has at least
 3 points less match at the head than the turn that a probe at the head would offer, in any of the
@@ -126,17 +126,18 @@ def rooms(work: Path, pack: StylePack, seeds: int) -> list[dict[str, Any]]:
     from app.core.baking.kernel_lanes import select_variant
 
     select_variant("llvm")
-    from benchmarks.light import near_rooms
+    from benchmarks.light.near.rooms import KINDS, build_room
+    from benchmarks.light.near.rooms import panoramas as render_panoramas
 
     def render(kind: str, seed: int) -> dict[str, Float32]:
-        room = near_rooms.build_room(kind, seed)
-        probe = near_rooms.panoramas(room, [np.zeros(3)], _PROBE_SHAPE)[0]
-        heads = near_rooms.panoramas(room, OFFSETS, _HEAD_SHAPE)
+        room = build_room(kind, seed)
+        probe = render_panoramas(room, [np.zeros(3)], _PROBE_SHAPE)[0]
+        heads = render_panoramas(room, OFFSETS, _HEAD_SHAPE)
         return {"probe": probe, "heads": np.stack(heads)}
 
     cases = []
     for seed in range(seeds):
-        for kind in near_rooms.KINDS:
+        for kind in KINDS:
             data = stored(work / f"{kind}-{seed}.npz", partial(render, kind, seed))
             name = f"{kind}-{seed}"
             half = int(seed not in CHOSEN_SEEDS)
