@@ -45,6 +45,7 @@ from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.measure.ways import measure
 from app.core.painting.user_style import UserStyle
 from app.core.painting.user_styles import list_user_styles
+from app.core.places.place_verdict import PlaceVerdict, place_verdict
 from app.core.places.solve_place import solve_styles
 from app.core.portrait.gallery_portraits import LightSource
 from app.core.portrait.head import Head
@@ -61,6 +62,7 @@ from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.measure.doubts import caution_lines
 from app.words.phrases.directions import LIGHTINGS, SHORT_SIDES, aside_words
+from app.words.phrases.place_verdict import place_verdict_words
 from app.words.phrases.turns import direction_words, size_words
 from app.words.remarks import sentences
 from app.words.styles import caution_words
@@ -103,13 +105,18 @@ def run(args: argparse.Namespace) -> int:
     # Packs contain everything needed for solving except for painted strokes and pictures.
     head = _head_of(pack, args) if own or args.sheet else None
     results = _solve(pack, light, names, own, head, args)
+    verdict = place_verdict(results, light, args.front)
+    sentence = "" if verdict is None else place_verdict_words(verdict, results)
     if args.sheet and head is not None:
-        _write_sheet(Path(args.sheet), head, results, environment, args)
+        _write_sheet(Path(args.sheet), head, results, environment, args, sentence)
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
     cautions = find_cautions(environment, pack, args.objective)
     facts["cautions"] = [asdict(each) for each in cautions]
+    facts["verdict"] = None if verdict is None else _verdict_json(verdict, sentence)
     table = _table(results, args, environment.name, seconds, cautions)
+    if sentence:
+        table = "\n".join((sentence, "", table))
     if cautions:
         advice = caution_lines(cautions, names)
         facts["advice"] = list(advice)
@@ -134,6 +141,22 @@ def _with_doubt(
             {**style, "doubtful": bool(hazards) if assessed else None, "depends_on": words}
         )
     return {"styles": styles}
+
+
+def _verdict_json(verdict: PlaceVerdict, sentence: str) -> dict[str, Any]:
+    flow = verdict.flow
+    return {
+        "sentence": sentence,
+        "flow": {
+            "azimuth_deg": round(flow.azimuth_deg, 1),
+            "elevation_deg": round(flow.elevation_deg, 1),
+            "strength": round(flow.strength, 2),
+            "hardness": flow.hardness.name.lower(),
+        },
+        "yes": list(verdict.yes),
+        "soft": list(verdict.soft),
+        "deep_shadows": verdict.deep_shadows,
+    }
 
 
 def _light_of(name: str, layer: str) -> Environment:
@@ -354,6 +377,7 @@ def _write_sheet(
     results: Sequence[StyleResult],
     environment: Environment,
     args: argparse.Namespace,
+    verdict: str,
 ) -> None:
     # Import here, as only a sheet needs Qt.
     from app.export.result_sheet import draw_sheet
@@ -376,5 +400,6 @@ def _write_sheet(
         objective=args.objective,
         front_deg=args.front,
         places={style.name: style.place for style in pack.styles},
+        verdict=verdict,
     )
     write_png(path, sheet)

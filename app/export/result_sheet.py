@@ -69,6 +69,7 @@ def draw_sheet(
     front_deg: float = 0.0,
     places: Mapping[str, str] | None = None,
     limit: float = 45.0,
+    verdict: str = "",
 ) -> NDArray[np.uint8]:
     """Draw the result sheet for a place.
 
@@ -80,6 +81,7 @@ def draw_sheet(
         front_deg: Panorama azimuth from which turns are measured, in degrees.
         places: Words for where the light comes from, keyed by the names of the styles without a
             side, or None to use those of the built-in styles.
+        verdict: The verdict about the place, or "" to leave it out.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB picture with two pixels per logical pixel.
@@ -108,7 +110,7 @@ def draw_sheet(
     )
     bottom = _draw_panorama(canvas, (_MARGIN, _HEADER), environment, front_deg)
     _draw_flags(canvas, (_MARGIN, bottom), flags)
-    _draw_aside(canvas, (_MARGIN + _PANORAMA_WIDTH + _ASIDE_GAP, _HEADER), cards)
+    _draw_aside(canvas, (_MARGIN + _PANORAMA_WIDTH + _ASIDE_GAP, _HEADER), cards, verdict)
     _draw_cards(canvas, cards, rows, cards_top)
     _draw_key(canvas, (_MARGIN, key_top), _WIDTH - 2 * _MARGIN)
     return canvas.pixels
@@ -227,13 +229,15 @@ def _draw_front(canvas: Page, at: Point) -> None:
     canvas.text((x, y + _PANORAMA_HEIGHT - 24), words, 12, 600, Dark.ON_TAG, "middle")
 
 
-def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData]) -> None:
-    """Draw the number of styles within reach, and the best style."""
+def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData], verdict: str = "") -> None:
+    """Draw the number of styles within reach, the verdict about the place, and the best style."""
     x, y = at
     reach = sum(data.style.attainable for data in cards)
     end = canvas.text((x, y + 44), str(reach), 48, 700, Dark.TEXT)
     end = canvas.text((end + 10, y + 44), tr("of {count}", count=len(cards)), 28, 600, Dark.DIM)
     canvas.text((x, y + 74), tr("styles within reach at this place"), 16, 600, Dark.TEXT)
+    if verdict:
+        y += 6 + _paragraph(canvas, (x, y + 98), verdict, _ASIDE_WIDTH, 14)
     canvas.panel((x, y + 96, _ASIDE_WIDTH, 1.0), Dark.LINE)
     if reach:
         _draw_best(canvas, (x, y + 97), cards[0])
@@ -317,9 +321,11 @@ def _draw_key(canvas: Page, at: Point, width: float) -> None:
         _paragraph(canvas, (left + 84, top), meaning, column_width - 84, 12)
 
 
-def _paragraph(canvas: Page, at: Point, text: str, width: float, size: float) -> None:
-    """Draw wrapped text with its first baseline at the given point."""
+def _paragraph(canvas: Page, at: Point, text: str, width: float, size: float) -> float:
+    """Draw wrapped text with its first baseline at the given point, and return its height."""
     x, y = at
     leading = size + (6.0 if size > 12 else 4.0)
-    for index, line in enumerate(wrap_text(text, size, width)):
+    lines = wrap_text(text, size, width)
+    for index, line in enumerate(lines):
         canvas.text((x, y + leading * index), line, size, 400, Dark.DIM)
+    return leading * len(lines)

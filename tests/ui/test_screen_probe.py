@@ -12,12 +12,14 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.core.places.place_verdict import place_verdict
 from app.ui.screens.probe.capture.capture import Running
 from app.ui.screens.probe.capture.notice import DISCONNECTED
 from app.ui.screens.probe.screen import BEAT_MS, SLOW_BEAT_MS
 from app.ui.screens.probe.screen_view import ProbeScreen
 from app.ui.screens.probe.ways import WAYS
 from app.ui.theme import apply, set_theme
+from app.words.phrases.place_verdict import place_verdict_words
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
 
 FULL, COMPACT = (1352, 804), (952, 620)
@@ -357,3 +359,18 @@ class TestTime:
         assert beat.interval() == SLOW_BEAT_MS
         screen.hide()
         assert not beat.isActive()
+
+
+def test_verdict_is_shown_once_the_results_are_there(bench: Bench, qtbot: QtBot) -> None:
+    screen = shown(bench, qtbot)
+    assert not screen.light.verdict.isVisible()
+    bench.presenter.open_demo()
+    model, light = bench.model, bench.model.light
+    assert light is not None
+    verdict = place_verdict(model.results, light.searched, model.front_deg)
+    assert verdict is not None
+    assert screen.light.verdict.isVisible()
+    assert screen.light.verdict.text() == place_verdict_words(verdict, model.results)
+    before = screen.light.verdict.text()
+    bench.presenter.move_marker(model.front_deg + 180.0)
+    assert screen.light.verdict.text() != before

@@ -71,6 +71,14 @@ RARE: Final = frozenset(
 )
 """Built-in styles that are never suggested first, since portrait photographers rarely want them."""
 
+DEEP: Final = frozenset(
+    (
+        *_with_mirrors("left-rembrandt", "left-split", "left-kicker", "left-rim"),
+        *("badger", "double-rim", "hair-light", "silhouette"),
+    )
+)
+"""Built-in styles in which at least a cheek or the middle of the face lies in deep shadow."""
+
 _MAX_USER_STYLES: Final = 200
 _OTHER_SIDE: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
 

@@ -57,6 +57,7 @@ class LightColumn(QWidget):
             gap,
             (self._well(), 1),
             8,
+            self._verdict_line(),
             (self._below(), 0 if compact else 1),
             gap,
             self._age_line(),
@@ -107,7 +108,8 @@ class LightColumn(QWidget):
         margins = self._body.contentsMargins()
         lower = 88 if self._lower.currentIndex() < 2 else 160
         lower = -28 if self._lower.isHidden() else lower  # the scale is hidden too
-        rest = 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
+        verdict = 0 if self._verdict_box.isHidden() else 28
+        rest = verdict + 32 + 12 + 8 + 28 + lower + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
@@ -117,6 +119,14 @@ class LightColumn(QWidget):
         self.rough = RoughCards(self._compact)
         self._lower = stacked(self.lamps, self.recent, self.rough)
         return self._lower
+
+    def _verdict_line(self) -> QWidget:
+        self.verdict = Text("", 14, elide=True)
+        line = boxed(column(self.verdict, 8))
+        line.setFixedHeight(px(28))
+        line.hide()
+        self._verdict_box = line
+        return line
 
     def _age_line(self) -> QWidget:
         self._age_icon = Icon("clock", 16, "dim")
@@ -130,6 +140,7 @@ class LightColumn(QWidget):
         before, self._state = self._state, state
         self.tools.show_state(state)
         self._show_panorama(state, before)
+        self._show_verdict(state)
         if before is None or state.lamps != before.lamps or state.lamps_note != before.lamps_note:
             self.lamps.show_lamps(state.lamps, state.lamps_note)
         self._age.set_text(state.age)
@@ -138,6 +149,14 @@ class LightColumn(QWidget):
         self._age_icon.setVisible(bool(state.age))
         if before is None or state.watching != before.watching:
             self.drop.show_watching(state.watching)
+
+    def _show_verdict(self, state: ProbeState) -> None:
+        """Show the verdict in a line that stays while a place is open."""
+        self.verdict.set_text(state.verdict)
+        hidden = state.picture is None or state.live is not None
+        if hidden != self._verdict_box.isHidden():
+            self._verdict_box.setHidden(hidden)
+            self._give_height()
 
     def _show_panorama(self, state: ProbeState, before: ProbeState | None) -> None:
         panorama = self.panorama

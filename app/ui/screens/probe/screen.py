@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.measure.finish.findings import Findings
 from app.core.places.place import Place
+from app.core.places.place_verdict import place_verdict
 from app.core.portrait.age import Age, Kind, light_age
 from app.core.text import tr
 from app.ui.presenters.actions import Action
@@ -30,6 +31,7 @@ from app.ui.screens.probe.lamps import LampRow, lamp_rows
 from app.ui.screens.probe.live import Live, LivePreview
 from app.ui.screens.probe.panorama import LAYERS, PlacePanorama
 from app.ui.screens.probe.watching import Watching
+from app.words.phrases.place_verdict import place_verdict_words
 from app.words.portrait.age import age_words
 
 
@@ -42,6 +44,7 @@ class ProbeState:
         findings: Lamps and clip mask, or None until they have been computed.
         front_deg: Azimuth at which the photographer stands, in degrees.
         exposure_ev: Exposure of the picture, in stops.
+        verdict: The verdict about the place, or "" until the results are there.
     """
 
     picture: NDArray[np.uint8] | None = field(default=None, repr=False)
@@ -52,6 +55,7 @@ class ProbeState:
     layers: frozenset[str] = LAYERS - {"grid"}
     lamps: tuple[LampRow, ...] = ()
     lamps_note: str = ""
+    verdict: str = ""
     opening: str = ""
     recent: tuple[PlacesListRow, ...] = ()
     age: str = ""
@@ -111,7 +115,18 @@ NO_CAMERA_YET: Final = tr("There is no camera yet.")
 MARKERS: Final = {"walk": tr("Photographer stands here"), "selfie": tr("You face this way now")}
 
 _FIELDS: Final = frozenset(
-    {"place", "place_folder", "light", "opening", "front_deg", "camera", "settings", "head"}
+    {
+        "place",
+        "place_folder",
+        "light",
+        "opening",
+        "front_deg",
+        "camera",
+        "settings",
+        "head",
+        "results",
+        "answered",
+    }
 )
 
 
@@ -222,6 +237,7 @@ class ProbePresenter(Presenter[ProbeView]):
             layers=self.panorama.layers,
             lamps=() if findings is None else lamp_rows(findings, model.front_deg, rough=rough),
             lamps_note=lamps_note,
+            verdict=self._verdict(),
             opening=model.opening,
             recent=self._recent(),
             age="" if age is None else age_words(age),
@@ -259,6 +275,13 @@ class ProbePresenter(Presenter[ProbeView]):
         pictures = (*self.panorama.frames, *(None for _ in facts))
         values = [(one.ev, one.shutter_s, one.clipped_share) for one in facts]
         return tuple(tile_of(*one, picture) for one, picture in zip(values, pictures, strict=False))
+
+    def _verdict(self) -> str:
+        model = self._services.model
+        if model.light is None or model.computing:
+            return ""
+        verdict = place_verdict(model.results, model.light.searched, model.front_deg)
+        return "" if verdict is None else place_verdict_words(verdict, model.results)
 
     def _age(self) -> Age | None:
         place = self._services.model.place

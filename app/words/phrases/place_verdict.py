@@ -1,0 +1,59 @@
+"""The verdict about a place, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from app.core.places.place_verdict import PlaceVerdict
+from app.core.portrait.ratio_and_glare import Flow, Hardness
+from app.core.solver.style_result import StyleResult
+from app.core.styles.styles import NAMES
+from app.core.text import tr
+from app.words.phrases.directions import direction_words
+from app.words.phrases.quantities import lower_first
+
+_MOST: Final = 3
+_LIGHT: Final = {
+    Hardness.HARD: tr("Hard light {where}."),
+    Hardness.STRONG: tr("Strong light {where}."),
+    Hardness.SOFT: tr("Soft light {where}."),
+    Hardness.EVEN: tr("Nearly even light from all around."),
+}
+_PROPER: Final = frozenset({"left-rembrandt", "right-rembrandt"})
+"""Styles whose titles keep their capital within a sentence."""
+
+
+def place_verdict_words(verdict: PlaceVerdict, results: Iterable[StyleResult]) -> str:
+    """Describe the light at a place and its best styles, at most three.
+
+    Directions are those in the panorama with the photographer at its centre.
+
+    Args:
+        results: Results from which the verdict was made, for the titles of the styles.
+    """
+    titles = {one.name: style_within_sentence(one) for one in results}
+    sentences = [_light_sentence(verdict.flow)]
+    if not verdict.yes and not verdict.soft:
+        sentences.append(tr("Nothing here yet. Look for one strong light, or bring a lamp."))
+        return " ".join(sentences)
+    best = verdict.yes[:_MOST]
+    softly = verdict.soft[: _MOST - len(best)]
+    if best:
+        sentences.append(tr("Best: {styles}.", styles=", ".join(titles[one] for one in best)))
+    if softly:
+        sentences.append(tr("Softly: {styles}.", styles=", ".join(titles[one] for one in softly)))
+    if not verdict.deep_shadows:
+        sentences.append(tr("No deep shadows."))
+    return " ".join(sentences)
+
+
+def style_within_sentence(result: StyleResult) -> str:
+    """Return a style's title for use within a sentence. Titles of the user's styles are kept."""
+    title = result.title or result.name
+    return lower_first(title) if result.name in NAMES and result.name not in _PROPER else title
+
+
+def _light_sentence(flow: Flow) -> str:
+    where = direction_words(-flow.azimuth_deg, flow.elevation_deg)
+    return _LIGHT[flow.hardness].format(where=where)
