@@ -271,3 +271,16 @@ def test_a_photograph_that_is_no_sphere_is_refused(
     error = capsys.readouterr().err
     assert "twice as wide as it is high" in error
     assert "Traceback" not in error
+
+
+def test_verdict_is_in_table_and_json_for_all_styles_only(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    verdict = _solve(capsys, place, "--head", head)["verdict"]
+    # The lamp is at 30 degrees clockwise, which is towards the sitter's right.
+    assert verdict["flow"]["azimuth_deg"] == pytest.approx(-30.0, abs=3.0)
+    assert verdict["flow"]["hardness"] == "hard"
+    assert set(verdict["yes"] + verdict["soft"]) <= set(NAMES)
+    assert _solve(capsys, place, "--head", head, "--style", "top")["verdict"] is None
+    assert main(["solve", place, "--head", head]) == 0
+    assert capsys.readouterr().out.startswith(verdict["sentence"])
