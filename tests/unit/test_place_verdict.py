@@ -103,7 +103,8 @@ def test_styles_are_in_order_of_match_with_one_of_each_pair_and_rare_ones_last()
 
 @pytest.mark.parametrize("name", NAMES)
 def test_deep_shadows_need_a_style_with_deep_shadows(name: str) -> None:
-    verdict = verdict_of(results_of(**{name.replace("-", "_"): ("soft", 80.0)}))
+    grades: dict[str, tuple[Grade, float]] = {name.replace("-", "_"): ("soft", 80.0)}
+    verdict = verdict_of(results_of(**grades))
     assert verdict.deep_shadows == (name in DEEP)
 
 
