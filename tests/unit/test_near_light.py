@@ -12,7 +12,7 @@ from app.core.cautions.near_light import DISTANCES_M, moved_light, near_light
 from app.core.cautions.surroundings import (
     CAMERA_HEIGHT_M,
     SHAPE,
-    Surroundings,
+    SurfaceMap,
     estimate_surroundings,
 )
 from app.core.environment.environment import Environment
@@ -46,9 +46,9 @@ def meadow(lamp_radius: float = 0.0) -> Float32:
     return lit(panorama, 50.0, 35.0, lamp_radius) if lamp_radius else panorama
 
 
-def around(distance: float) -> Surroundings:
+def around(distance: float) -> SurfaceMap:
     """The inside of a ball."""
-    return Surroundings(np.full(SHAPE, distance), directions(SHAPE).astype(np.float64))
+    return SurfaceMap(np.full(SHAPE, distance), directions(SHAPE).astype(np.float64))
 
 
 def total(light: Float32) -> tuple[float, Float64]:

@@ -17,7 +17,7 @@ import numpy as np
 from app.core.base.arrays import Float32, Float64
 from app.core.base.sphere import directions, positions
 from app.core.cautions.caution import Caution, Hazard
-from app.core.cautions.surroundings import SHAPE, Surroundings, estimate_surroundings, reduced
+from app.core.cautions.surroundings import SHAPE, SurfaceMap, estimate_surroundings, reduced
 from app.core.environment.environment import Environment, solid_angles
 from app.core.measure.finish.clip_audit import choices
 from app.core.solver.turn_choice import Objective
@@ -59,7 +59,7 @@ def near_light(
 
 
 def losses_nearby(
-    light: Float32, surroundings: Surroundings, pack: StylePack, objective: Objective = "picture"
+    light: Float32, surroundings: SurfaceMap, pack: StylePack, objective: Objective = "picture"
 ) -> Float64:
     """Return the points of match that each style's turn would lose if the head were elsewhere.
 
@@ -82,7 +82,7 @@ def losses_nearby(
 
 
 def moved_light(
-    light: Float32, surroundings: Surroundings, offset: Float64, shape: tuple[int, int]
+    light: Float32, surroundings: SurfaceMap, offset: Float64, shape: tuple[int, int]
 ) -> Float32:
     """Return the light at another position in the same surroundings.
 

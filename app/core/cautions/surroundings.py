@@ -55,7 +55,7 @@ _BRIGHTEST: Final = (0.95, -10.0)  # quantile of the luminance above this elevat
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
+class SurfaceMap:
     """The surfaces around a camera.
 
     Attributes:
@@ -73,7 +73,7 @@ def reduced(radiance: Float32) -> Float32:
     return reduce_radiance(bounded(radiance, _COLUMNS), SHAPE)
 
 
-def estimate_surroundings(light: Float32) -> Surroundings:
+def estimate_surroundings(light: Float32) -> SurfaceMap:
     """Estimate the distances of all surfaces.
 
     Args:
@@ -215,7 +215,7 @@ def _is_under_sky(light: Float32) -> bool:
     return bool(np.log(ratios) @ _SKY[:3] + _SKY[3] > 0.0)
 
 
-def _surfaces(wall: Float64, height: float, top: Float64 | None) -> Surroundings:
+def _surfaces(wall: Float64, height: float, top: Float64 | None) -> SurfaceMap:
     """Return floor, walls and ceiling.
 
     Args:
@@ -236,4 +236,4 @@ def _surfaces(wall: Float64, height: float, top: Float64 | None) -> Surroundings
         is_sky = _elevations()[:, None] > top
         distance[is_sky] = _FAR_M
         normal[is_sky] = ways[is_sky]
-    return Surroundings(distance, normal)
+    return SurfaceMap(distance, normal)

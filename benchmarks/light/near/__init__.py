@@ -1,1 +1,1 @@
-"""What a camera that stood beside the head gives away, in places traced at both positions."""
+"""Places traced at the probe and beside it, and what its answers lose there."""
