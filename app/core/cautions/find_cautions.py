@@ -10,6 +10,7 @@ from app.core.base.sphere import bounded
 from app.core.cautions.caution import Caution, Hazard
 from app.core.cautions.lens_step import evened, lens_step
 from app.core.cautions.missing_light import missing_light
+from app.core.cautions.near_light import near_light
 from app.core.environment.environment import Environment, reduce_light
 from app.core.measure.finish.clip_audit import choices
 from app.core.measure.finish.doubtful_answers import doubt_of, has_changed
@@ -25,7 +26,17 @@ def find_cautions(
     """Return the cautions about an environment."""
     return (
         *missing_light(environment, doubt_of(environment, pack, objective)),
+        *camera_cautions(environment, pack, objective),
+    )
+
+
+def camera_cautions(
+    environment: Environment, pack: StylePack, objective: Objective = "picture"
+) -> tuple[Caution, ...]:
+    """Return the cautions about the camera's lenses and its position."""
+    return (
         *lens_cautions(environment, pack, objective),
+        *near_light(environment, pack, objective),
     )
 
 

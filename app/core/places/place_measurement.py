@@ -10,7 +10,7 @@ from typing import Final, TypeAlias
 
 from app.core.base.progress import Progress, Report, Task, Token
 from app.core.cautions.caution import Caution, Hazard
-from app.core.cautions.find_cautions import find_cautions, lens_cautions
+from app.core.cautions.find_cautions import camera_cautions, find_cautions
 from app.core.environment.environment import Environment, read_environment
 from app.core.measure.film.film import Film
 from app.core.measure.finish.findings import find
@@ -109,14 +109,14 @@ def place_of_capture(
         name = naming(before.made_at, lamps.light, [each.name for each in others])
     light, facts = merged_light(probe, name), capture_facts(probe, camera, plan)
     # The audit has already assessed clipped light.
-    lenses = lens_cautions(light.environment, load_named_pack(HEAD))
+    more = camera_cautions(light.environment, load_named_pack(HEAD))
     place = replace(
         before,
         name=name,
         # Use the start of the capture for the header, the list and the frames alike.
         measured_at=before.made_at,
         location=location_of(probe),
-        capture=replace(facts, cautions=(*facts.cautions, *lenses)),
+        capture=replace(facts, cautions=(*facts.cautions, *more)),
     )
     return place, light
 

@@ -37,6 +37,8 @@ def hazard_words(caution: Caution) -> str:
             "manual mode.",
             stops=amount,
         )
+    if caution.hazard is Hazard.NEAR_LIGHT:
+        return tr("Light is near. Put the camera exactly where the head will be.")
     return ""
 
 
