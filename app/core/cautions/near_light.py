@@ -41,10 +41,12 @@ def near_light(
 ) -> tuple[Caution, ...]:
     """Return a caution about near light, or none if no style would change.
 
-    Its amount is the smallest tested distance at which any style would change, in metres. Panoramas
-    of fewer than 64 rows are too coarse to find the floor and the walls.
+    Its amount is the smallest tested distance at which any style would change, in metres. The floor
+    and the walls cannot be found in panoramas of fewer than 64 rows or with gaps, nor by the light
+    of one photo.
     """
-    if environment.shape[0] < _LEAST_ROWS:
+    whole = environment.unseen is None and not environment.rough
+    if not whole or environment.shape[0] < _LEAST_ROWS:
         return ()
     light = reduced(environment.radiance)
     surroundings = estimate_surroundings(light)
