@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.places.place_verdict import place_verdict
@@ -37,6 +37,7 @@ def shown(bench: Bench, qtbot: QtBot, compact: bool = False) -> ProbeScreen:
     screen.resize(*(COMPACT if compact else FULL))
     screen.show()
     qtbot.waitExposed(screen)
+    QApplication.processEvents()  # the panorama sets its height by the width it gets
     return screen
 
 
@@ -284,8 +285,6 @@ class TestEverywhere:
     def test_nothing_lies_outside_or_over_each_other(
         self, bench: Bench, qtbot: QtBot, compact: bool, theme_name: str
     ) -> None:
-        from PySide6.QtWidgets import QApplication
-
         set_theme(theme_name)  # type: ignore[arg-type]
         apply(QApplication.instance())  # type: ignore[arg-type]
         bench.presenter.open_demo()

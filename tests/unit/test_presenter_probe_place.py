@@ -92,7 +92,7 @@ class TestAge:
 
 
 class TestPanoramas:
-    def test_the_demo_place_has_lamps_and_nothing_that_is_known_to_be_clipped(
+    def test_the_demo_place_has_lamps_nothing_clipped_and_light_that_is_near(
         self, bench: Bench
     ) -> None:
         bench.presenter.open_demo()
@@ -102,7 +102,8 @@ class TestPanoramas:
         assert state.findings is not None
         assert state.findings.clipped is None
         assert state.frames == ()
-        assert state.notice is None
+        assert state.notice is not None
+        assert state.notice.title.startswith("Light is near.")
 
     def test_exposure_makes_the_picture_brighter_and_comes_back(self, bench: Bench) -> None:
         with_lamp(bench, 0.0)

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
-from app.core.base.arrays import Bools, Float64
+from app.core.base.arrays import Bools, Float64, Int64
 
 TIE: Final = 1e-6
 """Largest difference between equally good objectives, as a fraction of the curve's maximum."""
@@ -191,12 +191,17 @@ def best_index(objective: Float64, eligible: Bools) -> int:
         >>> best_index(np.ones(64), np.ones(64, bool))
         0
     """
-    best = objective[eligible].max()
-    near = best - TIE * np.abs(objective).max()
-    ties = np.flatnonzero(eligible & (objective >= near))
+    return int(best_indices(objective, eligible))
+
+
+def best_indices(objectives: Float64, eligible: Bools) -> Int64:
+    """Return the index chosen by `best_index` for each curve, (...), of (..., 64) objectives."""
+    best = np.where(eligible, objectives, -np.inf).max(axis=-1, keepdims=True)
+    near = best - TIE * np.abs(objectives).max(axis=-1, keepdims=True)
+    ties = eligible & (objectives >= near)
     # Smallest |turn| first; of a pair at equal |turn|, the clockwise one has the smaller index.
-    size = np.minimum(ties, TURNS - ties)
-    return int(ties[np.argmin(size)])
+    size = np.minimum(np.arange(TURNS), TURNS - np.arange(TURNS))
+    return np.asarray(np.where(ties, size, TURNS).argmin(axis=-1), np.int64)
 
 
 def find_peak(

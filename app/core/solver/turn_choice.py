@@ -25,7 +25,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from app.core.base.arrays import Bools, Float64, Int64
-from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_index, find_peak, find_peaks
+from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_indices, find_peak, find_peaks
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.style_signature import NO, SOFT, YES, grades
 
@@ -146,10 +146,8 @@ class Choice:
 
     @property
     def turns(self) -> Int64:
-        """The best grid turn for each style, (S,), for (S, 64) curves."""
-        return np.array(
-            [best_index(c, a) for c, a in zip(self.curve, self.eligible, strict=True)], np.int64
-        )
+        """The best grid turn for each style, (...)."""
+        return best_indices(self.curve, self.eligible)
 
     @property
     def best(self) -> Int64:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, get_args
 
@@ -72,7 +73,14 @@ def load_named_pack(head: str) -> StylePack:
             if names
             else tr("No heads are installed. Reinstall Turnlight."),
         )
-    return load_pack(resources() / "transport" / f"{head}{_ENDING}")
+    path = resources() / "transport" / f"{head}{_ENDING}"
+    return _shipped_pack(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=1)
+def _shipped_pack(path: Path, _changed_ns: int) -> StylePack:
+    """Load a shipped pack once, since measuring and solving a place need it several times."""
+    return load_pack(path)
 
 
 def load_transport_of(pack: StylePack, head: str) -> Transport:

@@ -306,7 +306,8 @@ def _changes(
     degrees = [turn_of_index(turn) for turn in range(TURNS)]
     rows = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
     now = choice[0].offer
-    best = {k: _offer(then[k], turns, now) for k in rows}
+    bests = then.turns
+    best = {k: _offer(then[k], bests[k], turns, now) for k in rows}
     return tuple(
         StyleChange(
             style.name,
@@ -322,12 +323,12 @@ def _changes(
     )
 
 
-def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
+def _offer(then: Choice, best: Indices, turns: Indices, now: Indices) -> Indices:
     """Return the grid turns that are offered in brighter light, (S,).
 
     A style whose best turn stays the same keeps its current offer.
     """
-    best, turns_offer = then.turns, now.copy()
+    turns_offer = now.copy()
     for row in np.flatnonzero(best != turns).tolist():
         turns_offer[row] = then[row].peak(int(best[row])).index
     return turns_offer
