@@ -229,7 +229,7 @@ def test_a_lamp_on_the_right_gives_the_turn_of_split(tmp_path: Path) -> None:
     """A lamp at +90 in the bracket: left split at 180, right split at 0, as in the panorama."""
     shape = (256, 512)
     radiance = np.full((*shape, 3), 2.0, np.float32)
-    place = sphere.directions(shape) @ sphere.direction(90.0, 20.0) > np.cos(np.radians(6.0))
+    place = sphere.directions(shape) @ sphere.direction(90.0, 10.0) > np.cos(np.radians(6.0))
     radiance[place] = 2000.0
     shots = [Exposure(t, 100.0, 2.0) for t in (0.1, 0.01, 0.001, 0.0002)]
     probe = merged(write_bracket(tmp_path, radiance, THETA_V, shots, seed=5))

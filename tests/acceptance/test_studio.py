@@ -66,7 +66,10 @@ def test_the_place_with_those_lamps_gives_the_style_there() -> None:
         light = studio_light(plain, pack.studio(style.name), SHAPE)
         (result,) = solve_all(pack, light, styles=[style.name])
         assert result.grade == "yes", style.name
-        assert abs(result.turn_refined_deg) <= 0.5, style.name
+        start, stop = result.arc_deg
+        # A match by areas is much the same all over its arc.
+        turn = (start + stop) / 2 if style.signature.areas else result.turn_refined_deg
+        assert abs(turn) <= 0.5, style.name
 
 
 def test_more_fill_makes_shallower_targets() -> None:

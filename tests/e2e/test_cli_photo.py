@@ -137,15 +137,15 @@ def test_with_a_place_the_turn_is_told(in_a_room: Path, capsys: pytest.CaptureFi
 def test_the_best_style_of_a_saved_place(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "loop.jpg"
-    assert cv2.imwrite(str(path), taken("generic", "interior", 51.0)[..., ::-1])
+    path = tmp_path / "split.jpg"
+    assert cv2.imwrite(str(path), taken("generic", "sunrise", 125.0)[..., ::-1])
     folder = tmp_path / "place"
     folder.mkdir()
-    store_environment(folder, read_environment(ROOM).radiance)
+    store_environment(folder, read_environment(ROOM.with_name("sunrise.exr")).radiance)
     assert main(["photo", str(path), "--place", str(folder), "--json"]) == 0
     (face,) = json.loads(capsys.readouterr().out)["faces"]
-    assert (face["style"], face["in_the_light"]) == ("left-loop", True)
-    assert face["turn_deg"] == pytest.approx(51, abs=10)
+    assert (face["style"], face["in_the_light"]) == ("left-split", True)
+    assert face["turn_deg"] == pytest.approx(125, abs=10)
 
 
 def test_without_a_place_it_is_the_studio(photo: Path, capsys: pytest.CaptureFixture[str]) -> None:

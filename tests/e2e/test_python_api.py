@@ -21,7 +21,7 @@ from app.core.base.colour import luminance
 from app.core.solver.transport import load_named
 
 ROOT = Path(__file__).resolve().parents[2]
-SCENE = ROOT / "resources" / "demo" / "scenes" / "interior.exr"
+SCENE = ROOT / "resources" / "demo" / "scenes" / "sunrise.exr"
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +43,8 @@ def test_the_example_runs(
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("Butterfly")
-    assert len(lines) == 7
+    assert lines[0].startswith("Flat")
+    assert len(lines) == 13
     # The merged bracket answers as the panorama of which its frames were made.
     before, after = (
         {one.name: one for one in turnlight.solve(names[light])}

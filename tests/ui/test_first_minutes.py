@@ -19,7 +19,7 @@ from app.ui.shell.start import App
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import opened, until
 
-PORTRAITS = ("butterfly", "loop", "rembrandt", "window", "split")
+PORTRAITS = ("flat", "butterfly", "loop", "rembrandt", "window", "split")
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_the_rail_says_what_was_chosen(home: Path) -> None:
         walk_there(app, robot, clicks(robot))
         goal = app.model.goal_deg
         assert goal is not None
-        assert robot.find("Styles, done", QAbstractButton).accessibleDescription() == "Loop"
+        assert robot.find("Styles, done", QAbstractButton).accessibleDescription() == "Flat"
         # On the way there is one number only: how far there is to go.
         assert robot.find("Turn", QAbstractButton).accessibleDescription() == ""
         app.model.update(step=Step.STYLES)

@@ -118,6 +118,8 @@ def test_pictures_are_of_the_face_turned_aside(shown: Shown) -> None:
 
 
 def test_a_gain_is_named(shown: Shown) -> None:
+    shown.table.model.update(light=scene_light("studio"))
+    shown.settle()
     named = [one for one in shown.table.model.results if one.gains and one.attainable]
     assert named
     shown.table.presenter.choose(named[0].name)

@@ -202,7 +202,7 @@ def test_gains_raise_the_grade_or_the_match(objective: Objective) -> None:
         demo_light("courtyard"),
         demo_light("interior"),
         demo_light("city"),
-        *places(8, 11),
+        *places(20, 11),
     ):
         straight = by_name(light, LensWish(), objective)
         other = {kind: by_name(light, LensWish(kind), objective) for kind in ("short", "broad")}

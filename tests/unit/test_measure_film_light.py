@@ -63,7 +63,7 @@ def test_the_answers_are_those_of_the_place() -> None:
         for own, one in zip(truth, answers, strict=True)
         if own.attainable and one.attainable
     ]
-    assert len(lost) >= 4
+    assert len(lost) >= 3
     assert np.mean(np.array(lost) <= 0.03) >= 0.9
 
 

@@ -94,7 +94,7 @@ def test_turns_move_with_the_panorama() -> None:
 
 def test_a_turn_that_hangs_on_a_clipped_lamp_needs_the_bracket() -> None:
     """A large grey window at one side, a clipped bulb at the other: which one is stronger?"""
-    window, bulb = (-100.0, 20.0, 60.0, 4.0), (80.0, 30.0, 4.0, 400.0)
+    window, bulb = (-100.0, 20.0, 60.0, 2.0), (80.0, 30.0, 4.0, 400.0)
     hanging = preview_light(seen(window, bulb), SHAPE)
     lone = preview_light(seen(window), SHAPE)
     assert hanging is not None

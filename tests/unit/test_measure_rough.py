@@ -69,7 +69,7 @@ def test_a_single_lamp_is_answered_as_the_true_light_is(tmp_path: Path) -> None:
     probe, truth = measured(light, tmp_path), answers(light)
     rough = answers(probe.merged.radiance)
     reached = [name for name, one in truth.items() if one.grade == "yes"]
-    assert len(reached) >= 5
+    assert len(reached) >= 3
     for name in reached:
         assert rough[name].turn_refined_deg == pytest.approx(truth[name].turn_refined_deg, abs=2.0)
     assert not set(reached) & set(in_doubt(probe))

@@ -158,7 +158,8 @@ def test_sunrise_answers_come_back(pack: StylePack, floor: float, factor: float)
     light = luminance(reduce_radiance(truth))
     answers = choose(pack, luminance(reduce_radiance(result.merged.radiance))).turns
     lost = given_up(choose(pack, light), answers)
-    assert np.count_nonzero(lost <= 0.02) >= len(lost) - 1  # of all styles
+    # Of all styles but one on both of its sides.
+    assert np.count_nonzero(lost <= 0.02) >= len(lost) - 2
 
 
 def test_a_metered_lamp_has_its_illuminance() -> None:

@@ -43,11 +43,11 @@ def best(state: SpotsState) -> list[str]:
 
 def test_the_best_spot_is_marked_with_its_reasons(table: Table, tmp_path: Path) -> None:
     presenter = compared(table, tmp_path)
-    presenter.choose("left-loop")
+    presenter.choose("flat")
     state = presenter.resolve()
     own = {each.name: read_place(each.folder) for each in list_places(tmp_path / "places")}
     match = {
-        name: next(one for one in place.results if one.name == "left-loop")
+        name: next(one for one in place.results if one.name == "flat")
         for name, place in own.items()
     }
     inside = {name: one for name, one in match.items() if one.attainable}
@@ -58,7 +58,7 @@ def test_the_best_spot_is_marked_with_its_reasons(table: Table, tmp_path: Path) 
     card = next(card for card in state.cards if card.best)
     assert f"match {int(inside[first].match)}" in card.grade_words
     assert "of leeway" in card.grade_words
-    assert state.verdict.startswith(f"Best spot for Loop, sitter’s left (camera right): {first}.")
+    assert state.verdict.startswith(f"Best spot for Flat: {first}.")
     assert card.picture is not None
     assert state.cards[0] is card or state.cards[0].best
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import difference, whole, wrap
+from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.places.place import Location, Place
@@ -152,7 +153,13 @@ class TestCards:
         table.open(scene_light())
         result = next(one for one in table.model.results if one.name == "left-rembrandt")
         turned = replace(
-            result, turn_refined_deg=96.2, match=96.4, attainable=True, shortfall=None, grade="yes"
+            result,
+            turn_refined_deg=96.2,
+            match=96.4,
+            attainable=True,
+            shortfall=None,
+            grade="yes",
+            neighbour=None,
         )
         others = tuple(one for one in table.model.results if one is not result)
         table.model.update(results=(*others, turned))
@@ -196,6 +203,7 @@ class TestCards:
             attainable=True,
             grade="soft",
             looks_more_like="left-rembrandt",
+            neighbour=None,
             shortfall=None,
         )
         table.model.update(results=(taken,))
@@ -530,14 +538,14 @@ class TestDetail:
 
 class TestWaysOn:
     def test_turn_to_this_takes_the_turn_that_is_shown(self, table: Table) -> None:
-        table.open(scene_light()).presenter.choose("left-rembrandt")
+        table.open(scene_light()).presenter.choose("left-loop")
         table.presenter.look_at(33.0)
         table.presenter.main()
         assert table.model.goal_deg == 33.0
         assert table.model.step is Step.TURN
 
     def test_another_style_has_another_goal(self, table: Table) -> None:
-        table.open(scene_light()).presenter.open("left-rembrandt")
+        table.open(scene_light()).presenter.open("left-loop")
         assert goal(table) is not None
         table.presenter.look_at(12.0)
         table.presenter.choose("butterfly")
@@ -690,11 +698,11 @@ class TestExposure:
         free = table.card("right-rim").here
         table.presenter.expose_alike()
         table.presenter.choose("right-rim")
-        np.testing.assert_array_equal(table.card("right-rim").here, free)
+        _assert_alike(table.card("right-rim").here, free)
         table.presenter.expose_alike()
         assert not table.presenter.resolve().same_exposure
         table.presenter.choose("left-loop")
-        np.testing.assert_array_equal(table.card("right-rim").here, free)
+        _assert_alike(table.card("right-rim").here, free)
 
     def test_pictures_are_made_again_only_for_that(self, table: Table) -> None:
         table.open(scene_light()).presenter.choose("left-loop")
@@ -706,6 +714,13 @@ class TestExposure:
         made = [key for key in table.runner.ran if key == "styles-pictures-larger"]
         assert len(made) == 2
         assert "styles-pictures" not in table.runner.ran, "the gallery is not dimmed"
+
+
+def _assert_alike(picture: Bytes | None, other: Bytes | None) -> None:
+    """Compare pictures to one code, as exposures are rounded."""
+    assert picture is not None
+    assert other is not None
+    np.testing.assert_allclose(picture, other, atol=1)
 
 
 def _exposures(table: Table) -> dict[str, float]:

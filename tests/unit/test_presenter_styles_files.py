@@ -38,7 +38,7 @@ def table(tmp_path: Path) -> Table:
     table = Table(tmp_path)
     mine = keep(table, "My Rembrandt")
     table.model.update(user_styles=(mine,))
-    table.open(scene_light())
+    table.open(scene_light("sunrise"))
     table.presenter.choose("my-rembrandt")
     return table
 

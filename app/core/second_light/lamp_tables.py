@@ -25,7 +25,7 @@ from app.core.second_light.contrast import (
 )
 from app.core.second_light.lamp_spot import LampSpot
 from app.core.second_light.placements import COUNT
-from app.core.solver.face import AREAS
+from app.core.solver.face import AREAS, AROUND
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.transport import Transport
 from app.core.solver.weights import target_weights
@@ -172,7 +172,10 @@ def values_at(tables: LampTables, place: SearchPlace, spot: LampSpot, power: flo
     parts = np.roll(place.parts, -spot.turn, axis=2).reshape(-1)
     own, share = hidden.own[altitude][:, azimuth], hidden.shares[altitude][:, azimuth]
     parts[own] -= share * parts[own]
-    return tables.linear @ parts + tables.lamp_products[:, spot.number] * (power / place.scale)
+    values = tables.linear @ parts + tables.lamp_products[:, spot.number] * (power / place.scale)
+    around = tables.areas[AROUND]
+    values[around] = place.curves[around, spot.turn]
+    return values
 
 
 def lamp_alone(tables: LampTables, place: SearchPlace, rows: Sequence[int]) -> Float64:

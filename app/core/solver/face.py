@@ -10,10 +10,13 @@ mesh: the point between the eyes, the tip of the nose and the chin.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.angles import TURNS
 from app.core.base.arrays import Float64
 from app.core.base.errors import TransportError
 from app.core.solver.head_shape import HeadShape
@@ -80,7 +83,8 @@ AREAS: Final = (
 AROUND: Final = slice(-2, None)
 """The last of the areas. They belong to the place around the head, not to the head."""
 
-_AROUND_DEG: Final = (15.0, 40.0)
+_AROUND_DEG: Final = (6.0, 40.0)  # a portrait shows about 9 by 11 degrees of the background
+_DARKEST: Final = 2.0**-20  # fraction of the brightest light that counts as black
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,13 +155,29 @@ def _region(across: Float64, down: Float64, whole: Float64) -> Float64:
     return np.asarray(region)
 
 
-def maps_around(shape: tuple[int, int]) -> Float64:
-    """Return weight maps for the mean radiance behind the sitter and around the head.
+def brightness_around(light: Float64) -> Float64:
+    """Return how bright the place looks behind the sitter and around the head, at every turn.
+
+    This is the geometric mean of the luminance, with weights that fall off smoothly with the angle
+    from the point directly behind the sitter. Like the eye, and unlike the mean, it hardly counts a
+    small lamp in front of a dark wall.
+
+    Args:
+        light: (N, H, W) float64. Luminance at turn 0.
 
     Returns:
-        (2, H, W) float64. The maps, in panorama coordinates at turn 0. Each map sums to 1. The
-        weights fall off smoothly with the angle from the point directly behind the sitter.
+        (N, 2, 64) float64. Brightness of the last two of `AREAS` at the grid turns, in the unit of
+        `light`.
     """
+    least = np.maximum(_DARKEST * light.max(axis=(1, 2), keepdims=True), 1e-30)
+    spectra = np.fft.rfft(np.log(np.maximum(light, least)))
+    turned = np.einsum("nhf,ahf->naf", spectra, _maps_around(light.shape[1:]))
+    return np.asarray(np.exp(np.fft.irfft(turned, TURNS) * (TURNS / light.shape[-1])))
+
+
+@lru_cache(maxsize=4)
+def _maps_around(shape: tuple[int, ...]) -> NDArray[np.complex128]:
+    """Return the conjugate spectra, (2, H, W / 2 + 1), of maps whose weights sum to 1."""
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
     elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
@@ -165,7 +185,7 @@ def maps_around(shape: tuple[int, int]) -> Float64:
     away = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
     maps = np.stack([np.exp(-0.5 * (away / wide) ** 2) for wide in _AROUND_DEG])
     maps *= np.cos(elevation)[:, None]
-    return np.asarray(maps / maps.sum(axis=(1, 2), keepdims=True))
+    return np.asarray(np.conj(np.fft.rfft(maps / maps.sum(axis=(1, 2), keepdims=True))))
 
 
 def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Float64]:

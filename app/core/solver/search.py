@@ -20,6 +20,7 @@ from app.core.base.angles import TURNS
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.colour import luminance
 from app.core.environment.environment import solid_angles
+from app.core.solver.face import brightness_around
 from app.core.solver.transport import Transport
 
 MIXTURES: Final = 10
@@ -188,6 +189,8 @@ class SearchTables:
             asymmetrical head. Otherwise, each row is a separate basis picture.
         cosine, sine: (W / 2, M) float64. The forward transform.
         back_cosine, back_sine: (33, M) float64. The inverse transform to turns 0 to 180 degrees.
+        around: Index of the first of two other maps whose values are replaced by the brightness
+            around the head (see `app.core.solver.face`), or None.
     """
 
     shape: tuple[int, int]
@@ -201,6 +204,7 @@ class SearchTables:
     sine: Float64
     back_cosine: Float64
     back_sine: Float64
+    around: int | None = None
 
     @property
     def count(self) -> int:
@@ -235,6 +239,7 @@ def build_tables(
     *,
     paired: bool = False,
     others: Floats | None = None,
+    around: int | None = None,
 ) -> SearchTables:
     """Transform pre-integrated targets and a search basis along the azimuth.
 
@@ -248,6 +253,7 @@ def build_tables(
         paired: As in `SearchTables`.
         others: (K, H, W) float. Other maps to evaluate: areas of the face, and targets over the
             face region.
+        around: As in `SearchTables`.
     """
     height, width = targets.shape[1:]
     half, frequencies = width // 2, width // 2 + 1
@@ -278,6 +284,7 @@ def build_tables(
         sine=sine,
         back_cosine=np.cos(phase) * share,
         back_sine=back_sine,
+        around=around,
     )
 
 
@@ -331,7 +338,12 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
         cross += 2 * (_products(even_p, odd_q) + _products(even_q, odd_p))
     squared = _unfold(same[..., None], cross[..., None])[:, 0]
     contrast = np.sqrt(np.maximum(squared, 0.0))
-    return Curves(_quality(tables, spectra), sums[:, 0], contrast, sums[:, 1:])
+    others = sums[:, 1:]
+    if tables.around is not None:
+        # The rows of an environment come first, and have half as many as columns.
+        light = np.asarray(lights[:, : tables.shape[1] // 2], np.float64)
+        others[:, tables.around : tables.around + 2] = brightness_around(light)
+    return Curves(_quality(tables, spectra), sums[:, 0], contrast, others)
 
 
 def _spectra(tables: SearchTables, lights: Floats) -> Float64:

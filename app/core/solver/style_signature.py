@@ -38,6 +38,7 @@ _NOTHING: Final = 2.0**-40  # fraction of the brightest area below which there i
 _VISIBLE: Final = 0.1  # stops: a shallower relation is invisible
 _SHARE: Final = 0.7  # minimum fraction of a target's depth to keep under the photographer's lamps
 _POINTS: Final = 20.0  # points of match that are equivalent to one stop
+_SURROUNDINGS: Final = AREAS.index("surroundings")
 _LIT_AREAS: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
 
 
@@ -276,7 +277,8 @@ def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
     """Return the areas that must be brighter, the darker areas, and how many must be brighter."""
     relations = [relation for relation in signature.relations if relation.least > 0]
     bright = sorted({AREAS.index(relation.bright) for relation in relations})
-    dark = sorted({AREAS.index(relation.dark) for relation in relations} - {*bright})
+    # A picture does not show the surroundings, only the background.
+    dark = sorted({AREAS.index(relation.dark) for relation in relations} - {*bright, _SURROUNDINGS})
     return [*bright, *dark], len(bright)
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
+from app.core.solver.face import AREAS, AROUND
 from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.style_signature import Signatures
 from app.core.solver.transport import Transport
@@ -103,6 +104,7 @@ class StylePack:
             self.basis_odd,
             paired=self.header.paired,
             others=np.concatenate([self.area_rows, self.face_rows]),
+            around=range(len(AREAS))[AROUND].start,
         )
 
     @cached_property

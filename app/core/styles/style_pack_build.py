@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
-from app.core.solver.face import AREAS, AROUND, FaceRegion, find_face, maps_around, mirror_area
+from app.core.solver.face import AREAS, FaceRegion, find_face, mirror_area
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.search import SearchColours, find_colours
 from app.core.solver.style_signature import NO, YES, Signatures, better, grades, stops_of
@@ -176,8 +176,6 @@ def build_pack(
     parts = _make_parts(transport, colours, face, styles, targets)
     area_rows = colours.integrate(face.areas)
     mean = colours.integrate(share)
-    # These areas have no skin that would colour the light, so all light counts as grey.
-    area_rows[AROUND, : transport.environment_shape[0]] = maps_around(transport.environment_shape)
     if transport.header.symmetric:
         area_rows = _mirror_exact(area_rows, [AREAS.index(mirror_area(name)) for name in AREAS])
         mean = 0.5 * (mean + mean[:, ::-1])

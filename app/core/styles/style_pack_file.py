@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from app.core.base.archive import CONTRADICTIONS, read_sealed, write_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
-from app.core.solver.face import AREAS, mirror_area
+from app.core.solver.face import AREAS, AROUND, mirror_area
 from app.core.solver.head_shape import shape_path
 from app.core.solver.place_light import Expose
 from app.core.solver.shortfall import Aspect
@@ -183,6 +183,8 @@ def load_pack(path: Path) -> StylePack:
     try:
         header, styles = _header(facts), tuple(_style(entry) for entry in facts["styles"])
         _check(arrays, header, len(styles), path)
+        # Earlier versions stored rows for the areas around the head.
+        arrays["area_rows"][AROUND] = 0.0
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} is not a style pack.", name=path.name), _AGAIN) from error
     return StylePack(header=header, styles=styles, studios=(), **arrays)
