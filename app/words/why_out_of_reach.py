@@ -11,7 +11,7 @@ The sentences end without a full stop and come in these lengths:
 from __future__ import annotations
 
 import math
-from typing import Final, Literal
+from typing import Final
 
 from app.core.solver.shortfall import (
     AreaShortfall,
@@ -73,7 +73,7 @@ def reason_sentence(shortfall: Shortfall | None) -> str:
     """
     match shortfall:
         case AreaShortfall():
-            return _areas(shortfall, _reason_of(shortfall).sentence)
+            return _areas(shortfall, _with_numbers(shortfall, _reason_of(shortfall)))
         case LightShortfall():
             cause, number = _cause(shortfall), _number(shortfall)
             return tr("{cause}: {number}", cause=cause, number=number)
@@ -90,7 +90,7 @@ def reason_line(shortfall: Shortfall | None) -> str:
     match shortfall:
         case AreaShortfall():
             reason = _reason_of(shortfall)
-            return _areas(shortfall, reason.line or reason.sentence)
+            return _areas(shortfall, reason.line or _with_numbers(shortfall, reason))
         case LightShortfall():
             return _cause(shortfall)
     return _without_numbers(shortfall)
@@ -195,6 +195,15 @@ def _reason_of(shortfall: AreaShortfall) -> Wording:
     return below if shortfall.value_stops < shortfall.limit_stops else above
 
 
+def _with_numbers(shortfall: AreaShortfall, reason: Wording) -> str:
+    """Return the sentence, without a value of nothing: an edge that is darker is no rim at all."""
+    if shortfall.value_stops > 0 or shortfall.aspect is Aspect.EVENNESS:
+        return reason.sentence
+    if "{value}" not in reason.sentence:
+        return reason.sentence
+    return tr("{reason}; {{style}} needs {{limit_stops}}", reason=reason.card)
+
+
 def _areas(shortfall: AreaShortfall, words: str) -> str:
     value, limit = shortfall.value_stops, shortfall.limit_stops
     if shortfall.aspect is Aspect.EVENNESS:
@@ -203,12 +212,11 @@ def _areas(shortfall: AreaShortfall, words: str) -> str:
         style=shortfall.style,
         value=_stops(value, limit),
         limit=f"{limit:.1f}".replace("-", "\N{MINUS SIGN}"),
-        signed=_stops(value, limit, sign="+"),
-        signed_limit=f"{limit:+.1f}".replace("-", "\N{MINUS SIGN}"),
+        limit_stops=_stops(limit, math.inf),
     )
 
 
-def _stops(value: float, limit: float, sign: Literal["", "+"] = "") -> str:
+def _stops(value: float, limit: float) -> str:
     """Format stops, rounded away from the limit so that no value beyond it reads as the limit.
 
     Examples:
@@ -216,7 +224,7 @@ def _stops(value: float, limit: float, sign: Literal["", "+"] = "") -> str:
         ('0.3 stop', '−1.7 stops', '1.98 stops', '0.0 stop')
     """
     digits = 2 if f"{value:.1f}" == f"{limit:.1f}" else 1
-    number = f"{round(value, digits) + 0.0:{sign}.{digits}f}".replace("-", "\N{MINUS SIGN}")
+    number = f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "\N{MINUS SIGN}")
     count = max(math.ceil(abs(round(value, digits))), 1)
     return tr_plural("{number} stop", "{number} stops", count, number=number)
 

@@ -51,6 +51,12 @@ def test_sentences_over_the_demo_scenes_are_as_kept() -> None:
 
 
 @pytest.mark.parametrize("words", LENGTHS)
+def test_no_sentence_has_a_negative_number(words: Callable[[Shortfall], str]) -> None:
+    for shortfall in every_shortfall():
+        assert "\N{MINUS SIGN}" not in words(shortfall)
+
+
+@pytest.mark.parametrize("words", LENGTHS)
 def test_every_shortfall_has_a_whole_sentence(words: Callable[[Shortfall], str]) -> None:
     for shortfall in every_shortfall():
         text = words(shortfall)

@@ -110,10 +110,10 @@ def _shortfall(style: Style, areas: Float64, match: float, grade: int) -> Shortf
     """Return the shortfall of a picture, or None if it satisfies its style's whole signature."""
     worst = worst_relation(style.signature, areas, soft=grade == NO)
     if worst is None:
-        least = style.signature.match[0 if grade == SOFT else 1]
-        return None if match >= least else LightShortfall(Cause.SPOILED, "match", match, least)
+        least, lowest = style.signature.match
+        enough = match >= (least if grade == SOFT else lowest)
+        return None if enough else LightShortfall(Cause.SPOILED, "match", match, least)
     relation, value = worst
-    band = relation.soft if grade == NO else 0.0
-    low = relation.least - band
-    limit = low if value < low else relation.most + band
+    # The limit of yes, whatever the grade: a style has one.
+    limit = relation.least if value < relation.least else relation.most
     return AreaShortfall(relation.aspect, style.title, relation.bright, relation.dark, value, limit)

@@ -16,8 +16,7 @@ class Wording(NamedTuple):
     line: str = ""
 
 
-# By aspect: below the minimum, then above the maximum. {value} and {limit} are in stops; {signed}
-# and {signed_limit} are the same with a sign.
+# By aspect: below the minimum, then above the maximum. {value} and {limit} are in stops.
 AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     Aspect.NOSE_SHADOW: (
         Wording(
@@ -134,15 +133,12 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.RIM: (
         Wording(
-            tr("The rim is too weak: {signed} relative to the face; {style} needs {signed_limit}"),
+            tr("The rim is too weak: {value} over the face; {style} needs {limit}"),
             tr("The rim is too weak"),
             tr("The rim is too weak"),
         ),
         Wording(
-            tr(
-                "The rim is too bright: {signed} relative to the face; "
-                "{style} allows {signed_limit}"
-            ),
+            tr("The rim is too bright: {value} over the face; {style} allows {limit}"),
             tr("The rim is too bright"),
         ),
     ),
@@ -184,14 +180,11 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.HAIR: (
         Wording(
-            tr("The hair is too dark: {signed} relative to the face; {style} needs {signed_limit}"),
+            tr("The hair is too dark: {value} over the face; {style} needs {limit}"),
             tr("The hair is too dark"),
         ),
         Wording(
-            tr(
-                "The hair is too bright: {signed} relative to the face; "
-                "{style} allows {signed_limit}"
-            ),
+            tr("The hair is too bright: {value} over the face; {style} allows {limit}"),
             tr("The hair is too bright"),
         ),
     ),
@@ -208,17 +201,11 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.BACKGROUND: (
         Wording(
-            tr(
-                "The background is too dark: {signed} relative to the face; "
-                "{style} needs {signed_limit}"
-            ),
+            tr("The background is too dark: {value} over the face; {style} needs {limit}"),
             tr("The background is too dark"),
         ),
         Wording(
-            tr(
-                "The background is too bright: {signed} relative to the face; "
-                "{style} allows {signed_limit}"
-            ),
+            tr("The background is too bright: {value} over the face; {style} allows {limit}"),
             tr("The background is too bright"),
         ),
     ),
