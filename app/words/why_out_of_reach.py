@@ -48,10 +48,13 @@ _CAUSES: Final = {
     Cause.WEAK_LAMP: tr("The lamp is too weak for the light here"),
 }
 _ON_CARDS: Final = {
-    Cause.NO_LIGHT: tr("No strong light from {place}"),
-    Cause.ONE_LAMP: tr("No second light from {place}"),
-    Cause.APART: tr("No turn combines all its lights"),
+    Cause.EVEN: tr("Light too even"),
+    Cause.NO_LIGHT: tr("No light from {place}"),
+    Cause.ONE_LAMP: tr("No second light"),
+    Cause.APART: tr("No turn combines its lights"),
+    Cause.SPOILED: tr("Other light spoils it"),
     Cause.NO_TURN: tr("No turn gives this pattern"),
+    Cause.WEAK_LAMP: tr("Lamp too weak here"),
 }
 _OBSTACLES: Final = {
     Obstacle.BACKGROUND: tr("No turn puts this background behind the sitter"),
@@ -101,12 +104,12 @@ def reason_card(shortfall: Shortfall | None) -> str:
 
     Examples:
         >>> reason_card(LightShortfall(Cause.ONE_LAMP, "match", 14.3, 45.0, Origin.BELOW))
-        'No second light from below'
+        'No second light'
     """
     match shortfall:
         case AreaShortfall():
             reason = _reason_of(shortfall)
-            return _areas(shortfall, reason.card or reason.sentence)
+            return _areas(shortfall, reason.card)
         case LightShortfall(cause=Cause.NO_LIGHT, origin=Origin.HIGH_IN_FRONT):
             return tr("No light high in front")
         case LightShortfall():
@@ -121,7 +124,7 @@ def out_of_reach_spoken(shortfall: Shortfall | None) -> str:
         >>> out_of_reach_spoken(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
         'out of reach: the light here is too even'
     """
-    return tr("out of reach: {reason}", reason=lower_first(reason_card(shortfall)))
+    return tr("out of reach: {reason}", reason=lower_first(reason_line(shortfall)))
 
 
 def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
@@ -201,7 +204,8 @@ def _with_numbers(shortfall: AreaShortfall, reason: Wording) -> str:
         return reason.sentence
     if "{value}" not in reason.sentence:
         return reason.sentence
-    return tr("{reason}; {{style}} needs {{limit_stops}}", reason=reason.card)
+    reason_alone = reason.sentence.partition(": {value}")[0]
+    return tr("{reason}; {{style}} needs {{limit_stops}}", reason=reason_alone)
 
 
 def _areas(shortfall: AreaShortfall, words: str) -> str:

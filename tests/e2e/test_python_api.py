@@ -44,7 +44,7 @@ def test_the_example_runs(
         exec(compile(block, "docs/python.md", "exec"), names)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("Flat")
-    assert len(lines) == 13
+    assert len(lines) == 15
     # The merged bracket answers as the panorama of which its frames were made.
     before, after = (
         {one.name: one for one in turnlight.solve(names[light])}

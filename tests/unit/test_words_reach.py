@@ -50,6 +50,12 @@ def test_sentences_over_the_demo_scenes_are_as_kept() -> None:
     assert reach_sentences.sentences() == reach_sentences.read()
 
 
+def test_a_card_has_at_most_five_words() -> None:
+    for shortfall in every_shortfall():
+        if not isinstance(shortfall, (LensShortfall, SavedReason)):
+            assert len(reason_card(shortfall).split()) <= 5, reason_card(shortfall)
+
+
 @pytest.mark.parametrize("words", LENGTHS)
 def test_no_sentence_has_a_negative_number(words: Callable[[Shortfall], str]) -> None:
     for shortfall in every_shortfall():
