@@ -67,5 +67,5 @@ def test_turns_read_off_a_film_of_a_modelled_place(
         here = np.interp(one.turn_refined_deg % 360, around, curve, period=360)
         if one.grade in ("yes", "soft"):
             lost.append(100 * (curve.max() - here) / np.ptp(curve))
-    assert len(lost) >= 3
+    assert len(lost) >= 2
     assert np.mean(np.array(lost) <= 5) >= 0.9

@@ -64,7 +64,7 @@ def window(
     home = tmp_path_factory.mktemp("home")
     with opened(home, OneWebcam(StillWebcam()), sounds=False) as (app, robot):
         open_light(app, robot, resources() / "demo" / "location" / "probe-1.exr")
-        app.model.update(chosen="left-split")
+        app.model.update(chosen="right-window")
         app.notify.tell("A message of the usual length, that says what to do.")
         yield app, robot
 
