@@ -96,6 +96,10 @@ def _far_off(pack: StylePack, styles: list[Style]) -> list[tuple[object, ...]]:
             expected = wrap(azimuth + key.azimuth_deg)
             grid = difference(result.turn_deg, expected)
             refined = difference(result.turn_refined_deg, expected)
+            if style.name == "silhouette":
+                # As good all over an arc, which is around the lamp behind.
+                start, stop = result.arc_deg
+                grid = refined = difference(start + ((stop - start) % 360.0) / 2, expected)
             # Where a kicker's grade ends, the next turn on the grid may be the first inside.
             most = 5.625 if style.name.endswith("-kicker") else 4.5
             if abs(grid) > most or abs(refined) > 2.0 or not result.attainable:
