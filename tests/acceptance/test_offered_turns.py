@@ -62,7 +62,7 @@ def test_no_turn_of_all_panoramas_has_a_better_grade(head: str) -> None:
     assert summary(rows)["refined_turn_graded_lower"] <= 0.02 * len(rows)
 
 
-_WITH_CORNERS = {"generic-light": True}
+_WITH_CORNERS = {"female": SHARED.is_dir(), "generic-dark": True, "generic-light": True}
 
 
 @pytest.mark.slow
