@@ -48,7 +48,7 @@ TEXTBOOK: Final = {
     ("hair-light", "crown - left edge", "least"): (3.0, 0.3),
     # Even light from behind is no flat light, even if both sides of the face are alike.
     ("flat", "match", "match"): (60.0, 60.0),
-    # A silhouette is dark to its edge, before a background that is brighter than what is around.
+    # A silhouette has dark edges and a background brighter than the rest of the place.
     ("silhouette", "left edge - background", "most"): (0.0, 0.5),
     ("silhouette", "background - surroundings", "least"): (0.4, 0.15),
 }
@@ -75,7 +75,7 @@ _HERE: Final = Path(__file__).resolve().parent
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measures:
-    """What is measured in each picture.
+    """Measurements of each picture.
 
     Attributes:
         stops: (pictures, areas) float64. Brightness of `AREAS`.
@@ -113,7 +113,7 @@ class Sample:
         floors: (2, bounds) float64. Limits of yes and of soft that are not loosened.
         most: (bounds,) float64. Limits with which the style's own target keeps its grade.
         worth: (pictures, 3) float64. Worth of each grade.
-        label: (pictures,) int64. What the majority of readers sees.
+        label: (pictures,) int64. The grade chosen by most readers.
         own: (pictures,) bool. Pictures chosen for this style.
         place: (pictures,) int64. Fold of the picture's place.
     """

@@ -24,7 +24,7 @@ from app.core.styles.style_pack_file import load_named_pack
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 DEFAULT = "picture"
 OTHER = "paper"
-# Shares of the rows; the others were graded anew by blind readers, and are not rendered yet.
+# Shares of rows with an unchanged grade and turn. Pictures at new turns are not rendered yet.
 GRADED_ALIKE = {DEFAULT: 0.73, OTHER: 0.82}
 
 
