@@ -37,8 +37,8 @@ EXPLANATIONS: Final = {
         "The sitter’s own left, which is on the right of the picture. A style is named "
         "after the side of its key light.")),
     "card": (tr("How to read a card"), tr(
-        "The left picture shows the style in the studio; the right one shows this place at "
-        "the best turn. Amber marks that turn; the number and bar show the match.")),
+        "The left picture shows the style in the studio; the right one shows this place at the "
+        "best turn, in amber. Yes: seen at a glance. Soft: softer than in the studio.")),
 }
 """Title and explanation of each number, by its key."""
 # fmt: on

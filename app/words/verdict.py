@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from app.core.base.angles import whole
@@ -14,31 +14,26 @@ from app.core.styles.lamps import Studio
 from app.core.styles.style import Style
 from app.core.text import tr, tr_plural
 from app.words.lamps import studio_words
-from app.words.phrases.directions import LENS_CHOICES, aside_words, light_words
+from app.words.phrases.directions import BARE_SIDES, LENS_CHOICES, aside_words, light_words
+from app.words.phrases.place_verdict import title_within_sentence
 from app.words.phrases.quantities import contrast_words, lower_first
 from app.words.phrases.turns import turn_words
-from app.words.why_out_of_reach import grade_words, out_of_reach_spoken, soft_sentence
+from app.words.why_out_of_reach import (
+    grade_words,
+    out_of_reach_spoken,
+    reason_card,
+    reason_line,
+    soft_card,
+    soft_sentence,
+    too_soft_card,
+)
 
 _UNLIKE: Final = 10  # match, out of 100, below which a picture does not count as similar
 _SPOKEN_SIDES: Final = {
     "left": tr("light from the sitter’s left, camera right"),
     "right": tr("light from the sitter’s right, camera left"),
 }
-# Text for the card beside its number: the side, and the style that the picture is close to.
-_LIKE: Final = {
-    "left": tr("sitter’s left; like {style}"),
-    "right": tr("sitter’s right; like {style}"),
-    "none": tr("like {style}"),
-}
-_LIKE_BRIEF: Final = {
-    "left": tr("left; like {style}"),
-    "right": tr("right; like {style}"),
-    "none": tr("like {style}"),
-}
-_OURS: Final = {
-    "left": tr("sitter’s left; ours: {grade}"),
-    "right": tr("sitter’s right; ours: {grade}"),
-}
+_GRADES: Final = {"yes": tr("Yes"), "soft": tr("Soft"), "no": tr("–")}
 
 
 def whole_of(value: float) -> int:
@@ -120,10 +115,60 @@ def ours_words(result: StyleResult) -> str:
     return tr("Ours: {grade}", grade=grade_words(result.grade, result.attainable))
 
 
-def ours_card(result: StyleResult, side: str) -> str:
-    """Format Turnlight's own grade and the side, for a card."""
+def grade_on_card(grade: str | None, *, within: bool) -> str:
+    """Return the grade as a card shows it: Yes, Soft or a dash."""
+    return _GRADES[grade or "yes"] if within else _GRADES["no"]
+
+
+def paper_card(quality: float, result: StyleResult, *, within: bool) -> str:
+    """Format C for a card, with Turnlight's own grade if the paper's rule disagrees."""
+    number = tr("C {quality}", quality=quality_words(quality))
+    if within == result.attainable:
+        return number
     grade = grade_words(result.grade, result.attainable)
-    return _OURS.get(side, tr("Ours: {grade}")).format(grade=grade)
+    return tr("{number}; ours: {grade}", number=number, grade=grade)
+
+
+def reason_on_card(result: StyleResult, titles: Mapping[str, str]) -> str:
+    """Return at most five words on a result, for use after its grade.
+
+    Args:
+        titles: Titles of all styles by name.
+
+    Returns:
+        For a soft style what is softer than in the studio, for a style out of reach what is
+        missing, and otherwise a style that the picture gives as well, or "".
+    """
+    if not result.attainable:
+        soft = result.match >= LIMITS.match and result.strength < LIMITS.strength
+        if result.grade is None and soft:
+            return too_soft_card(result.strength, LIMITS.strength)
+        return lower_first(reason_card(result.shortfall))
+    like = result.looks_more_like
+    if like is not None and like in titles:
+        return reads_as(like, titles[like])
+    if result.shortfall is not None:
+        return soft_card(result.shortfall)
+    same = next((name for name in result.same_picture if name in titles), None)
+    if same is not None:
+        return tr("also reads as {style}", style=title_within_sentence(same, titles[same]))
+    return ""
+
+
+def other_side_words(style: Style, result: StyleResult | None) -> str:
+    """Describe what the other side of a style gives.
+
+    Returns:
+        Text such as "Show the sitter’s right: soft, 40° clockwise".
+    """
+    side = BARE_SIDES[style.side]
+    if result is None:
+        return tr("Show the {side}", side=side)
+    grade = grade_words(result.grade, result.attainable)
+    if not result.attainable:
+        return tr("Show the {side}: {grade}", side=side, grade=grade)
+    turn = turn_words(result.turn_refined_deg)
+    return tr("Show the {side}: {grade}, {turn}", side=side, grade=grade, turn=turn)
 
 
 def rules_words(disagreements: int, count: int) -> str:
@@ -138,11 +183,6 @@ def rules_words(disagreements: int, count: int) -> str:
 def close_to(title: str) -> str:
     """Name the style that a picture is close to."""
     return tr("Close to {style}", style=title)
-
-
-def close_to_card(title: str, side: str) -> tuple[str, str]:
-    """Name the style that a picture is close to, with its side, for a normal and a narrow card."""
-    return _LIKE[side].format(style=title), _LIKE_BRIEF[side].format(style=title)
 
 
 def near_words(
@@ -165,9 +205,9 @@ def near_words(
     return lines
 
 
-def reads_as(title: str) -> str:
+def reads_as(name: str, title: str) -> str:
     """Name the style that a picture resembles more, for use on another style's card."""
-    return tr("Reads as {style}", style=title)
+    return tr("reads as {style}", style=title_within_sentence(name, title))
 
 
 def same_picture(titles: Sequence[str]) -> str:
@@ -244,20 +284,30 @@ def spoken_words(
         way = tr_plural(
             "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
         )
-    reach = tr("within reach, soft") if result.grade == "soft" else tr("within reach")
-    if not result.attainable:
-        reach = out_of_reach_spoken(result.shortfall)
-    elif close:
+    reach = _spoken_grade(result)
+    if close:
         reach = tr("{reach}. {close}", reach=reach, close=close_to(close))
-    if quality is not None:
-        rule = tr("within reach") if within else tr("out of reach")
-        grade = grade_words(result.grade, result.attainable)
-        reach = tr("{rule} by the paper’s rule, ours: {grade}", rule=rule, grade=grade)
+    if quality is None:
+        return tr(
+            "{title}, {light}, {way}, {reach}", title=style.title, light=light, way=way, reach=reach
+        )
+    rule = tr("within reach") if within else tr("out of reach")
     return tr(
-        "{title}, {light}, {way}, {numbers}, {reach}",
+        "{title}, {light}, {way}, {numbers}, {rule} by the paper’s rule, ours: {grade}",
         title=style.title,
         light=light,
         way=way,
         numbers=numbers_words(result.match, quality),
-        reach=reach,
+        rule=rule,
+        grade=grade_words(result.grade, result.attainable),
     )
+
+
+def _spoken_grade(result: StyleResult) -> str:
+    if not result.attainable:
+        return out_of_reach_spoken(result.shortfall)
+    if result.grade != "soft":
+        return tr("yes")
+    if result.shortfall is None:
+        return tr("soft")
+    return tr("soft: {reason}", reason=lower_first(reason_line(result.shortfall)))

@@ -144,8 +144,24 @@ def soft_sentence(shortfall: Shortfall) -> str:
 
 
 def soft_card(shortfall: Shortfall) -> str:
-    """State briefly that a style is only softly visible, and why, for a card."""
-    return tr("Soft. {what}", what=reason_card(shortfall))
+    """State by how much a style is softer than in the studio, or the cause, for a card.
+
+    Examples:
+        >>> shadow = ("left cheek", "left nose shadow")
+        >>> soft_card(AreaShortfall(Aspect.NOSE_SHADOW, "Loop", *shadow, 1.13, 2.0))
+        '1.1 of 2 stops'
+        >>> soft_card(LightShortfall(Cause.SPOILED, "match", 61.0, 70.0))
+        'other light spoils it'
+    """
+    match shortfall:
+        case AreaShortfall(value_stops=value, limit_stops=limit) if 0.05 <= value < limit:
+            least = f"{limit:.1f}".removesuffix(".0")
+            digits = 2 if f"{value:.1f}" == f"{limit:.1f}" else 1
+            number = f"{math.floor(value * 10**digits) / 10**digits:.{digits}f}"
+            if least == "1":
+                return tr("{number} of 1 stop", number=number)
+            return tr("{number} of {least} stops", number=number, least=least)
+    return lower_first(reason_card(shortfall))
 
 
 def too_soft_words(contrast: float, least: float) -> str:
@@ -163,14 +179,14 @@ def too_soft_words(contrast: float, least: float) -> str:
 
 
 def too_soft_card(contrast: float, least: float) -> str:
-    """State that the light is too soft, for a narrow card.
+    """State that the light is too soft, for a card.
 
     Examples:
         >>> too_soft_card(12.3, 20.0)
-        'Too soft: 12%, needs 20%'
+        'too soft: 12 of 20%'
     """
     share = max(math.floor(contrast), 0)
-    return tr("Too soft: {share}%, needs {least}%", share=share, least=f"{least:.0f}")
+    return tr("too soft: {share} of {least}%", share=share, least=f"{least:.0f}")
 
 
 def grade_words(grade: str | None, attainable: bool) -> str:

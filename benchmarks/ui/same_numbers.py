@@ -28,7 +28,7 @@ from app.core.storage.settings import Settings
 from app.export.set_sheet import SetSheet, assemble
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.screens.probe.lamps import lamp_rows
-from app.ui.screens.styles.cards import Filter, Sort, cards_of
+from app.ui.screens.styles.cards import card_of
 from app.ui.screens.styles.detail import DetailState
 from app.ui.screens.styles.detail_pictures import DetailResolver
 from app.ui.screens.styles.gallery import GalleryQuestion, Sizes, Snapshot
@@ -36,6 +36,7 @@ from app.words.lights import share_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import arc_words, direction_words, size_words
 from app.words.portrait.face_light import glare_sentence, stops_words
+from app.words.verdict import grade_on_card
 from app.words.why_out_of_reach import grade_words
 
 Values = Mapping[str, object]
@@ -52,14 +53,13 @@ def snapshot_of(head: Head, light: PlaceLight) -> Snapshot:
     return Snapshot(question, styles, found, {}, {}, nothing)
 
 
-def screen_values(snapshot: Snapshot, state: DetailState, match: str) -> Values:
-    """Return the values of the Styles screen for a style; `match`: as on its card."""
+def screen_values(snapshot: Snapshot, state: DetailState) -> Values:
+    """Return the values of the Styles screen for a style."""
     return {
         "turn": state.turn,
         "direction": state.direction,
         "arc": state.good_from.removesuffix(", less certain"),
         "match": state.match,
-        "match on the card": match,
         "contrast": state.contrast,
         "ratio": state.ratio,
         "glare": state.glare_tip,
@@ -95,7 +95,6 @@ def sheet_values(sheet: SetSheet) -> Values:
         "direction": direction_words(sheet.turn_deg),
         "arc": arc_words(sheet.arc_deg) if within else "",
         "match": match,
-        "match on the card": match,
         "contrast": contrast_words(sheet.strength),
         "ratio": stops_words(sheet.ratio),
         "glare": glare_sentence(sheet.glare) if sheet.glare.warns else "",
@@ -112,7 +111,6 @@ def file_values(facts: Mapping[str, Any]) -> Values:
         "direction": direction_words(facts["turn_refined_deg"]),
         "arc": arc_words((first, last)) if within else "",
         "match": match,
-        "match on the card": match,
         "contrast": contrast_words(facts["strength"]),
         "reason": "" if facts["reason"] is None else f"{facts['reason']}.",
     }
@@ -134,13 +132,12 @@ def compare(
     """Yield each value of a place: its subject, its name, and its value in each source."""
     light = prepare(read_environment(file))
     snapshot, printed = snapshot_of(head, light), solved(file, head.name)
-    cards = {card.key: card for card in cards_of(snapshot, Filter.ALL, Sort.NAME, None)}
     detail = DetailResolver()
     for count, name in enumerate(styles or snapshot.results):
         state = detail.at(snapshot, name, None, _SMALL, quick=True)
         sheet = sheet_of(snapshot, name)
         told = [
-            screen_values(snapshot, state, cards[name].match),
+            screen_values(snapshot, state),
             sheet_values(sheet),
             file_values(printed[name]),
         ]
@@ -150,8 +147,10 @@ def compare(
         words = grade_words(grade, snapshot.results[name].attainable)
         stated = grade_words(printed[name]["grade"], printed[name]["attainable"])
         yield name, "grade", [words, stated]
-        if cards[name].turn:
-            yield name, "turn on the card", [cards[name].turn, state.turn]
+        card = card_of(snapshot, name)
+        if card.turn:
+            yield name, "turn on the card", [card.turn, state.turn]
+        yield name, "grade on the card", [card.word, grade_on_card(grade, within=card.in_reach)]
         if count < eyes:
             seen = snapshot.head_for(name)
             lit = Facing(light, wrap(whole(state.needle)))

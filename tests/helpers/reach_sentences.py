@@ -35,7 +35,7 @@ from app.ui.presenters import spots
 from app.ui.screens.light import style_list
 from app.ui.screens.paint.live import LiveState
 from app.ui.screens.styles import detail
-from app.ui.screens.styles.cards import Filter, Sort, cards_of
+from app.ui.screens.styles.cards import card_of
 from app.ui.screens.styles.detail import DetailState
 from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot
 from app.words.styles import full_title
@@ -46,7 +46,7 @@ FILE: Final = Path(__file__).resolve().parents[1] / "data" / "reach-sentences.js
 SCENES: Final = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"
 
 WHERE: Final = (
-    *("reason", "shortfall", "table", "card", "narrow card", "tool tip", "spoken"),
+    *("reason", "shortfall", "table", "card", "tool tip", "spoken"),
     *("verdict", "detail", "sheet", "paint", "spot", "spots"),
 )
 Sentences = dict[str, dict[str, dict[str, str | None]]]
@@ -94,7 +94,6 @@ def _shown(
     question = GalleryQuestion(head, light, results=tuple(results), objective=objective)
     pictures = dict.fromkeys(styles, (None, None))
     snapshot = Snapshot(question, styles, {one.name: one for one in results}, {}, {}, pictures)
-    cards = {card.key: card for card in cards_of(snapshot, Filter.ALL, Sort.NAME, None)}
     spot = spots.Spot(
         Path(),
         "here",
@@ -105,7 +104,7 @@ def _shown(
     for result in results:
         if result.attainable and result.grade in ("yes", None):
             continue
-        card = cards[result.name]
+        card = card_of(snapshot, result.name)
         base = DetailState(key=result.name)
         turn = result.turn_refined_deg
         shown = detail.with_words(base, snapshot, result, turn, at_best=True)
@@ -116,8 +115,7 @@ def _shown(
                 "reason": facts["reason"],
                 "shortfall": facts["shortfall"],
                 "table": command._row(result)[-1],
-                "card": card.line,
-                "narrow card": card.brief,
+                "card": f"{card.word} {card.line}",
                 "tool tip": card.tip,
                 "spoken": card.spoken,
                 "verdict": shown.verdict,

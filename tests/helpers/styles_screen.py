@@ -129,8 +129,12 @@ class Table:
         return self
 
     def card(self, key: str) -> CardState:
-        """The card of a style, as it is shown now."""
-        return next(card for card in self.presenter.resolve().cards if card.key == key)
+        """The card that shows a style, chosen first if its card shows another side or style."""
+        cards = {card.key: card for card in self.presenter.resolve().cards}
+        if key not in cards:
+            self.presenter.choose(key)
+            cards = {card.key: card for card in self.presenter.resolve().cards}
+        return cards[key]
 
 
 def on_time(table: Table) -> Table:

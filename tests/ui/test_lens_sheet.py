@@ -54,9 +54,10 @@ def test_short_light_is_one_choice_away(shown: Shown) -> None:
     turned = [one for one in after.values() if one.attainable]
     assert turned
     assert all(one.lighting == "short" for one in turned)
-    card = next(c for c in shown.table.presenter.resolve().cards if c.key == turned[0].name)
-    assert "short" in card.line
-    assert "nose" in card.line
+    cards = [card for card in shown.table.presenter.resolve().cards if card.in_reach]
+    assert all("short, nose " in card.tip for card in cards)
+    shown.table.presenter.choose(cards[0].key)
+    assert shown.table.presenter.resolve().detail.side.startswith("Short, nose ")
 
 
 def test_the_window_answers_as_the_command_does(shown: Shown) -> None:

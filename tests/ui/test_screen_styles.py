@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt
-from PySide6.QtGui import QGuiApplication, QImage, QWheelEvent
+from PySide6.QtGui import QFontMetricsF, QGuiApplication, QImage, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
@@ -38,6 +38,7 @@ from app.ui.screens.styles.files import LIKE_PHOTO
 from app.ui.screens.styles.gallery_view import layout_for
 from app.ui.screens.styles.lamps_and_lens_view import LampsSheet
 from app.ui.screens.styles.screen_view import StylesScreen, detail_width
+from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import Sheet, Term
 from app.ui.widgets.displays import Picture
@@ -80,16 +81,16 @@ def test_a_clipped_capture_is_taken_anew_for_the_style_in_front(
 
 
 @pytest.mark.parametrize("in_reach", [True, False])
-@pytest.mark.parametrize("wide", [190, 290])
-def test_every_card_says_its_match_however_long_its_reason(
+@pytest.mark.parametrize("wide", [180, 290])
+def test_every_card_has_its_grade_however_long_its_reason(
     qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, in_reach: bool, wide: int
 ) -> None:
-    reason = "The middle of the face is not dark enough"
-    state = CardState("top", "Top", line=reason, match="52", meter=52.0, in_reach=in_reach)
+    reason = "the middle of the face is not dark enough"
+    state = CardState("top", "Top", line=reason, word="Soft", turn="121°", in_reach=in_reach)
     found: dict[str, QRect] = {}
 
     def put(painter: Any, area: QRect, text: str, font: Any, *rest: Any) -> None:
-        found[text] = area
+        found[text] = QRect(area)
         put_text(painter, area, text, font, *rest)
 
     monkeypatch.setattr("app.ui.screens.styles.cards_view.put_text", put)
@@ -97,10 +98,11 @@ def test_every_card_says_its_match_however_long_its_reason(
     qtbot.addWidget(card)
     card.setFixedSize(card_size(wide))
     card.grab()
-    assert {"52", reason, "Top"} <= set(found)
-    # Out of reach the reason has the whole line, and the number stands beside the name.
-    assert (found["52"].top() == found["Top"].top()) is not in_reach
-    assert (found[reason].width() == wide - 16) is not in_reach
+    assert {"Soft", reason, "Top", "121°"} <= set(found)
+    assert found["Soft"].top() == found[reason].top() > found["Top"].top()
+    width = QFontMetricsF(theme().font(12, 600)).horizontalAdvance("Soft")
+    assert found[reason].left() >= found["Soft"].left() + width
+    assert found[reason].right() <= wide - 8
 
 
 class Shown:
@@ -181,10 +183,12 @@ def test_target_and_here_share_the_width_in_the_narrow_layout(small: Shown) -> N
 class TestGrid:
     def test_four_columns_of_the_design(self, shown: Shown) -> None:
         cards = [shown.card(key) for key in shown.keys]
-        assert {(card.width(), card.height()) for card in cards} == {(206, 184)}
-        assert [card.x() for card in cards[:5]] == [24, 238, 452, 666, 24]
+        assert {(card.width(), card.height()) for card in cards} == {(206, 176)}
+        gives = shown.table.presenter.resolve().groups[0].count
+        assert gives == 3
+        assert [card.x() for card in cards[:8]] == [24, 238, 452, 24, 238, 452, 666, 24]
         layout = layout_for(shown.view.gallery.width(), compact=False)
-        assert (layout.card.width(), layout.card.height()) == (206, 184)
+        assert (layout.card.width(), layout.card.height()) == (206, 176)
         assert shown.view.detail.width() == 456
 
     @pytest.mark.parametrize("compact", [False, True])
@@ -215,16 +219,17 @@ class TestGrid:
         keys = shown.keys
         shown.table.presenter.choose(keys[0])
         shown.view.gallery.focus_card()
-        for key, place in ((KEY.Key_Right, 1), (KEY.Key_Down, 5), (KEY.Key_Left, 4)):
+        # The place gives three styles, so the others begin in the next row.
+        for key, place in ((KEY.Key_Right, 1), (KEY.Key_Down, 4), (KEY.Key_Left, 3)):
             shown.press(key)
             assert shown.chosen == keys[place]
             assert QApplication.focusWidget() is shown.card(keys[place])
         shown.press(KEY.Key_Right)
         shown.press(KEY.Key_Right)
         shown.press(KEY.Key_Right)
-        assert shown.chosen == keys[7]
+        assert shown.chosen == keys[6]
         shown.press(KEY.Key_Right)
-        assert shown.chosen == keys[8], "on to the next row, as one reads"
+        assert shown.chosen == keys[7], "on to the next row, as one reads"
         shown.press(KEY.Key_End)
         assert shown.chosen == keys[-1]
         shown.press(KEY.Key_Home)
@@ -281,20 +286,56 @@ class TestGrid:
         )
 
     def test_filter_and_order_by_hand(self, shown: Shown) -> None:
-        part = shown.view.gallery._filter.part("out")
+        part = shown.view.gallery._filter.part("mine")
         QTest.mouseClick(part, Qt.MouseButton.LeftButton)
         shown.settle()
-        visible = [card for card in shown.view.findChildren(StyleCard) if card.isVisible()]
-        assert visible
-        assert not any(card.state.in_reach for card in visible)
+        assert not any(card.isVisible() for card in shown.view.findChildren(StyleCard))
         shown.view.gallery._sort.chosen.emit("name")
         shown.view.gallery._filter.chosen.emit("all")
-        states = [shown.card(key).state for key in shown.keys]
-        grades = {result.name: result.grade for result in shown.table.model.results}
-        for grade in ("yes", "soft"):
-            titles = [state.title for state in states if grades[state.key] == grade]
+        for group in shown.table.presenter.resolve().groups:
+            titles = [shown.card(card.key).state.title for card in group.cards]
             assert titles == sorted(titles)
-        assert shown.card(shown.keys[0]).pos() == QPoint(24, 4)
+        assert shown.card(shown.keys[0]).pos() == QPoint(24, 36)
+
+    def test_headings_stand_over_their_cards(self, shown: Shown) -> None:
+        headings = [one for one in shown.view.gallery._headings if one.isVisible()]
+        assert [one.accessibleName() for one in headings] == ["This place gives", "Not here"]
+        gives, rest = (
+            [shown.card(card.key).geometry() for card in group.cards]
+            for group in shown.table.presenter.resolve().groups
+        )
+        assert headings[0].geometry().bottom() < min(card.top() for card in gives)
+        assert max(card.bottom() for card in gives) < headings[1].y()
+        assert headings[1].geometry().bottom() < min(card.top() for card in rest)
+
+    def test_the_switch_shows_the_other_side_by_click_and_key(self, shown: Shown) -> None:
+        card = shown.card("left-loop")
+        QTest.mouseClick(card.switch, Qt.MouseButton.LeftButton)
+        shown.settle()
+        assert shown.chosen == "right-loop"
+        assert not card.isVisible()
+        other = shown.card("right-loop")
+        assert other.isVisible()
+        assert other.geometry() == card.geometry()
+        assert "sitter’s left: soft, " in other.switch.accessibleName()
+        shown.view.gallery.focus_card()
+        actions = {action.key: action for action in shown.table.presenter.actions()}
+        actions["other-side"].run()
+        shown.settle()
+        assert shown.chosen == "left-loop"
+        assert QApplication.focusWidget() is card, "the focus stays with the card"
+        assert not shown.card("flat").switch.isVisible()
+
+    def test_the_lit_half_of_the_switch_is_that_of_the_picture(self, shown: Shown) -> None:
+        """Camera right is the sitter's left: the right disc, and its right half."""
+        switch = shown.card("left-loop").switch
+        image = switch.grab().toImage()
+        half, middle = image.width() // 2, image.height() // 2
+        tag, ink = theme().c.tag.rgb(), theme().c.ontag.rgb()
+        chosen = [image.pixel(half + half // 2 + dx, middle) for dx in (-3, 3)]
+        assert chosen == [ink, tag]
+        hidden = [image.pixel(half // 2 + dx, middle) for dx in (-3, 3)]
+        assert hidden == [ink, tag]
 
     def test_painting_from_the_gallery(self, shown: Shown) -> None:
         QTest.mouseClick(shown.view.gallery._paint, Qt.MouseButton.LeftButton)
@@ -636,7 +677,6 @@ class TestDetail:
             card = shown.card(key).state
             if card.in_reach:
                 assert detail.words._turn.text() == card.turn
-            assert detail.facts._rows["match"][1].text() == card.match
 
     def test_nothing_below_moves_with_the_needle(self, shown: Shown) -> None:
         detail = shown.view.detail
@@ -816,8 +856,8 @@ class TestLayouts:
     @pytest.mark.parametrize(
         ("size", "compact", "columns", "card"),
         [
-            ((1352, 804), False, 4, (206, 184)),
-            ((952, 620), True, 3, (186, 171)),
+            ((1352, 804), False, 4, (206, 176)),
+            ((952, 620), True, 3, (186, 163)),
             ((1832, 984), False, 5, (238, None)),
         ],
     )
@@ -847,11 +887,11 @@ class TestLayouts:
     def test_a_view_made_anew_shows_the_same(self, shown: Shown) -> None:
         shown.table.presenter.choose("left-loop")
         shown.table.presenter.look_at(12.0)
-        shown.table.presenter.set_filter("in")
+        shown.table.presenter.set_filter("mine")
         shown.table.presenter.detach()
         other = Shown(shown.bot, shown.table)
         assert other.view.detail.plot.needle == 12.0
-        assert other.view.gallery._filter.key == "in"
+        assert other.view.gallery._filter.key == "mine"
         assert other.pictures_made == 0
 
 
@@ -934,8 +974,9 @@ class TestAsInThePaper:
             state = shown.table.presenter.resolve().detail
             words = detail.plot.accessibleDescription()
             assert f", {state.numbers}. " in words
-            assert f", {state.numbers}, " in shown.card("left-loop").accessibleName()
             paper = objective == "paper"
+            name = shown.card("left-loop").accessibleName()
+            assert (f", {state.numbers}, " in name) == paper
             assert [picture.isVisible() for picture in detail.marks] == [paper, paper]
             row = (detail.target, detail.here, *detail.marks)[: 4 if paper else 2]
             assert len({picture.size().toTuple() for picture in row}) == 1

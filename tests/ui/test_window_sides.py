@@ -109,11 +109,12 @@ def turn_of(app: App, style: str) -> float:
 
 
 def show_style(app: App, robot: Robot, style: str) -> StyleCard:
-    """Choose a style by a click on its card; both cards and detail are up to date then."""
+    """Choose a style by clicks on its card and its side; cards and detail are up to date then."""
     app.model.update(step=Step.STYLES, painting=None)
     robot.wait(lambda: not app.runner.running("styles-pictures"), "the pictures")
     until(robot, lambda: card_of(robot, style), "the card")
-    robot.click_at(card_of(robot, style))
+    card = card_of(robot, style)
+    robot.click_at(card if card.state.key == style else card.switch)
     assert app.model.chosen == style
     robot.settle()
     return card_of(robot, style)
@@ -121,7 +122,7 @@ def show_style(app: App, robot: Robot, style: str) -> StyleCard:
 
 def card_of(robot: Robot, style: str) -> StyleCard:
     cards = robot.window.findChildren(StyleCard)
-    return next(card for card in cards if card.state.key == style and card.isVisible())
+    return next(c for c in cards if style in (c.state.key, c.state.other) and c.isVisible())
 
 
 def detail_of(robot: Robot) -> tuple[int, str]:

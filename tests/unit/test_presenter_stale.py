@@ -101,7 +101,7 @@ def test_answer_for_the_head_before_does_not_count(table: Table) -> None:
     assert not table.model.computing
 
 
-def test_status_and_filter_count_the_same(table: Table) -> None:
+def test_status_and_heading_count_the_same(table: Table) -> None:
     table.runner.held.clear()
     frame = FramePresenter(table.services)
     table.model.update(step=Step.STYLES)
@@ -109,9 +109,9 @@ def test_status_and_filter_count_the_same(table: Table) -> None:
         for scene in ("studio", "interior"):
             table.desk.heads.load(name)
             table.model.update(light=scene_light(scene))
-            out = dict(table.presenter.resolve().filters)["out"].rpartition(" ")[2]
-            words = frame.resolve().status
-            assert f" {out} " in words if out != "0" else "Every one" in words
+            state = table.presenter.resolve()
+            gives = f"{state.groups[0].count} of {len(state.cards)} styles"
+            assert frame.resolve().status == f"This place gives {gives}."
 
 
 def test_rail_shows_no_goal_of_another_head(table: Table) -> None:

@@ -24,11 +24,12 @@ from app.core.solver.shortfall import AreaShortfall, Aspect
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.item_library import DamagedItem
 from app.core.styles.styles import NAMES, RARE, load_styles
-from app.ui.presenters.window_model import NO_LIGHT, Step
-from app.ui.screens.styles.cards import CANNOT_READ, Filter, Sort, empty_words
+from app.ui.presenters.window_model import Step
+from app.ui.screens.styles.cards import CANNOT_READ, Sort
 from app.ui.screens.styles.gallery import Sizes, look, question_of
 from app.ui.screens.styles.screen import StylesState, StylesView
 from app.words.phrases.directions import SIDES, light_words
+from app.words.phrases.quantities import lower_first
 from app.words.portrait.face_light import (
     CONVENTION,
     glare_sentence,
@@ -39,6 +40,9 @@ from app.words.verdict import close_to
 from app.words.why_out_of_reach import reason_card, reason_sentence
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
+
+TITLES = len({style.title for style in load_styles()})
+"""Left and right are one card."""
 
 
 @pytest.fixture
@@ -117,30 +121,96 @@ class TestSidesAndDirections:
 
 
 class TestCards:
-    def test_in_reach_by_match_then_out_of_reach(self, table: Table) -> None:
-        cards = table.open(scene_light()).presenter.resolve().cards
-        reach = [card.in_reach for card in cards]
-        assert len(cards) == len(NAMES)
-        assert reach == sorted(reach, reverse=True)
-        grades = {one.name: one.grade for one in table.model.results}
-        rank = [("yes", "soft", "no").index(grades[card.key] or "no") for card in cards]
-        assert rank == sorted(rank)
-        rare = {style.name: style.name in RARE for style in load_styles()}
-        for group in range(3):
-            # What is rarely wanted stands behind.
-            usual = [
-                int(card.match)
-                for card, place in zip(cards, rank, strict=True)
-                if place == group and not rare[card.key]
+    def test_two_groups_common_styles_first_then_by_grade_and_match(self, table: Table) -> None:
+        state = table.open(scene_light("sunrise")).presenter.resolve()
+        gives, rest = state.groups
+        assert (gives.title, rest.title) == ("This place gives", "Not here")
+        assert (gives.count, rest.count) == (len(gives.cards), len(rest.cards))
+        results = {one.name: one for one in table.model.results}
+        for group, within in ((gives, True), (rest, False)):
+            assert {results[card.key].attainable for card in group.cards} == {within}
+            rank = [
+                (card.key in RARE, results[card.key].grade == "soft", -results[card.key].match)
+                for card in group.cards
             ]
-            assert usual == sorted(usual, reverse=True)
+            assert rank == sorted(rank)
+        titles = [card.title for card in state.cards]
+        assert len(set(titles)) == len(titles) == TITLES
+
+    def test_a_card_shows_the_better_side_and_switches_to_the_other(self, table: Table) -> None:
+        presenter = table.open(scene_light("sunrise")).presenter
+        results = {one.name: one for one in table.model.results}
+        for card in presenter.resolve().cards:
+            assert bool(card.other) == (card.side != "none")
+            if card.other:
+                shown, hidden = results[card.key], results[card.other]
+                assert (shown.attainable, shown.grade != "soft", shown.match) >= (
+                    (hidden.attainable, hidden.grade != "soft", hidden.match)
+                )
+                assert SIDES[hidden.side].partition(" (")[0] in card.other_words
+        order = [card.title for card in presenter.resolve().cards]
+        first = next(card for card in presenter.resolve().cards if card.other)
+        presenter.choose(first.key)
+        actions = {action.key: action for action in presenter.actions()}
+        assert actions["other-side"].enabled()
+        actions["other-side"].run()
+        assert table.model.chosen == first.other
+        assert table.card(first.other).other == first.key
+        presenter.choose("flat")
+        assert not {a.key: a for a in presenter.actions()}["other-side"].enabled()
+        # It still shows the side that was chosen last, in the same place.
+        cards = presenter.resolve().cards
+        assert first.other in [card.key for card in cards]
+        assert [card.title for card in cards] == order
+        table.model.update(light=scene_light("studio"))
+        assert first.other not in presenter._recent
+
+    def test_equal_pictures_are_offered_once(self, table: Table) -> None:
+        table.open(scene_light("sunrise"))
+        loop, rembrandt = (
+            next(one for one in table.model.results if one.name == name)
+            for name in ("left-loop", "left-rembrandt")
+        )
+        equal = replace(
+            rembrandt,
+            turn_refined_deg=loop.turn_refined_deg,
+            grade="yes",
+            shortfall=None,
+            looks_more_like=None,
+            same_picture=("left-loop",),
+            match=loop.match - 1.0,
+        )
+        both = (replace(loop, same_picture=("left-rembrandt",), looks_more_like=None), equal)
+        table.model.update(results=both)
+        (card,) = table.presenter.resolve().cards[: len(both)][:1]
+        assert (card.key, card.word, card.line) == ("left-loop", "Yes", "also reads as Rembrandt")
+        assert table.presenter.resolve().groups[0].count == 1
+        table.presenter.choose("left-rembrandt")
+        card = table.presenter.resolve().cards[0]
+        assert (card.key, card.line) == ("left-rembrandt", "also reads as loop")
+        # Of two grades, the better one does not speak for the other.
+        softer = replace(equal, grade="soft", looks_more_like="left-loop")
+        table.model.update(results=(both[0], softer))
+        lines = {card.key: (card.word, card.line) for card in table.presenter.resolve().cards}
+        assert lines["left-rembrandt"] == ("Soft", "reads as loop")
+
+    def test_a_card_has_one_word_and_at_most_five_more(self, table: Table) -> None:
+        for name in ("sunrise", "interior", "city", "night"):
+            cards = table.open(scene_light(name)).presenter.resolve().cards
+            grades = {one.name: one.grade for one in table.model.results}
+            words = {"yes": "Yes", "soft": "Soft", "no": "–"}
+            assert all(card.word == words[grades[card.key] or "yes"] for card in cards)
+            assert max(len(card.line.split()) for card in cards) <= 5
+            for card in cards:
+                assert "match" not in card.line
+                assert card.line or card.word == "Yes"
 
     def test_numbers_on_card_and_in_the_detail_are_the_same(self, table: Table) -> None:
         table.open(scene_light())
         for result in table.model.results:
             table.presenter.choose(result.name)
             card, detail = table.card(result.name), table.presenter.resolve().detail
-            assert card.match == detail.match == str(max(math.floor(result.match), 0))
+            assert detail.match == str(max(math.floor(result.match), 0))
             assert detail.turn == f"{abs(whole(result.turn_refined_deg))}°"
             if card.in_reach:
                 assert (card.turn, card.way) == (detail.turn, detail.way)
@@ -164,8 +234,7 @@ class TestCards:
         others = tuple(one for one in table.model.results if one is not result)
         table.model.update(results=(*others, turned))
         assert table.card("left-rembrandt").spoken == (
-            "Rembrandt, light from the sitter’s left, camera right, "
-            "turn 96 degrees clockwise, match 96, within reach"
+            "Rembrandt, light from the sitter’s left, camera right, turn 96 degrees clockwise, yes"
         )
         butterfly = table.card("butterfly").spoken
         assert butterfly.startswith("Butterfly, light from in front and above, turn ")
@@ -179,7 +248,8 @@ class TestCards:
         result = next(one for one in table.model.results if one.name == "badger")
         near = replace(result, match=44.97)
         table.model.update(results=(near,))
-        assert table.card("badger").match == "44"
+        table.presenter.choose("badger")
+        assert table.presenter.resolve().detail.match == "44"
 
     def test_what_is_missing_is_said_with_both_numbers(self, table: Table) -> None:
         table.open(scene_light())
@@ -189,7 +259,7 @@ class TestCards:
         )
         shallow = replace(result, attainable=False, grade="no", shortfall=shortfall)
         table.model.update(results=(shallow,))
-        assert table.card("left-loop").line == reason_card(shallow.shortfall)
+        assert table.card("left-loop").line == lower_first(reason_card(shallow.shortfall))
         table.presenter.choose("left-loop")
         detail = table.presenter.resolve().detail
         assert detail.reason == f"{reason_sentence(shallow.shortfall)}."
@@ -208,45 +278,39 @@ class TestCards:
         )
         table.model.update(results=(taken,))
         card = table.card("left-loop")
-        assert card.line.endswith(f"Rembrandt, {SIDES['left']}")
-        assert card.spoken.endswith("within reach, soft")
+        assert (card.word, card.line) == ("Soft", "reads as Rembrandt")
+        assert f"Reads as Rembrandt, {SIDES['left']}, not Loop" in card.tip
+        assert card.spoken.endswith(", soft")
 
     def test_filters_count_and_keep(self, table: Table) -> None:
         presenter = table.open(scene_light()).presenter
-        within = sum(one.attainable for one in table.model.results)
-        words = dict(presenter.resolve().filters)
-        assert words == {
-            "all": f"All {len(NAMES)}",
-            "in": f"In reach {within}",
-            "out": f"Out of reach {len(NAMES) - within}",
-            "mine": "Mine 0",
-        }
-        every = len(NAMES)
-        sizes = {"in": within, "out": every - within, "mine": 0, "all": every}
-        for key, count in sizes.items():
+        assert dict(presenter.resolve().filters) == {"all": f"All {TITLES}", "mine": "Mine 0"}
+        for key, count in {"mine": 0, "all": TITLES}.items():
             presenter.set_filter(key)
             assert len(presenter.resolve().cards) == count
         presenter.set_filter("mine")
-        assert presenter.resolve().empty == empty_words(Filter.MINE, True)
+        (group,) = presenter.resolve().groups
+        assert "Paint a style" in group.empty
 
     def test_sorting(self, table: Table) -> None:
-        presenter = table.open(scene_light()).presenter
+        presenter = table.open(scene_light("sunrise")).presenter
         presenter.set_sort(Sort.NAME)
-        grades = {one.name: one.grade for one in table.model.results}
-        names = [c.title for c in presenter.resolve().cards if grades[c.key] == "yes"]
-        assert names == sorted(names)
+        for group in presenter.resolve().groups:
+            names = [card.title for card in group.cards]
+            assert names == sorted(names)
         presenter.set_sort("turn")
-        for grade in ("yes", "soft"):
-            turns = [
-                int(card.turn[:-1])
-                for card in presenter.resolve().cards
-                if grades[card.key] == grade
-            ]
-            assert turns == sorted(turns)
-        presenter.set_sort(Sort.SIDE)
-        keys = [card.key for card in presenter.resolve().cards if grades[card.key] == "yes"]
-        sides = ["left" if "left-" in k else "right" if "right-" in k else "z" for k in keys]
-        assert sides == sorted(sides)
+        turns = [int(card.turn[:-1]) for card in presenter.resolve().groups[0].cards]
+        assert len(turns) > 3
+        assert turns == sorted(turns)
+
+    def test_a_place_without_any_style_says_what_to_do(self, table: Table) -> None:
+        table.open(scene_light())
+        none = tuple(replace(one, attainable=False, grade="no") for one in table.model.results)
+        table.model.update(results=none)
+        gives, rest = table.presenter.resolve().groups
+        assert gives.cards == ()
+        assert "lamp" in gives.empty
+        assert rest.count == TITLES
 
     def test_out_of_reach_is_grey(self, table: Table) -> None:
         table.open(scene_light())
@@ -263,19 +327,18 @@ class TestStates:
         assert last(view).cards == ()
         assert last(view).busy
         table.open()
-        assert len(last(view).cards) == len(NAMES)
+        assert len(last(view).cards) == TITLES
         assert not last(view).busy
 
     def test_no_light_targets_but_no_turns(self, table: Table) -> None:
         state = table.open().presenter.resolve()
         assert all(card.target is not None and card.here is None for card in state.cards)
-        assert not any(card.turn or card.match for card in state.cards)
+        assert not any(card.turn or card.word for card in state.cards)
+        assert [group.title for group in state.groups] == [""]
         assert not state.measured
         assert state.detail.main == "probe"
         assert state.detail.main_words == "Go to Probe"
         assert state.detail.target is not None
-        table.presenter.set_filter(Filter.IN_REACH)
-        assert table.presenter.resolve().empty == NO_LIGHT
         table.presenter.main()
         assert table.model.step is Step.PROBE
 
@@ -327,7 +390,7 @@ class TestStates:
         assert not card.turn
         assert card.line == CANNOT_READ
         assert dict(state.filters)["mine"] == "Mine 1"
-        assert dict(state.filters)["all"] == f"All {len(NAMES) + 1}"
+        assert dict(state.filters)["all"] == f"All {TITLES + 1}"
         table.presenter.choose(card.key)
         assert table.model.chosen != card.key
 
@@ -484,9 +547,9 @@ class TestDetail:
             for name in [one.name for one in table.model.results]:
                 table.presenter.choose(name)
                 card, detail = table.card(name), table.presenter.resolve().detail
-                assert f", {detail.numbers}, " in card.spoken
-                shown = f"C {detail.quality}" if objective == "paper" else detail.match
-                assert card.match == shown
+                if objective == "paper":
+                    assert f", {detail.numbers}, " in card.spoken
+                    assert card.line.startswith(f"C {detail.quality}")
 
     def test_the_papers_own_rule_greys_by_c(self, table: Table) -> None:
         settings = table.model.settings.with_("paper_mode", True)
@@ -494,7 +557,8 @@ class TestDetail:
         state = table.open(scene_light()).presenter.resolve()
         light = scene_light().searched @ np.array([0.2126, 0.7152, 0.0722])
         largest = {one.name: one.quality_curve.max() / light.mean() for one in table.model.results}
-        reach = {card.key: card.in_reach for card in state.cards}
+        cards = [table.card(one.name) for one in table.model.results]
+        reach = {card.key: card.in_reach for card in cards}
         assert reach == {name: value >= LIMITS.quality for name, value in largest.items()}
         ours = {one.name: one.attainable for one in table.model.results}
         apart = sum(reach[name] != ours[name] for name in ours)
@@ -502,8 +566,8 @@ class TestDetail:
         assert (
             state.rules == f"The paper’s rule and ours disagree on {apart} of {len(NAMES)} styles."
         )
-        for card in state.cards:
-            assert ("ours:" in card.line.lower()) == (reach[card.key] != ours[card.key])
+        for card in cards:
+            assert ("ours:" in card.line) == (reach[card.key] != ours[card.key])
             assert (card.turn != "") == card.in_reach
 
     def test_median_and_least_c_are_marked_and_shown(self, table: Table) -> None:
@@ -633,7 +697,6 @@ def test_a_card_says_what_its_picture_may_be_taken_for(table: Table) -> None:
         assert detail.close.startswith(words)
         assert words in card.tip
         assert words in card.spoken
-        assert card.line.endswith(f"like {titles[str(result.neighbour)]}")
 
 
 def test_no_style_that_is_rarely_wanted_alone_comes_first(table: Table) -> None:

@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from app.core.base.arrays import Floats
+from app.core.places.offers import offers
 from app.core.portrait.ratio_and_glare import Flow, light_flow
 from app.core.solver.style_result import StyleResult
-from app.core.styles.styles import DEEP, NAMES, RARE, mirror_name
+from app.core.styles.styles import DEEP, NAMES
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +19,8 @@ class PlaceVerdict:
     Attributes:
         flow: Flow of the light past a sitter who faces the photographer.
         yes, soft: Names of the styles with these grades, best match first and rare styles last. Of
-            a left and a right style, only the better one is included.
+            the two sides of a style, and of styles with the same picture, only the better one is
+            included.
         deep_shadows: Whether a style with deep shadows is within reach.
     """
 
@@ -41,22 +43,11 @@ def place_verdict(
     every = tuple(results)
     if not {one.name for one in every}.issuperset(NAMES):
         return None
-    reach = sorted((one for one in every if one.attainable), key=_order)
-    better: dict[str, StyleResult] = {}
-    for one in reach:
-        better.setdefault(min(one.name, mirror_name(one.name)), one)
+    by_name = {one.name: one for one in every}
+    best = [by_name[offer.name] for offer in offers(every, lambda one: one.attainable)]
     return PlaceVerdict(
         flow=light_flow(radiance, front_deg),
-        yes=tuple(one.name for one in better.values() if not _is_soft(one)),
-        soft=tuple(one.name for one in better.values() if _is_soft(one)),
-        deep_shadows=any(one.name in DEEP for one in reach),
+        yes=tuple(one.name for one in best if one.attainable and one.grade != "soft"),
+        soft=tuple(one.name for one in best if one.attainable and one.grade == "soft"),
+        deep_shadows=any(one.name in DEEP for one in every if one.attainable),
     )
-
-
-def _is_soft(result: StyleResult) -> bool:
-    """Return whether a style within reach is soft. Styles without a grade are not."""
-    return result.grade == "soft"
-
-
-def _order(result: StyleResult) -> tuple[bool, bool, float]:
-    return result.name in RARE, _is_soft(result), -result.match

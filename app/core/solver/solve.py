@@ -6,7 +6,7 @@ which is linear in the exposure, is returned in the same unit as the caller's li
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -22,6 +22,7 @@ from app.core.base.arrays import Bools, Float64, Floats, Indices
 from app.core.solver.face import AREAS
 from app.core.solver.light_map import LightMap, light_shortfall
 from app.core.solver.peaks import Peak, best_index
+from app.core.solver.place_light import Expose
 from app.core.solver.relighting_cache import (
     CountedLight,
     LightTable,
@@ -89,7 +90,7 @@ def asked_for(
     Raises:
         StyleError: If a style is unknown.
     """
-    equals = name_equals(every)
+    equals = name_equals(every, {style.name: style.expose for style in pack.styles})
     rows = range(len(equals)) if styles is None else sorted({pack.index(name) for name in styles})
     return tuple(equals[row].seen_from(front_deg) if front_deg else equals[row] for row in rows)
 
@@ -229,23 +230,32 @@ def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float6
 
 def proposal(results: Sequence[StyleResult]) -> str | None:
     """Return the style to suggest first: within reach, common, and best in grade and match."""
-
-    def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
-        common = result.name not in RARE
-        return result.attainable, common, result.grade != "soft", result.match
-
     return max(results, key=merit).name if results else None
 
 
-def name_equals(results: list[StyleResult]) -> list[StyleResult]:
-    """Fill in `same_picture` for styles with the same turn."""
-    turns = [(each.name, each.turn_refined_deg) for each in results if each.attainable]
+def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
+    """Return the key by which results are ranked, the largest first."""
+    common = result.name not in RARE
+    return result.attainable, common, result.grade != "soft", result.match
+
+
+def name_equals(results: Sequence[StyleResult], exposes: Mapping[str, Expose]) -> list[StyleResult]:
+    """Fill in `same_picture` for styles with the same turn, the same lens and the same exposure.
+
+    Args:
+        exposes: For each style, the subject for which its picture is exposed.
+    """
+    within = [one for one in results if one.attainable]
+
+    def has_same_picture(one: StyleResult, other: StyleResult) -> bool:
+        apart = abs(wrap(other.turn_refined_deg - one.turn_refined_deg))
+        alike = (one.yaw_deg, exposes[one.name]) == (other.yaw_deg, exposes[other.name])
+        return one is not other and alike and apart < _SAME_DEG
+
     equals = []
     for one in results:
-        here = one.turn_refined_deg if one.attainable else np.nan
-        same = [name for name, turn in turns if abs(wrap(turn - here)) < _SAME_DEG]
-        others = tuple(name for name in same if name != one.name)
-        equals.append(replace(one, same_picture=others) if others else one)
+        same = tuple(each.name for each in within if has_same_picture(one, each))
+        equals.append(replace(one, same_picture=same) if one.attainable and same else one)
     return equals
 
 

@@ -70,7 +70,8 @@ class StyleResult:
         shortfall: The reason why the style is out of reach, or the respect in which the picture
             shows the style only softly.
         looks_more_like: Name of the style that explains the picture better.
-        same_picture: Names of the attainable styles with the same turn.
+        same_picture: Names of the attainable styles with the same picture: the same turn, lens and
+            exposure.
         neighbour: Name of the style that explains the picture second best and for which this style
             may be mistaken. It is never the mirrored style.
         yaw_deg: Angle by which the face is turned from the lens towards the sitter's own left. The

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.core.base.phrases import percent
-from app.core.text import tr, tr_plural
+from app.core.places.offers import offers
+from app.core.text import tr
 from app.ui.presenters.services import Presenter, Services, View, sound_words
-from app.ui.presenters.window_model import COMPUTING, CameraSeen, Step, out_of_reach
+from app.ui.presenters.window_model import COMPUTING, CameraSeen, Step
 from app.words.phrases.quantities import time_words
 
 WHAT_TO_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
@@ -127,18 +128,12 @@ def _status(services: Services) -> tuple[str, str]:
         return COMPUTING, "clock"
     if model.step == Step.PROBE:
         return tr("Place saved."), "check"
-    out = out_of_reach(model.results)
-    solved = tr("All {number} styles solved for this place.", number=len(model.results))
     if model.settings.objective == "paper":
-        return tr("{solved} Paper mode is on.", solved=solved), "check"
-    if out == 0:
-        return tr("{solved} All are within reach.", solved=solved), "check"
-    words = tr_plural(
-        "{solved} {count} is out of reach.",
-        "{solved} {count} are out of reach.",
-        out,
-        solved=solved,
-    )
+        return tr("Paper mode is on."), "check"
+    every = offers(model.results, lambda one: one.attainable)
+    reach = {one.name for one in model.results if one.attainable}
+    gives = sum(offer.name in reach for offer in every)
+    words = tr("This place gives {count} of {all} styles.", count=gives, all=len(every))
     return words, "check"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
@@ -27,11 +27,6 @@ if TYPE_CHECKING:
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.style_result import StyleResult
     from app.devices.theta.camera_identity import FoundCamera
-
-
-def out_of_reach(results: Iterable[StyleResult]) -> int:
-    """Return the number of styles whose grade is out of reach."""
-    return sum(not result.attainable for result in results)
 
 
 def looking_words(head: Head) -> str:

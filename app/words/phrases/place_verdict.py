@@ -50,8 +50,12 @@ def place_verdict_words(verdict: PlaceVerdict, results: Iterable[StyleResult]) -
 
 def style_within_sentence(result: StyleResult) -> str:
     """Return a style's title for use within a sentence. Titles of the user's styles are kept."""
-    title = result.title or result.name
-    return lower_first(title) if result.name in NAMES and result.name not in _PROPER else title
+    return title_within_sentence(result.name, result.title or result.name)
+
+
+def title_within_sentence(name: str, title: str) -> str:
+    """Return the title of the style with this name, for use within a sentence."""
+    return lower_first(title) if name in NAMES and name not in _PROPER else title
 
 
 def _light_sentence(flow: Flow) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
@@ -9,30 +10,25 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import direction_of, whole
 from app.core.base.arrays import Bytes
+from app.core.places.offers import Offer, offers, pairs
 from app.core.solver.solve import proposal
 from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.item_library import DamagedItem
-from app.core.styles.style import Style
-from app.core.styles.styles import RARE
+from app.core.styles.style import Side, Style
+from app.core.styles.styles import mirror_name
 from app.core.text import tr
-from app.ui.presenters.window_model import NO_LIGHT
 from app.ui.screens.styles.gallery import Snapshot
 from app.words import verdict
-from app.words.phrases.directions import lit_aside_brief, lit_aside_words
+from app.words.phrases.directions import BARE_SIDES, lit_aside_brief, lit_aside_words
 from app.words.phrases.turns import size_words
 from app.words.styles import full_title, side_words
-from app.words.why_out_of_reach import (
-    reason_card,
-    reason_sentence,
-    soft_card,
-    too_soft_card,
-    too_soft_words,
-)
+from app.words.verdict import other_side_words
+from app.words.why_out_of_reach import reason_sentence
 
 CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
-_SIDES: Final = {"left": 0, "right": 1, "none": 2}
-_RARE_POINTS: Final = 15.0  # penalty on the match that ranks rarely used styles behind others
+_NOTHING: Final = tr("No style yet. Look for one strong light, or try a lamp.")
+_MINE: Final = tr("Paint a style, or drop a portrait whose light you like.")
 
 Way: TypeAlias = Literal["", "clockwise", "counter-clockwise", "none"]
 """Direction of a turn, or an empty string if there is no turn."""
@@ -42,8 +38,6 @@ class Filter(StrEnum):
     """The filters for the cards."""
 
     ALL = "all"
-    IN_REACH = "in"
-    OUT_OF_REACH = "out"
     MINE = "mine"
 
 
@@ -53,17 +47,24 @@ class Sort(StrEnum):
     MATCH = "match"
     NAME = "name"
     TURN = "turn"
-    SIDE = "side"
 
 
 @dataclass(frozen=True, slots=True)
 class CardState:
     """A card in the gallery. Cards that compare equal look the same.
 
+    A card stands for both sides of a style, and for the styles that have the same picture. It shows
+    one of them.
+
     Attributes:
+        key: Name of the style that the card shows.
+        word: The verdict in a word, such as "Soft", or an empty string without a verdict.
+        line, brief: At most five words after the verdict, and a shorter form for a narrow card.
         turn: Text such as "96°", or an empty string if there is no turn.
+        side: Side of the key lamp, as seen by the sitter.
+        other: Name of the style for the other side, or an empty string if there is none.
+        other_words: What the other side gives, such as "Sitter’s right: soft, 40° clockwise".
         swapped: Whether `target` and `here` are swapped.
-        meter: Match on the meter, 0 to 100, or None to hide the meter.
         version: Version of the pictures. It is compared in place of the pictures themselves.
         stale: Whether the answer is for another selection, in which case the card is dimmed.
         target, here: The two pictures, each (h, w, 3) uint8 sRGB at the size shown on a card, or
@@ -73,14 +74,15 @@ class CardState:
     key: str
     title: str
     line: str
+    word: str = ""
     brief: str = ""
     tip: str = ""
     spoken: str = ""
     turn: str = ""
     way: Way = ""
-    match: str = ""
-    meter: float | None = None
-    limit: float = 45.0
+    side: Side = "none"
+    other: str = ""
+    other_words: str = ""
     in_reach: bool = True
     chosen: bool = False
     marked: bool = False
@@ -92,64 +94,104 @@ class CardState:
     here: Bytes | None = field(default=None, compare=False, repr=False)
 
 
-_EMPTY: Final = {
-    Filter.ALL: "",
-    Filter.IN_REACH: tr("No style is within reach here. A lamp may help."),
-    Filter.OUT_OF_REACH: tr("Every style is within reach here."),
-    Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
-}
+@dataclass(frozen=True, slots=True)
+class CardGroup:
+    """Cards under a common heading.
 
-
-def empty_words(card_filter: Filter, measured: bool) -> str:
-    """Return the message for a filter that leaves no cards."""
-    if not measured and card_filter is not Filter.MINE:
-        return NO_LIGHT
-    return _EMPTY[card_filter]
-
-
-def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, str], ...]:
-    """Return the filters with their labels and counts.
-
-    Args:
-        stale: Whether the answers are for another selection. If so, the counts are omitted.
-
-    Returns:
-        A pair for each filter: the filter and its label.
+    Attributes:
+        title: Heading, or an empty string to show none.
+        count: Number after the heading, or None to show none.
+        empty: Message in place of the cards, or an empty string.
     """
-    within = sum(snapshot.within(one) for one in snapshot.results.values())
-    without = len(snapshot.results) - within
-    measured = snapshot.question.light is not None and not stale
-    mine = len(snapshot.mine) + len(snapshot.question.damaged)
+
+    title: str = ""
+    count: int | None = None
+    cards: tuple[CardState, ...] = ()
+    empty: str = ""
+
+
+def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
+    """Return each filter with its label and count."""
+    damaged = len(snapshot.question.damaged)
+    every = len(_offers(snapshot, Filter.ALL)) + damaged
     return (
-        (
-            Filter.ALL,
-            tr("All {count}", count=len(snapshot.styles) + len(snapshot.question.damaged)),
-        ),
-        (Filter.IN_REACH, tr("In reach {count}", count=within) if measured else tr("In reach")),
-        (
-            Filter.OUT_OF_REACH,
-            tr("Out of reach {count}", count=without) if measured else tr("Out of reach"),
-        ),
-        (Filter.MINE, tr("Mine {count}", count=mine)),
+        (Filter.ALL, tr("All {count}", count=every)),
+        (Filter.MINE, tr("Mine {count}", count=len(snapshot.mine) + damaged)),
     )
 
 
-def cards_of(
-    snapshot: Snapshot, card_filter: Filter, sort: Sort, front: str | None
-) -> tuple[CardState, ...]:
-    """Return the cards in the gallery in reading order, with unreadable files last."""
-    names = [name for name in snapshot.styles if _passes(snapshot, name, card_filter)]
-    names.sort(key=lambda name: _order(snapshot, name, sort))
-    if sort is Sort.MATCH and snapshot.results:
-        names = _proposed(snapshot, names)
-    cards = [_with_note(_card(snapshot, name, name == front), snapshot) for name in names]
-    if card_filter in (Filter.ALL, Filter.MINE):
-        cards += [_damaged_card(one) for one in snapshot.question.damaged]
-    return tuple(cards)
+def groups_of(
+    snapshot: Snapshot,
+    card_filter: Filter,
+    sort: Sort,
+    front: str | None,
+    recent: Sequence[str] = (),
+) -> tuple[CardGroup, ...]:
+    """Return the cards in the gallery in reading order, with unreadable files last.
+
+    Args:
+        front: The chosen style. The card that stands for it shows it.
+        recent: Styles chosen before, the latest first. Their cards still show them.
+    """
+    every = _offers(snapshot, card_filter)
+    if sort is not Sort.MATCH:
+        every = tuple(sorted(every, key=lambda offer: _order(snapshot, offer.name, sort)))
+    cards = [_offered_card(snapshot, offer, front, recent) for offer in every]
+    damaged = tuple(_damaged_card(one) for one in snapshot.question.damaged)
+    if not snapshot.results:
+        nothing = "" if cards or damaged else _MINE
+        return (CardGroup(cards=(*cards, *damaged), empty=nothing),)
+    within = [_is_within(snapshot, offer.name) for offer in every]
+    gives = tuple(card for card, yes in zip(cards, within, strict=True) if yes)
+    rest = tuple(card for card, yes in zip(cards, within, strict=True) if not yes)
+    if card_filter is Filter.MINE and not cards and not damaged:
+        return (CardGroup(empty=_MINE),)
+    groups = [CardGroup(tr("This place gives"), len(gives), gives, "" if gives else _NOTHING)]
+    if rest or damaged:
+        groups.append(CardGroup(tr("Not here"), len(rest), (*rest, *damaged)))
+    return tuple(groups)
 
 
-def stale_card(card: CardState) -> CardState:
-    """Dim a card whose answer is for another selection. Screen readers skip the card's numbers."""
+def card_of(snapshot: Snapshot, name: str, is_chosen: bool = False) -> CardState:
+    """Return the card that shows a style."""
+    return _with_note(_card(snapshot, name, is_chosen), snapshot)
+
+
+def _offers(snapshot: Snapshot, card_filter: Filter) -> tuple[Offer, ...]:
+    """Return the offers that pass a filter, best first. Without light, keep the styles' order."""
+    names = [name for name in snapshot.styles if card_filter is Filter.ALL or name in snapshot.mine]
+    if not snapshot.results:
+        return pairs(names)
+    results = [snapshot.results[name] for name in names if name in snapshot.results]
+    unsolved = [name for name in names if name not in snapshot.results]
+    return (*offers(results, snapshot.within), *pairs(unsolved))
+
+
+def _offered_card(
+    snapshot: Snapshot, offer: Offer, front: str | None, recent: Sequence[str]
+) -> CardState:
+    """Return the card of an offer, which shows the style chosen last, or else the best one."""
+    name = next((one for one in (front, *recent) if one in offer.members), offer.name)
+    card = card_of(snapshot, name, name == front)
+    other = mirror_name(name)
+    if other == name or other not in offer.members:
+        return card
+    words = other_side_words(snapshot.styles[other], snapshot.results.get(other))
+    return replace(card, other=other, other_words=words)
+
+
+def _is_within(snapshot: Snapshot, name: str) -> bool:
+    result = snapshot.results.get(name)
+    return result is not None and snapshot.within(result)
+
+
+def stale_group(group: CardGroup) -> CardGroup:
+    """Dim cards whose answers are for another selection, and hide their count."""
+    return replace(group, count=None, cards=tuple(map(_stale_card, group.cards)))
+
+
+def _stale_card(card: CardState) -> CardState:
+    """Dim a card. Screen readers skip its numbers."""
     words = tr("{title}, computing", title=card.title)
     return replace(card, stale=True, spoken=words, tip=words)
 
@@ -161,45 +203,12 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
     return proposal(tuple(snapshot.results.values())) or next(iter(snapshot.styles), None)
 
 
-def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
-    """Move the first common style ahead of any rare styles with the same grade."""
-    results = [snapshot.results.get(name) for name in names]
-    ranks = [_rank(snapshot, result) if result else 0 for result in results]
-    for name, rank in zip(names, ranks, strict=True):
-        if rank == ranks[0] and name not in RARE:
-            return [name, *(other for other in names if other != name)]
-    return names
-
-
-def _passes(snapshot: Snapshot, name: str, card_filter: Filter) -> bool:
-    if card_filter is Filter.ALL:
-        return True
-    if card_filter is Filter.MINE:
-        return name in snapshot.mine
-    result = snapshot.results.get(name)
-    return result is not None and snapshot.within(result) == (card_filter is Filter.IN_REACH)
-
-
 def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
     style, result = snapshot.styles[name], snapshot.results.get(name)
     title = style.title.casefold()
-    out = 0.0 if result is None else float(_rank(snapshot, result))
-    match = -result.match if result is not None else 0.0
-    if sort is Sort.NAME:
-        return out, title, _SIDES[style.side], name
     if sort is Sort.TURN and result is not None:
-        return out, float(abs(whole(result.turn_refined_deg))), match
-    if sort is Sort.SIDE:
-        return out, _SIDES[style.side], match, title
-    # Without numbers, keep the usual order of styles.
-    return out, match + (_RARE_POINTS if result is not None and name in RARE else 0.0)
-
-
-def _rank(snapshot: Snapshot, result: StyleResult) -> int:
-    """Return the rank of a result: 0 for yes, 1 for soft, or 2 for out of reach."""
-    if snapshot.paper or not result.attainable:
-        return 2 * (not snapshot.within(result))
-    return int(result.grade == "soft")
+        return float(abs(whole(result.turn_refined_deg))), -result.match
+    return title, name
 
 
 def rules_words(snapshot: Snapshot) -> str:
@@ -226,7 +235,7 @@ def _card(snapshot: Snapshot, name: str, is_chosen: bool) -> CardState:
         line=line,
         tip=f"{style.title}: {line}",
         spoken=_spoken(style, result, snapshot),
-        limit=least_match(snapshot, style),
+        side=style.side,
         chosen=is_chosen,
         version=snapshot.version,
         target=target,
@@ -234,34 +243,43 @@ def _card(snapshot: Snapshot, name: str, is_chosen: bool) -> CardState:
     )
     if result is None:
         return card
-    match = verdict.whole_of(result.match)
-    card = replace(card, match=str(match), meter=float(min(match, 100)))
-    turn = result.turn_refined_deg
-    if snapshot.paper:
-        return _paper_card(card, style, result, snapshot)
-    if result.attainable:
-        close = close_to(result, snapshot)
+    within, turn = snapshot.within(result), result.turn_refined_deg
+    if within:
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
-        beside = beside_words(result, snapshot)
-        aside = lit_aside_words(result.yaw_deg, result.lighting)
-        lines = [full_title(style), *beside, close, aside, *gain_lines(result)]
-        tip = ". ".join(filter(None, lines))
-        if beside:
-            line, brief = _beside_card(result, snapshot)
-            line = tr("{near}: {aside}", near=brief, aside=aside) if aside else line
-            return replace(card, line=line, brief=brief, tip=f"{tip}.")
-        if aside:
-            brief = lit_aside_brief(result.yaw_deg, result.lighting)
-            return replace(card, line=aside, brief=brief, tip=f"{tip}.")
-        if close:
-            title = snapshot.styles[result.neighbour or ""].title
-            line, brief = verdict.close_to_card(title, style.side)
-            card = replace(card, line=line, brief=brief)
-        return replace(card, tip=f"{tip}.")
-    line, brief = _out_of_reach(result)
+    grade = None if snapshot.paper else result.grade
+    return replace(
+        card,
+        word=verdict.grade_on_card(grade, within=within),
+        line=_reason(style, result, snapshot),
+        tip=_tip(style, result, snapshot),
+        in_reach=within,
+    )
+
+
+def _reason(style: Style, result: StyleResult, snapshot: Snapshot) -> str:
+    """Return at most five words after the grade on a card."""
+    if snapshot.paper:
+        within = snapshot.within(result)
+        return verdict.paper_card(snapshot.quality(result), result, within=within)
+    titles = {name: one.title for name, one in snapshot.styles.items()}
+    reason = verdict.reason_on_card(result, titles)
+    aside = lit_aside_brief(result.yaw_deg, result.lighting) if result.attainable else ""
+    return reason or aside or BARE_SIDES.get(style.side, "")
+
+
+def _tip(style: Style, result: StyleResult, snapshot: Snapshot) -> str:
+    """Return everything that a card has no room for."""
     why = reason_sentence(result.shortfall)
-    tip = f"{full_title(style)}. {why}. {verdict.verdict_sentence(result)}"
-    return replace(card, line=line, brief=brief, tip=tip, in_reach=False)
+    if snapshot.paper:
+        quality = verdict.paper_quality(snapshot.quality(result))
+        lines = [quality, verdict.ours_words(result), why]
+    elif result.attainable:
+        aside = lit_aside_words(result.yaw_deg, result.lighting)
+        beside = beside_words(result, snapshot)
+        lines = [*beside, close_to(result, snapshot), aside, *gain_lines(result)]
+    else:
+        lines = [why, verdict.verdict_sentence(result).removesuffix(".")]
+    return ". ".join(filter(None, (full_title(style), *lines))) + "."
 
 
 def lamps_note(snapshot: Snapshot, name: str) -> str:
@@ -285,39 +303,14 @@ def doubt_note(snapshot: Snapshot, name: str) -> str:
 def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
     doubt = doubt_note(snapshot, card.key)
     if snapshot.hazards(card.key) and card.in_reach:
-        card = replace(card, line=tr("Doubtful: {line}", line=card.line), brief=tr("Doubtful"))
+        line = tr("doubtful: {line}", line=card.line) if card.line else tr("doubtful")
+        card = replace(card, line=line, brief=tr("doubtful"))
     note = " ".join(filter(None, (lamps_note(snapshot, card.key), doubt)))
     if not note:
         return card
     # Without an answer, the tooltip has only the title and side, and no full stop.
     stop = "" if card.key in snapshot.results else "."
     return replace(card, tip=f"{card.tip}{stop} {note}", spoken=f"{card.spoken}. {note}")
-
-
-def _paper_card(
-    card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
-) -> CardState:
-    """Return the card graded by the paper's C, with our own grade if the two differ."""
-    quality, least = snapshot.quality(result), LIMITS.quality
-    most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
-    within, turn = snapshot.within(result), result.turn_refined_deg
-    ours = verdict.ours_words(result)
-    text = verdict.paper_quality(quality)
-    why = reason_sentence(result.shortfall)
-    tip = [full_title(style), text, ours, *([why] if why else [])]
-    card = replace(
-        card,
-        match=tr("C {quality}", quality=verdict.quality_words(quality)),
-        meter=100.0 * max(quality, 0.0) / most,
-        limit=100.0 * least / most,
-        in_reach=within,
-        tip=". ".join(tip) + ".",
-    )
-    if within:
-        card = replace(card, turn=size_words(turn), way=direction_of(turn))
-    if within == result.attainable:
-        return card
-    return replace(card, line=verdict.ours_card(result, style.side), brief=ours)
 
 
 def least_match(snapshot: Snapshot, style: Style) -> float:
@@ -337,19 +330,6 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     )
 
 
-def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
-    """Return the first sentence of `beside_words`, worded for a normal and a narrow card."""
-    styles = snapshot.styles
-    if result.looks_more_like is not None:
-        other = styles[result.looks_more_like]
-        return verdict.reads_as(full_title(other)), verdict.reads_as(other.title)
-    if result.shortfall is not None:
-        return soft_card(result.shortfall), tr("Soft")
-    same = [styles[name] for name in result.same_picture if name in styles]
-    titles = [full_title(style) for style in same]
-    return verdict.same_picture(titles), verdict.same_picture([same[0].title])
-
-
 def gain_lines(result: StyleResult) -> list[str]:
     """Return sentences about what is gained by turning the face away from the lens."""
     return [verdict.gain_words(gain, result.match) for gain in result.gains]
@@ -367,16 +347,6 @@ def close_to(result: StyleResult, snapshot: Snapshot) -> str:
     """Return a sentence about the style that the picture is close to, or "" if there is none."""
     title = close_style(result, snapshot)
     return verdict.close_to(title) if title else ""
-
-
-def _out_of_reach(result: StyleResult) -> tuple[str, str]:
-    """Return the reason why a style is out of reach, worded for a normal and a narrow card."""
-    soft = result.match >= LIMITS.match and result.strength < LIMITS.strength
-    if result.grade is None and soft:
-        numbers = result.strength, LIMITS.strength
-        return too_soft_words(*numbers), too_soft_card(*numbers)
-    words = reason_card(result.shortfall)
-    return words, words
 
 
 def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str:

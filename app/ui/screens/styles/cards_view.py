@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPixmap
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.core.portrait.gallery_portraits import CLOSE_SHAPE
@@ -21,12 +21,12 @@ from app.core.text import tr
 from app.ui.presenters.window_model import NO_LIGHT
 from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.detail import DetailState
-from app.ui.theme import theme
+from app.ui.theme import Theme, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import describe
-from app.ui.widgets.buttons import Button
+from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.dialogs import KeysSheet, Term, show_folder
-from app.ui.widgets.displays import Picture, draw_meter, to_image
+from app.ui.widgets.displays import Picture, to_image
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row
 from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
@@ -37,7 +37,8 @@ _EDGE: Final = 3  # margin around the pictures
 _PAD: Final = 8
 _GAP: Final = 2
 _RADIUS: Final = 6
-_BELOW: Final = 54  # height of the text and the meter below the pictures
+_BELOW: Final = 46  # height of the text below the pictures
+_SWITCH: Final = (56, 24)
 _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 
 
@@ -54,15 +55,20 @@ def card_size(wide: int) -> QSize:
 
 
 class StyleCard(Card):
-    """A card with a style's target, its picture here, and its name, turn, side, match and meter."""
+    """A card with a style's target and its picture here, its name, turn, grade and reason."""
 
     marked = Signal()
     """Emitted on Ctrl+click or Space, to mark or unmark the style for comparison."""
+    switched = Signal()
+    """Emitted to show the other side of the style."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
         self.state = state
         self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
+        self.switch = SideSwitch()
+        self.switch.setParent(self)
+        self.switch.clicked.connect(self.switched)
         self._tell()
 
     def show_state(self, state: CardState) -> None:
@@ -95,9 +101,19 @@ class StyleCard(Card):
         state = self.state
         words = tr("{card}, marked", card=state.spoken) if state.marked else state.spoken
         describe(self, words, tip=state.tip)
+        self.switch.show_side(state)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the switch in the corner of the target."""
+        super().resizeEvent(event)
+        t = theme()
+        wide, high = (t.px(side) for side in _SWITCH)
+        edge = t.px(_EDGE) + t.px(4)
+        bottom = t.px(_EDGE) + picture_size(self.width()).height() - t.px(4)
+        self.switch.setGeometry(edge, bottom - high, wide, high)
 
     def paint_content(self, painter: QPainter) -> None:
-        """Paint the pictures, the text and the meter."""
+        """Paint the pictures and the text."""
         t = theme()
         edge, pad = t.px(_EDGE), t.px(_PAD)
         high = picture_size(self.width()).height()
@@ -109,10 +125,6 @@ class StyleCard(Card):
         self._paint_name(painter, QRect(pad, top + t.px(2), wide, t.px(22)))
         self._paint_line(painter, QRect(pad, top + t.px(23), wide, t.px(16)))
         state = self.state
-        if state.meter is not None:
-            fill = None if state.in_reach else t.c.dim
-            rail = QRectF(pad, top + t.px(41), wide, t.px(8))
-            draw_meter(painter, rail, state.meter, state.limit, fill=fill)
         painter.setOpacity(1.0)
         if state.marked:
             side = t.px(24)
@@ -122,17 +134,8 @@ class StyleCard(Card):
 
     def _paint_name(self, painter: QPainter, area: QRect) -> None:
         t, state = theme(), self.state
-        ink = t.c.text if state.in_reach else t.c.dim
-        room = QRect(area)
-        side = t.px(16)
-        if not state.in_reach:
-            spot = QRect(area.right() + 1 - side, area.top(), side, area.height())
-            draw_icon(painter, "not-possible", spot, side, t.c.dim)
-            room.setRight(spot.left() - t.px(4))
-            # The line below shows the reason.
-            put_text(painter, room, state.match, t.font(12), t.c.text, RIGHT)
-            room.setRight(room.right() - text_width(t.font(12), state.match) - t.px(4))
-        elif state.turn:
+        room, side = QRect(area), t.px(16)
+        if state.turn:
             font = t.font(16, 700)
             put_text(painter, area, state.turn, font, t.c.amber, RIGHT)
             left = area.right() + 1 - text_width(font, state.turn)
@@ -141,15 +144,16 @@ class StyleCard(Card):
                 spot = QRect(left, area.top(), side, area.height())
                 draw_icon(painter, _WAYS[state.way], spot, side, t.c.amber)
             room.setRight(left - t.px(4))
+        ink = t.c.text if state.in_reach else t.c.dim
         put_text(painter, room, state.title, t.font(14, 600), ink)
 
     def _paint_line(self, painter: QPainter, area: QRect) -> None:
         t, state = theme(), self.state
         room, font, line = QRect(area), t.font(12), state.line
-        beside = area.width() - text_width(font, state.match) - t.px(6)
-        if state.match and state.in_reach:
-            put_text(painter, area, state.match, font, t.c.text, RIGHT)
-            room.setWidth(beside)
+        if state.word:
+            strong = t.font(12, 600)
+            put_text(painter, area, state.word, strong, t.c.text if state.in_reach else t.c.dim)
+            room.setLeft(area.left() + text_width(strong, state.word) + t.px(6))
         if state.brief and text_width(font, line) > room.width():
             line = state.brief
         put_text(painter, room, line, font, t.c.dim)
@@ -187,6 +191,49 @@ def _put(painter: QPainter, area: QRectF, picture: NDArray[Any] | None) -> None:
     wide, high = area.width() / scale, area.height() / scale
     part = QRectF((image.width() - wide) / 2, (image.height() - high) / 2, wide, high)
     painter.drawImage(area, image, part)
+
+
+class SideSwitch(Pressable):
+    """A switch between the two sides of a style: two discs, each lit as its picture is.
+
+    The keyboard reaches it by the shortcut of the screen, since the cards are one Tab stop.
+    """
+
+    preferred_size = _SWITCH
+
+    def __init__(self) -> None:
+        super().__init__(tr("Show the other side"))
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._look = ("", False)
+
+    def show_side(self, state: CardState) -> None:
+        """Show which side the card shows, or hide the switch if there is no other side."""
+        self.setVisible(bool(state.other))
+        if state.other:
+            describe(self, state.other_words, "X")
+        if (state.side, state.stale) != self._look:
+            self._look = state.side, state.stale
+            self.update()
+
+    def paint_on(self, painter: QPainter, t: Theme) -> None:
+        """Paint both discs, on the left the one that is lit from camera left."""
+        half, (shown, is_stale) = self.width() / 2, self._look
+        painter.setOpacity(STALE if is_stale else 1.0)
+        box(painter, self.rect(), t.px(6), t.c.tag)
+        for number, side in enumerate(("right", "left")):
+            area = QRectF(number * half, 0, half, self.height())
+            ink, gap = t.c.ontag, t.px(2)
+            if side == shown:
+                box(painter, area.adjusted(gap, gap, -gap, -gap), t.px(4), t.c.ontag)
+                ink = t.c.tag
+            disc = QRectF(0, 0, t.px(13), t.px(13))
+            disc.moveCenter(area.center())
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(QPen(ink, t.line_width))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawEllipse(disc)
+            painter.setBrush(ink)
+            painter.drawPie(disc, 90 * 16, 180 * 16 if side == "right" else -180 * 16)
 
 
 class PaintCard(Card):

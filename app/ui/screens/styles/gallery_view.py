@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,6 +10,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
+from app.core.styles.styles import mirror_name
 from app.core.text import tr
 from app.ui.presenters.window_model import NEEDS_LIGHT
 from app.ui.screens.styles.cards import CardState
@@ -34,19 +36,17 @@ _GAP: Final = 8
 _TOP: Final = 16
 _RING: Final = 4  # room for the focus ring above the first row
 _FOOT: Final = 14
+_HEADING: Final = 32
 _FIVE_FROM: Final = 1264  # width of the gallery in a window 1920 pixels wide
 _WIDTHS: Final = (180, 440)  # minimum and maximum width of a card
 _HOW: Final = tr("Mark: Space or Ctrl+click")
 _SORTS: Final = (
-    ("match", tr("Best match")),
+    ("match", tr("Best first")),
     ("name", tr("Name")),
     ("turn", tr("Turn (least to go)")),
-    ("side", tr("Side")),
 )
 _FILTERS: Final = (
     ("all", tr("All")),
-    ("in", tr("In reach")),
-    ("out", tr("Out of reach")),
     ("mine", tr("Mine")),
 )
 
@@ -95,30 +95,67 @@ def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
     return Layout(columns, card_size(room // columns - gap), margin, (fewest, most), room)
 
 
+@dataclass(frozen=True, slots=True)
+class _Section:
+    """A heading, if there is one, and the cells below it in reading order."""
+
+    heading: QWidget | None
+    cells: tuple[QWidget, ...]
+
+
 class _Grid(QWidget):
     """A grid that positions its cards directly, which is faster and more exact than a Qt layout."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._cells: list[QWidget] = []
-        self._layout: Layout | None = None
+        self._visible: list[QWidget] = []
 
-    def fill(self, cells: list[QWidget], layout: Layout) -> None:
-        """Place the widgets in reading order."""
-        for old in self._cells:
-            if old not in cells:
+    def fill(self, sections: Sequence[_Section], layout: Layout) -> None:
+        """Place the widgets, each section on rows of its own."""
+        widgets = [one for section in sections for one in (section.heading, *section.cells) if one]
+        for old in self._visible:
+            if old not in widgets:
                 old.hide()
-        self._cells, self._layout = cells, layout
+        self._visible = widgets
         t = theme()
-        gap, card = t.px(_GAP), layout.card
-        for number, cell in enumerate(cells):
-            row, column = divmod(number, layout.columns)
-            x = layout.margin + column * (card.width() + gap)
-            y = t.px(_RING) + row * (card.height() + gap)
-            cell.setGeometry(x, y, card.width(), card.height())
-            cell.show()
-        rows = -(-len(cells) // layout.columns)
-        self.setMinimumHeight(t.px(_RING) + rows * (card.height() + gap) - gap + t.px(_FOOT))
+        gap, card, top = t.px(_GAP), layout.card, t.px(_RING)
+        for section in sections:
+            if section.heading is not None:
+                section.heading.setGeometry(layout.margin, top, layout.room - gap, t.px(_HEADING))
+                top += t.px(_HEADING)
+            for number, cell in enumerate(section.cells):
+                row, column = divmod(number, layout.columns)
+                x = layout.margin + column * (card.width() + gap)
+                cell.setGeometry(x, top + row * (card.height() + gap), card.width(), card.height())
+            top += -(-len(section.cells) // layout.columns) * (card.height() + gap)
+        for widget in widgets:
+            widget.show()
+        self.setMinimumHeight(top - gap + t.px(_FOOT))
+
+
+class _Heading(QWidget):
+    """The title of a group of cards, and how many there are."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._title = Text("", 14, 600)
+        self._count = Text("", 14, role="dim")
+        row(self._title, self._count, ..., into=self, gap=8)
+
+    def show_words(self, title: str, count: int | None) -> None:
+        """Show the title and the count."""
+        self._title.set_text(title)
+        self._count.set_text("" if count is None else str(count))
+        self.setAccessibleName(title)
+
+
+def _outline(state: StylesState) -> tuple[object, ...]:
+    """Return everything on which the layout of the cards depends."""
+    groups = [
+        (group.title, group.count, group.empty, [card.key for card in group.cards])
+        for group in state.groups
+    ]
+    return groups, state.card_width
 
 
 class SizeSlider(LabelledSlider):
@@ -191,6 +228,7 @@ class Gallery(QWidget):
         self._scroll = _Cards(self._grid, self.zoom)
         self._roving = Roving(self)
         self._roving.moved.connect(self._on_move)
+        self._headings: list[_Heading] = []
         self._empty = Text("", 14, role="dim", wrap=True)
         tools = self._made_tools()
         cards = column((self._scroll, 1), self._made_foot())
@@ -207,7 +245,7 @@ class Gallery(QWidget):
         self._filter.chosen.connect(self.filtered)
         self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
-        # At least as wide as "Best match", because the filter's labels can have any length.
+        # At least as wide as "Best first", because the filter's labels can have any length.
         width, margin, gap = (126, 16, 6) if self._compact else (152, 24, 8)
         self._sort.setFixedWidth(t.px(width))
         self.lamps = IconButton("lamp", "") if self._compact else Button("")
@@ -260,18 +298,14 @@ class Gallery(QWidget):
             describe(button, sheet_state.words)
             button.set_available(sheet_state.works, NEEDS_LIGHT)
         keys = [card.key for card in state.cards]
-        same = before is not None and keys == [card.key for card in before.cards]
+        had_focus = any(one.hasFocus() for one in self._cards.values())
         for card in state.cards:
             if card.damaged is None:
                 self._card(card).show_state(card)
             elif card.key not in self._damaged:
                 self._damaged[card.key] = DamagedCard(card)
                 self._damaged[card.key].setParent(self._grid)
-        if (
-            not same
-            or before is None
-            or (before.empty, before.card_width) != (state.empty, state.card_width)
-        ):
+        if before is None or _outline(before) != _outline(state):
             self._lay()
             self._roving.set_members([self._cards[key] for key in keys if key in self._cards])
         self.compare.setVisible(state.marked > 0)
@@ -281,7 +315,7 @@ class Gallery(QWidget):
         self.compare.set_text(tr("Compare {count}", count=state.marked))
         self.compare.set_available(state.marked > 1, tr("Mark one more style to compare."))
         self.hold.setDown(state.swapped)
-        self._follow_choice(before, state)
+        self._follow_choice(before, state, had_focus)
 
     def _card(self, state: CardState) -> StyleCard:
         card = self._cards.get(state.key)
@@ -291,11 +325,14 @@ class Gallery(QWidget):
             card.clicked.connect(lambda _on=False, key=state.key: self.chosen.emit(key))
             card.opened.connect(lambda key=state.key: self.opened.emit(key))
             card.marked.connect(lambda key=state.key: self.marked.emit(key))
+            card.switched.connect(lambda key=state.key: self.chosen.emit(mirror_name(key)))
             self._cards[state.key] = card
             QWidget.setTabOrder(card, self._paint)
         return card
 
-    def _follow_choice(self, before: StylesState | None, state: StylesState) -> None:
+    def _follow_choice(
+        self, before: StylesState | None, state: StylesState, had_focus: bool
+    ) -> None:
         front, earlier = (
             next((card.key for card in one.cards if card.chosen), None) if one else None
             for one in (state, before)
@@ -303,7 +340,6 @@ class Gallery(QWidget):
         if front is None or front == earlier:
             return
         card = self._cards[front]
-        had_focus = any(one.hasFocus() for one in self._cards.values())
         self._roving.set_stop(card)
         if had_focus and not card.hasFocus():
             card.setFocus(Qt.FocusReason.OtherFocusReason)
@@ -316,19 +352,31 @@ class Gallery(QWidget):
             return
         layout = layout_for(self.width(), self._compact, state.card_width)
         self.zoom.offer(*layout.offered, layout.columns)
-        cells: list[QWidget] = []
-        for card in state.cards:
-            widget = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
-            cells.append(widget)
-        if state.empty:
-            self._empty.set_text(state.empty)
-            cells.append(self._empty)
-        elif self._empty.isVisible():
-            self._empty.hide()
-        self._grid.fill([*cells, self._paint], layout)
+        self._fill_headings(state)
+        sections = []
+        for number, group in enumerate(state.groups):
+            cells: list[QWidget] = [
+                self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
+                for card in group.cards
+            ]
+            if group.empty:
+                self._empty.set_text(group.empty)
+                cells.append(self._empty)
+            if number == len(state.groups) - 1:
+                cells.append(self._paint)
+            heading = self._headings[number] if group.title else None
+            sections.append(_Section(heading, tuple(cells)))
+        self._grid.fill(sections or [_Section(None, (self._paint,))], layout)
         if layout != self._layout:
             self._layout = layout
             self.laid.emit(layout.picture)
+
+    def _fill_headings(self, state: StylesState) -> None:
+        while len(self._headings) < len(state.groups):
+            self._headings.append(_Heading())
+            self._headings[-1].setParent(self._grid)
+        for heading, group in zip(self._headings, state.groups, strict=False):
+            heading.show_words(group.title, group.count)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Update the layout of the cards."""

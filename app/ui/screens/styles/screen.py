@@ -7,19 +7,20 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from app.core.base.angles import wrap
+from app.core.styles.styles import mirror_name
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.services import Presenter, Services
 from app.ui.presenters.window_model import COMPUTING, Step
 from app.ui.screens.styles.cards import (
+    CardGroup,
     CardState,
     Filter,
     Sort,
-    cards_of,
-    empty_words,
     filters_of,
+    groups_of,
     rules_words,
-    stale_card,
+    stale_group,
 )
 from app.ui.screens.styles.detail import DetailState, Main
 from app.ui.screens.styles.files import StyleFiles, StyleFilesView
@@ -54,8 +55,9 @@ class StylesState:
     """The state of the Styles screen.
 
     Attributes:
-        filters: Key and label for each filter, such as ("in", "In reach 16").
-        stale: Whether the cards and the details are for another selection. If so, the filters show
+        groups: The cards in reading order, in groups with headings.
+        filters: Key and label for each filter, such as ("mine", "Mine 2").
+        stale: Whether the cards and the details are for another selection. If so, the headings show
             no counts.
         clipped: Whether a capture of the full range would record more of the light.
         rules: In paper mode, a sentence stating for how many styles our rule and the paper's
@@ -65,11 +67,10 @@ class StylesState:
         marked: Number of styles marked for comparison.
     """
 
-    cards: tuple[CardState, ...] = ()
+    groups: tuple[CardGroup, ...] = ()
     filters: tuple[tuple[str, str], ...] = ()
     filter: Filter = Filter.ALL
     sort: Sort = Sort.MATCH
-    empty: str = ""
     measured: bool = False
     busy: bool = False
     stale: bool = False
@@ -82,6 +83,11 @@ class StylesState:
     swapped: bool = False
     same_exposure: bool = False
     detail: DetailState = field(default_factory=DetailState)
+
+    @property
+    def cards(self) -> tuple[CardState, ...]:
+        """All cards in reading order."""
+        return tuple(card for group in self.groups for card in group.cards)
 
 
 class StylesView(StyleFilesView, Protocol):
@@ -118,8 +124,9 @@ class StylesPresenter(Presenter[StylesView]):
         self._pictures = StylesPictures(services, self._refresh)
         self.lamps = LampsChoice(services, place_controller, self._pictures)
         self.lens = LensChoice(services, place_controller, self._pictures)
-        self._cards: tuple[CardState, ...] = ()
-        self._cards_key: tuple[object, ...] = ()
+        self._groups: tuple[CardGroup, ...] = ()
+        self._groups_key: tuple[object, ...] = ()
+        self._recent: tuple[str, ...] = ()
         self._filter, self._sort = Filter.ALL, Sort.MATCH
         self._marked: tuple[str, ...] = ()
         self._swapped = False
@@ -174,6 +181,8 @@ class StylesPresenter(Presenter[StylesView]):
                    hint=tr("paint")),
             Action("swap-pictures", tr("Swap target and result"),
                    lambda: self.swap(not self._swapped), "mirror", keys="S"),
+            Action("other-side", tr("Show the other side"), self.choose_other_side, "mirror",
+                   "X", self._has_other_side),
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
                    lambda: len(self._marked) > 1 and not self._pictures.stale),
             Action("same-exposure", tr("Same exposure"), self.expose_alike, "exposure", "E"),
@@ -204,11 +213,18 @@ class StylesPresenter(Presenter[StylesView]):
 
     def choose_next(self) -> None:
         """Choose the style on the next card, wrapping around after the last card."""
-        keys = [card.key for card in self._shown_cards() if card.damaged is None]
+        cards = [card for group in self._shown_groups() for card in group.cards]
+        keys = [card.key for card in cards if card.damaged is None]
         front = self._pictures.front
         if keys:
             place = keys.index(front) + 1 if front in keys else 0
             self.choose(keys[place % len(keys)])
+
+    def choose_other_side(self) -> None:
+        """Choose the current style's other side, if it has one."""
+        front = self._pictures.front
+        if front is not None and self._has_other_side():
+            self.choose(mirror_name(front))
 
     def open(self, key: str) -> None:
         """Choose a style and perform its main action, as a double click does."""
@@ -345,20 +361,19 @@ class StylesPresenter(Presenter[StylesView]):
                 detail=DetailState(main_works=False),
             )
         stale = self._pictures.stale
-        cards, detail = self._shown_cards(), self._pictures.detail_state
+        groups, detail = self._shown_groups(), self._pictures.detail_state
         if stale:
-            cards = tuple(map(stale_card, cards))
+            groups = tuple(map(stale_group, groups))
             detail = replace(detail, stale=True, main_works=False, numbers=COMPUTING)
         if self._swapped:
             tags = {"target_tag": detail.here_tag, "here_tag": detail.target_tag}
             exposed = {"target_exposed": detail.here_exposed, "here_exposed": ""}
             detail = _exchanged(detail, **tags, **exposed)
         return StylesState(
-            cards=cards,
-            filters=tuple((key.value, words) for key, words in filters_of(snapshot, stale)),
+            groups=groups,
+            filters=tuple((key.value, words) for key, words in filters_of(snapshot)),
             filter=self._filter,
             sort=self._sort,
-            empty="" if cards else COMPUTING if stale else empty_words(self._filter, measured),
             measured=measured,
             busy=self._pictures.busy,
             stale=stale,
@@ -373,20 +388,30 @@ class StylesPresenter(Presenter[StylesView]):
             detail=detail,
         )
 
-    def _shown_cards(self) -> tuple[CardState, ...]:
-        if self._snapshot is None:
+    def _shown_groups(self) -> tuple[CardGroup, ...]:
+        snapshot, front = self._snapshot, self._pictures.front
+        if snapshot is None:
             return ()
-        key = (self._filter, self._sort, self._pictures.front)
-        whole = (*key, self._snapshot.version, self._marked, self._swapped)
-        if whole != self._cards_key:
-            self._cards_key = whole
-            self._marked = tuple(one for one in self._marked if one in self._snapshot.styles)
-            cards = cards_of(self._snapshot, *key)
-            cards = tuple(replace(one, marked=one.key in self._marked) for one in cards)
-            self._cards = cards
-            if self._swapped:
-                self._cards = tuple(_exchanged(one, swapped=True) for one in cards)
-        return self._cards
+        whole = (
+            *(self._filter, self._sort, front, snapshot.version),
+            *(self._marked, self._swapped),
+        )
+        if whole != self._groups_key:
+            self._groups_key = whole
+            self._marked = tuple(one for one in self._marked if one in snapshot.styles)
+            groups = groups_of(snapshot, self._filter, self._sort, front, self._recent)
+            self._groups = tuple(
+                replace(group, cards=tuple(map(self._with_mark, group.cards))) for group in groups
+            )
+        return self._groups
+
+    def _with_mark(self, card: CardState) -> CardState:
+        card = replace(card, marked=card.key in self._marked)
+        return _exchanged(card, swapped=True) if self._swapped else card
+
+    def _has_other_side(self) -> bool:
+        front = self._pictures.front
+        return front is not None and mirror_name(front) != front
 
     def _counted(self, turn_deg: float) -> float:
         """Convert a turn on the screen to a turn from the photographer's current position."""
@@ -424,6 +449,12 @@ class StylesPresenter(Presenter[StylesView]):
         ) if self._pictures.stale else detail_state
 
     def _model_changed(self, names: frozenset[str]) -> None:
+        chosen = self._services.model.chosen
+        if "light" in names:
+            # At another place, the other side may be the better one.
+            self._recent = ()
+        if "chosen" in names and chosen is not None:
+            self._recent = (chosen, *(one for one in self._recent if one != chosen))
         if names & _GALLERY:
             self._pictures.ask()
         if names & (_GALLERY | _SELECTED):
