@@ -61,7 +61,7 @@ def sheets(pictures: list[Bytes], numbers: list[int]) -> list[Bytes]:
         for start in range(first, min(first + ACROSS * DOWN, len(numbers)), ACROSS):
             cells = []
             for place in range(start, start + ACROSS):
-                cell = np.full((*SIZE, 3), 128, np.uint8)
+                cell = np.full_like(pictures[0], 128)
                 if place < len(numbers):
                     cell = pictures[numbers[place]].copy()
                     _write(cell, str(place))
