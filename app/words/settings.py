@@ -186,6 +186,9 @@ WORDS: Final = {
     "same_exposure": SettingWords(
         tr("Same exposure"), tr("All pictures here use the exposure of the selected style.")
     ),
+    "show_numbers": SettingWords(
+        tr("Numbers"), tr("Show the match, the ratio and the curve of the selected style.")
+    ),
     "tour_seen": SettingWords(
         tr("Tour seen"), tr("Switch off to show the tour at the next start.")
     ),

@@ -106,10 +106,13 @@ def test_every_card_has_its_grade_however_long_its_reason(
 
 
 class Shown:
-    """A screen with a place, or without."""
+    """A screen with a place, or without, and with the numbers behind *Why?*."""
 
-    def __init__(self, qtbot: QtBot, table: Table, compact: bool = False) -> None:
+    def __init__(
+        self, qtbot: QtBot, table: Table, compact: bool = False, *, numbers: bool = True
+    ) -> None:
         self.bot, self.table = qtbot, table
+        table.model.set("show_numbers", numbers)
         self._before = table.runner.ran.count("styles-pictures")
         self.view = StylesScreen(table.presenter, compact)
         qtbot.addWidget(self.view)
@@ -594,11 +597,65 @@ class TestTerms:
 
     def test_a_style_out_of_reach_says_what_the_grade_is(self, shown: Shown) -> None:
         shown.table.presenter.choose("badger")
-        term = next(t for t in shown.view.findChildren(Term) if t.text() == "Out of reach")
+        term = next(t for t in shown.view.findChildren(Term) if t.text() == "Not here")
         QTest.mouseClick(term, Qt.MouseButton.LeftButton)
         (sheet,) = Sheet.over(shown.view.window())
         assert sheet.accessibleName() == "Grade"
         sheet.shut()
+
+
+class TestWhy:
+    """Match, ratio, contrast and curves are one click away, and stay where they are."""
+
+    @pytest.mark.parametrize("compact", [False, True])
+    def test_numbers_come_with_a_click_and_stay(
+        self, qtbot: QtBot, tmp_path: Path, compact: bool
+    ) -> None:
+        table = Table(tmp_path).open(scene_light())
+        shown = Shown(qtbot, table, compact, numbers=False)
+        shown.table.presenter.choose("left-loop")
+        shown.settle()
+        detail = shown.view.detail
+        hidden = (detail.plot, detail.facts, detail.weights)
+        assert not any(widget.isVisible() for widget in hidden)
+        assert detail.background.isVisible()
+        assert detail.words._turn.isVisible()
+        texts = [text.text() for text in detail.findChildren(Text) if text.isVisible()]
+        assert not [text for text in texts if "match" in text.lower()]
+        QTest.mouseClick(detail.more_words, Qt.MouseButton.LeftButton)
+        shown.settle()
+        assert detail.plot.isVisible()
+        assert detail.facts.isVisible()
+        assert table.model.settings.show_numbers
+        actions = {action.key: action for action in table.presenter.actions()}
+        actions["why"].run()
+        shown.settle()
+        assert not any(widget.isVisible() for widget in hidden)
+        assert not detail.more_words.isChecked()
+
+    def test_the_background_fills_the_width_when_it_is_alone(
+        self, qtbot: QtBot, tmp_path: Path
+    ) -> None:
+        shown = Shown(qtbot, Table(tmp_path).open(scene_light()), numbers=False)
+        qtbot.waitUntil(lambda: shown.table.presenter._pictures.sizes.background == (216, 408))
+        picture = shown.table.presenter.resolve().detail.background
+        assert picture is not None
+        assert picture.shape == (216, 408, 3)
+        assert shown.view.detail.background.width() == 408
+
+    def test_what_is_missing_is_said_without_the_numbers(
+        self, qtbot: QtBot, tmp_path: Path
+    ) -> None:
+        shown = Shown(qtbot, Table(tmp_path).open(scene_light()), numbers=False)
+        for key in ("badger", "left-loop"):
+            shown.table.presenter.choose(key)
+            shown.settle()
+            words = shown.view.detail.words
+            reason = shown.table.presenter.resolve().detail.reason
+            assert reason
+            assert words._reason.isVisible()
+            assert words._reason.text() == reason
+        assert words._direction.text() == "clockwise"
 
 
 class TestDetail:
@@ -680,13 +737,15 @@ class TestDetail:
 
     def test_nothing_below_moves_with_the_needle(self, shown: Shown) -> None:
         detail = shown.view.detail
-        for key in ("left-rembrandt", "badger"):
+        for key in ("left-loop", "left-rembrandt", "badger"):
+            shown.table.presenter.choose(key)
+            shown.settle()
+            before = detail.weights.y()
             for turn in (None, 10.0, -150.0):
-                shown.table.presenter.choose(key)
                 if turn is not None:
                     shown.table.presenter.look_at(turn)
                 shown.settle()
-                assert detail.weights.y() == 532
+                assert detail.weights.y() == before
                 inner = detail.facts.mapTo(detail, QPoint(0, detail.facts.height()))
                 assert inner.y() <= detail.weights.y()
 
@@ -824,8 +883,9 @@ class TestLayouts:
     def test_no_light(self, qtbot: QtBot, tmp_path: Path) -> None:
         shown = Shown(qtbot, Table(tmp_path).open())
         detail = shown.view.detail
-        assert detail.words._missing.text() == NO_LIGHT
-        assert detail.words._missing.isVisible()
+        assert detail.words._direction.text() == NO_LIGHT
+        assert detail.words._reason.text() == "Measure a place to see the turns."
+        assert detail.words._reason.isVisible()
         assert not detail.words._turn.isVisible()
         QTest.mouseClick(detail.main, Qt.MouseButton.LeftButton)
         assert shown.table.model.step is Step.PROBE

@@ -209,6 +209,7 @@ class Settings:
     last_place: str = _line("", longest=4096)
     card_width: int = _line(0, within=(0.0, 440.0))
     same_exposure: bool = _line(False)
+    show_numbers: bool = _line(False)
     tour_seen: bool = _line(False)
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
 

@@ -28,7 +28,7 @@ from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.dialogs import KeysSheet, Term, show_folder
 from app.ui.widgets.displays import Picture, to_image
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import column, grid, row
+from app.ui.widgets.layouts import boxed, column, grid, row
 from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, OutlineBox
 from app.words.phrases.turns import turn_words
@@ -348,6 +348,7 @@ def compared_size(host: QWidget, count: int) -> QSize:
 
 
 _LABEL: Final = 50
+_NUMBER: Final = 60  # height of the turn with its direction and clock position
 _BESIDE: Final = 52  # height of the text beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
@@ -359,7 +360,7 @@ _FACTS: Final = (
 
 
 class TurnWords(QWidget):
-    """The turn, its direction and its clock position, or the verdict on a style out of reach."""
+    """The turn, its direction and its clock position, and what is soft or missing at the place."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -370,21 +371,19 @@ class TurnWords(QWidget):
         self._direction = Term("turn", look=(14 if compact else 16, 600, "text"))
         self._clock = Term("clock", look=(12 if compact else 14, 400, "dim"))
         self._out = Icon("not-possible", 20)
-        self._verdict = Text("", 12 if compact else 14, wrap=True)
-        self._reason = Text("", 12, role="dim", wrap=True)
+        self._reason = Text("", 12 if compact else 14, role="dim", wrap=True)
         icon = [self._icon] if compact else []
         way = row(*icon, self._out, (self._direction, 1), gap=6)
-        self._missing = Text(NO_LIGHT, 16, 600, wrap=True)
-        self._missing.hide()
-        words = (self._missing, way, self._clock, self._verdict, self._reason)
         if compact:
-            number = row(self._turn, gap=8)
-            row(number, (column(..., *words, ...), 1), into=self, gap=12)
+            words = column(..., way, self._clock, self._reason, ...)
+            row(self._turn, (words, 1), into=self, gap=12)
             self.setFixedHeight(t.px(_BESIDE))
         else:
-            # The icon goes beside the number, because the longest direction fills the line below.
-            number = row(self._turn, self._icon, ..., gap=8)
-            column(number, (column(*words), 1), into=self)
+            words = column(..., way, self._clock, ...)
+            number = boxed(row(self._turn, self._icon, (words, 1), gap=12))
+            # A text that comes and goes with the needle must not move what is below.
+            number.setFixedHeight(t.px(_NUMBER))
+            column(number, self._reason, into=self, gap=4)
 
     def show_state(self, state: DetailState) -> None:
         """Show the turn at the needle, or the reason why there is no turn."""
@@ -393,16 +392,15 @@ class TurnWords(QWidget):
         self._icon.setVisible(state.way in _WAYS and not out)
         self._icon.set(_WAYS.get(state.way, "clockwise"))
         self._out.setVisible(out)
-        direction = tr("Out of reach") if out else state.direction
+        direction = tr("Not here") if out else state.direction
         self._direction.say(NO_LIGHT if probe else direction, "grade" if out else "turn")
-        self._missing.setVisible(probe and not self._compact)
-        self._direction.setVisible(bool(self._direction.text()) and (self._compact or not probe))
+        self._direction.setVisible(bool(self._direction.text()))
         aside = out and not state.at_best
         self._clock.say(turn_words(state.needle) if aside else "" if out else state.clock)
-        self._verdict.set_text(tr("Measure a place to see the turns.") if probe else state.verdict)
-        self._verdict.setVisible(probe or (out and not (aside and self._compact)))
-        self._reason.set_text(state.reason)
-        self._reason.setVisible(out and not aside and not self._compact)
+        reason = tr("Measure a place to see the turns.") if probe else state.reason
+        self._reason.set_text(reason)
+        has_room = not self._compact or probe or (out and not aside)
+        self._reason.setVisible(bool(reason) and has_room)
 
 
 def _value(key: str) -> Text:
@@ -418,12 +416,13 @@ class Facts(QWidget):
         self._compact = compact
         self._rows = {key: (Term(key, label), _value(key)) for key, label in _FACTS}
         self._short = Text("", 12, role="dim", elide=True)
+        self._verdict = Text("", 12, role="dim", wrap=True)
         cells = [part for line in self._rows.values() for part in line]
         across, gap = (1, 2) if compact else (2, 4)
         facts = grid(*cells, across=across, gap=(4, gap), stretched=across - 1)
         if not compact:
             facts.setColumnMinimumWidth(0, theme().px(_LABEL))
-        column(facts, self._short, ..., into=self, gap=gap)
+        column(facts, self._short, self._verdict, ..., into=self, gap=gap)
 
     def show_state(self, state: DetailState) -> None:
         """Show the numbers at the needle's turn, omitting those that are empty."""
@@ -432,9 +431,8 @@ class Facts(QWidget):
             value.say(words)
             name.setVisible(bool(words))
         self._short.set_text(state.ratio_short)
-        # A style out of reach needs the space for its reason.
-        short = bool(state.ratio_short) and not (self._compact or state.verdict)
-        self._short.setVisible(short)
+        self._short.setVisible(bool(state.ratio_short) and not self._compact)
+        self._verdict.say("" if self._compact else state.verdict)
         for widget in (*self._rows["ratio"], self._short):
             _describe(widget, state.ratio_tip)
         for widget in self._rows["good_from"]:

@@ -7,7 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QStackedWidget, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QWidget
 
 from app.core.text import tr
 from app.ui.plots.match_circle import PolarPlot
@@ -30,6 +30,7 @@ _MARGIN: Final = 24
 _GAP: Final = 8
 _TAB: Final = 176  # height of a tab in the narrow layout
 _PLOT: Final = 224
+_BEHIND: Final = 216  # height of the background when it has the whole width
 _DIAL, _SMALL_DIAL = 216, 164
 _SHAPE: Final = 208 / 200
 _NARROW: Final = 1.4  # height divided by width of four portraits in a row
@@ -44,10 +45,13 @@ def panorama_size(width: int) -> QSize:
     return QSize(wide, wide // 2)
 
 
-def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSize]:
+def picture_sizes(
+    width: int, compact: bool, marks: int = 0, *, numbers: bool = True
+) -> tuple[QSize, QSize]:
     """Return the sizes of the portraits and of the background for a given width of the column.
 
     Args:
+        numbers: Whether the numbers are shown, with the weights beside the background.
         marks: Number of portraits shown in addition to the target and the picture here.
 
     Returns:
@@ -61,6 +65,8 @@ def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSi
         portrait = QSize(wide, round(wide * _NARROW))
     if compact:
         return portrait, QSize(inner + t.px(_GAP), t.px(_TAB))
+    if not numbers:
+        return portrait, QSize(inner + t.px(_GAP), t.px(_BEHIND))
     panorama = panorama_size(width)
     return portrait, QSize(inner - panorama.width(), panorama.height())
 
@@ -167,6 +173,8 @@ class StyleDetail(Surface):
     turn_asked = Signal()
     paint_asked = Signal()
     renamed = Signal(str)
+    numbers_asked = Signal(bool)
+    """Emitted to show or hide the numbers."""
     laid = Signal(QSize, QSize)
     """Emitted with the new sizes of the portraits and the background, in logical pixels."""
 
@@ -186,6 +194,7 @@ class StyleDetail(Surface):
             self._lay_compact()
         else:
             self._lay_full()
+        self.show_numbers(False)
 
     def _make_parts(self) -> None:
         compact = self._compact
@@ -206,6 +215,9 @@ class StyleDetail(Surface):
         self._back.setParent(self.plot)
         self._back.hide()
         self.words, self.facts = TurnWords(compact), Facts(compact)
+        self.more_words = Button(tr("Why?"), size="small", trailing="chevron-down", checkable=True)
+        self.more_words.set_tip(tr("Show the numbers, the curve and where light helps"), "W")
+        self.more_words.clicked.connect(self.numbers_asked)
         self.weights = WeightPanorama()
         self.weights.turned.connect(self._on_move)
         self.weights.released.connect(self._released)
@@ -252,16 +264,17 @@ class StyleDetail(Surface):
 
     def _lay_full(self) -> None:
         t = theme()
-        numbers = boxed(column(self.words, 8, self.facts, ..., margins=(0, 4, 0, 0)))
+        facts = boxed(column(self.facts, ..., margins=(0, 4, 0, 0)))
         # Text changes with the needle, but nothing below it may move.
-        numbers.setFixedHeight(t.px(_PLOT))
-        middle = row((self.plot, 0, Qt.AlignmentFlag.AlignTop), (numbers, 1), gap=8)
+        facts.setFixedHeight(t.px(_PLOT))
+        top = Qt.AlignmentFlag.AlignTop
+        self._numbers = boxed(row((self.plot, 0, top), (facts, 1), gap=8))
         place = row(self.weights, self.background, gap=8)
-        self._lay(middle, 12, place, 8, self._legend)
+        self._lay(self.words, 4, self._more_row(), 4, self._numbers, 8, place, 8, self._legend)
 
     def _lay_compact(self) -> None:
         gap = 8
-        tabs = SegmentedChoice(_TABS, name=tr("Show"), equal=False)
+        self._numbers = SegmentedChoice(_TABS, name=tr("Show"), equal=False)
         self._pages = QStackedWidget()
         for page in (
             boxed(row(self.plot, (self.facts, 1), gap=gap)),
@@ -271,8 +284,26 @@ class StyleDetail(Surface):
             self._pages.addWidget(page)
         self._pages.setFixedHeight(theme().px(_TAB))
         keys = [key for key, _ in _TABS]
-        tabs.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
-        self._lay(self.words, gap, tabs, gap, self._pages)
+        self._numbers.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
+        self._lay(self.words, gap, self._more_row(), self._numbers, gap, self._pages)
+
+    def _more_row(self) -> QHBoxLayout:
+        return row(self.more_words, ...)
+
+    def show_numbers(self, numbers: bool) -> None:
+        """Show or hide everything behind *Why?*. The background is always there."""
+        if numbers == self.more_words.isChecked() and self._numbers.isHidden() != numbers:
+            return
+        self.more_words.setChecked(numbers)
+        self._numbers.setVisible(numbers)
+        if isinstance(self._numbers, SegmentedChoice):
+            key = "plot" if numbers else "background"
+            self._numbers.choose(key)
+            self._pages.setCurrentIndex([name for name, _ in _TABS].index(key))
+        else:
+            self.weights.setVisible(numbers)
+            self._legend.setVisible(numbers)
+        self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Update the sizes of the pictures."""
@@ -286,7 +317,9 @@ class StyleDetail(Surface):
     def _fit(self) -> None:
         """Set the sizes of the pictures for the current width."""
         marks = 0 if self.marks[0].isHidden() else len(self.marks)
-        portrait, background = picture_sizes(self.width(), self._compact, marks)
+        portrait, background = picture_sizes(
+            self.width(), self._compact, marks, numbers=self.more_words.isChecked()
+        )
         for picture in self._portraits:
             picture.setFixedSize(portrait)
         if self._compact:

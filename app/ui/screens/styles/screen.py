@@ -65,6 +65,7 @@ class StylesState:
         card_width: Minimum width of a card, in logical pixels at scale 1, or 0 to choose it
             automatically.
         marked: Number of styles marked for comparison.
+        numbers: Whether the match, the ratio and the curves of the chosen style are shown.
     """
 
     groups: tuple[CardGroup, ...] = ()
@@ -82,6 +83,7 @@ class StylesState:
     marked: int = 0
     swapped: bool = False
     same_exposure: bool = False
+    numbers: bool = False
     detail: DetailState = field(default_factory=DetailState)
 
     @property
@@ -185,6 +187,7 @@ class StylesPresenter(Presenter[StylesView]):
                    "X", self._has_other_side),
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
                    lambda: len(self._marked) > 1 and not self._pictures.stale),
+            Action("why", tr("Why? Numbers and curve"), self._switch_numbers, "", "W"),
             Action("same-exposure", tr("Same exposure"), self.expose_alike, "exposure", "E"),
             Action("lens", tr("Camera position"), self.ask_lens, "camera",
                    enabled=self.lens.works),
@@ -261,6 +264,10 @@ class StylesPresenter(Presenter[StylesView]):
         model = self._services.model
         model.set("same_exposure", not model.settings.same_exposure)
 
+    def show_numbers(self, numbers: bool) -> None:
+        """Show or hide the match, the ratio and the curves of the chosen style."""
+        self._services.model.set("show_numbers", numbers)
+
     def set_card_width(self, width: int) -> None:
         """Set the minimum width of a card, in logical pixels at scale 1, or 0 for automatic."""
         self._services.model.set("card_width", width)
@@ -310,6 +317,9 @@ class StylesPresenter(Presenter[StylesView]):
         self._services.model.update(
             chosen=self._pictures.front, step=Step.PROBE, painting=None, recapture=True
         )
+
+    def _switch_numbers(self) -> None:
+        self.show_numbers(not self._services.model.settings.show_numbers)
 
     def _clipped(self) -> bool:
         """Return whether a quick capture has clipped lamps that the full range would record."""
@@ -383,6 +393,7 @@ class StylesPresenter(Presenter[StylesView]):
             rules="" if stale else rules_words(snapshot),
             card_width=self._services.model.settings.card_width,
             same_exposure=self._services.model.settings.same_exposure,
+            numbers=self._services.model.settings.show_numbers,
             marked=len(self._marked),
             swapped=self._swapped,
             detail=detail,

@@ -82,11 +82,11 @@ class StylesScreen(SheetHost):
         t = theme()
         width, height = (952, 620) if self._compact else (1352, 804)
         detail = detail_width(t.px(width), t.px(height), self._compact)
-        card_width = self._presenter.resolve().card_width
-        card = layout_for(t.px(width) - detail, self._compact, card_width)
+        state = self._presenter.resolve()
+        card = layout_for(t.px(width) - detail, self._compact, state.card_width)
         self._logical["card"] = card.picture
         self._logical["portrait"], self._logical["background"] = picture_sizes(
-            detail, self._compact
+            detail, self._compact, numbers=state.numbers
         )
         self._set_sizes()
 
@@ -113,6 +113,7 @@ class StylesScreen(SheetHost):
         detail.recapture.clicked.connect(presenter.recapture)
         detail.turn_asked.connect(presenter.turn)
         detail.paint_asked.connect(presenter.paint)
+        detail.numbers_asked.connect(presenter.show_numbers)
         detail.renamed.connect(presenter.files.rename)
         detail.laid.connect(self._detail_laid)
 
@@ -126,6 +127,7 @@ class StylesScreen(SheetHost):
         self.gallery.show_state(state)
         self.detail.show_state(state.detail)
         self.detail.show_clipped(state.clipped)
+        self.detail.show_numbers(state.numbers)
         if isinstance(self.sheet, LensSheet):
             self.sheet.show_state(state.lens)
         if isinstance(self.sheet, LampsSheet):
