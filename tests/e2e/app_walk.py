@@ -103,6 +103,7 @@ class Walk:
         self.mark("circle")
         robot.press(Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
         robot.wait(lambda: self.sees("Turn to this"), "the gallery")
+        robot.click("Why?")
         plot = robot.find("Match by turn")
         centre, radius = plot.rect().center(), plot.height() * 0.35
         begun, frames = time.perf_counter(), 0

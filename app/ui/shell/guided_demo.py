@@ -47,7 +47,7 @@ STEPS: Final = (
         tr("Choose a style"),
         tr(
             "Every card shows the studio picture, the best result at this place and how far to "
-            "turn for it. Styles on grey cards are out of reach here, and the card shows why."
+            "turn for it. Grey cards say what this place lacks."
         ),
     ),
     (

@@ -249,10 +249,13 @@ class Walk:
 
     def _explained(self, name: str) -> None:
         """Open the explanation of a number."""
+        self._robot.click(tr("Why?"))
+        self._linger()
         self._robot.click(tr("{name}: what does it mean?", name=tr("Contrast")))
         self._linger()
         self._shoot(name)
         self._robot.press(Qt.Key.Key_Escape)
+        self._robot.click(tr("Why?"))
 
     def _compared(self, name: str) -> None:
         """Mark two styles and compare them side by side; then remove the marks."""

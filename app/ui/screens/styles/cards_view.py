@@ -298,7 +298,7 @@ class _ComparedStyle(QWidget):
         self._sides = (state.target, state.target_tag, ""), here
         for picture in self.pictures:
             picture.setFixedSize(size)
-        turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
+        turn = turn_words(state.needle) if state.in_reach else tr("Not here")
         numbers = [tr("Match {match}", match=state.match)]
         numbers += [tr("Contrast {contrast}", contrast=state.contrast)] if state.contrast else []
         self.button = Button(state.main_words)
