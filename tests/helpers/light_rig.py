@@ -12,6 +12,7 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.second_light.search import LampPlacement
+from app.core.second_light.visible_change import VisibleChange
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.shortfall import Cause, LightShortfall
@@ -57,6 +58,7 @@ def placed(
         strength=60.0,
         attainable=match >= 45.0,
         before=before,
+        change=VisibleChange(20.0),
         map=values.astype(np.float32),
         evaluated=36864,
     )
@@ -186,4 +188,6 @@ class LightRig:
         away += 10.0 * abs(np.log2(held.power / one.power))
         match = max(one.match - away, 0.0)
         reach = match >= LIMITS.match
-        return LampView(answers, name, held, size, grey, grey, grey, match, 50.0, reach, None)
+        return LampView(
+            answers, name, held, size, grey, grey, grey, match, 50.0, reach, None, one.change
+        )
