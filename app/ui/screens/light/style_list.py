@@ -99,7 +99,8 @@ def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
     """Return the style to show, which is the chosen one unless the lamp helps only other styles."""
     candidates = (*rescued(answers.placements), *better(answers.placements))
     one = answers.of(style_name)
-    if one is not None and (not one.before.attainable or one in candidates):
+    listed = (*candidates, *hardly_changed(answers.placements))
+    if one is not None and (not one.before.attainable or one in listed):
         return one
     return candidates[0] if candidates else one or next(iter(answers.placements), None)
 
