@@ -141,7 +141,7 @@ def test_a_lamp_that_changes_nothing_closer_either_is_called_too_weak(rig: Light
 
 
 def test_moved_the_lamp_may_change_nothing(rig: LightRig, monkeypatch: pytest.MonkeyPatch) -> None:
-    look = work.look
+    look = rig._look
 
     def same(*question: Any) -> LampView:
         return replace(look(*question), change=VisibleChange(1.0))
