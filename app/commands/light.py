@@ -71,9 +71,15 @@ from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
-from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words
+from app.words.lamps import (
+    HARDLY_CHANGES,
+    comparison_words,
+    lamp_title,
+    mask_warnings,
+    power_words,
+)
 from app.words.phrases.directions import aside_words, placement_words
-from app.words.phrases.quantities import metres
+from app.words.phrases.quantities import lower_first, metres
 from app.words.remarks import sentences
 from app.words.why_out_of_reach import reason_sentence
 
@@ -360,7 +366,8 @@ def _style_json(one: LampPlacement, lamp_light: AddedLight, shape: HeadShape) ->
         "match": short(one.match),
         "strength": short(one.strength),
         **reach_facts(one),
-        **fields(one, "rescued", "evaluated"),
+        **fields(one, "rescued", "evaluated", "hardly_changed"),
+        "visible_change": round(one.change.delta_lightness, 2),
         "before": numbers(one.before) | reach_facts(one.before),
     }
 
@@ -408,6 +415,8 @@ def _table(
             hold += f", {power_words(one.power, lamp_light.name)}"
         if not one.attainable:
             hold += f"; {reason_sentence(one.shortfall)}"
+        elif one.hardly_changed:
+            hold += f"; {lower_first(HARDLY_CHANGES)}"
         lines.append(
             f"{one.name:<18}{_points(one.before):>8}"
             f"{_points(one):>6}{whole(one.turn_refined_deg):>7}°  {hold}"

@@ -42,6 +42,9 @@ SIZE_CHOICES: Final = {
 RATIO_CHOICES: Final = {key: tr("Unchanged") if key == "none" else key for key in RATIO_KEYS}
 """Lighting ratios to choose from for the studio, by key."""
 
+HARDLY_CHANGES: Final = tr("Hardly changes the picture")
+"""Verdict on a lamp whose effect on a style cannot be seen."""
+
 GUIDE: Final = (
     tr(
         "Make the room as dark as possible: close the curtains and switch off other lamps "

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce
 from app.core.second_light.added_light import AddedLight, from_captured, from_numbers, prepare_near
 from app.core.second_light.captured_lamps.captured_lamp import make_lamp, place_lamp
@@ -24,6 +25,7 @@ from app.core.second_light.lamp_tables import (
 from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.placements import placement
 from app.core.second_light.search import LampPlacement, place_all
+from app.core.second_light.visible_change import VISIBLE
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.transport import Transport, render
@@ -259,3 +261,31 @@ def test_a_mirrored_place_gives_the_mirrored_answer() -> None:
         assert wrap(other.lamp_azimuth_deg + one.lamp_azimuth_deg) == 0.0
         assert other.lamp_altitude_deg == one.lamp_altitude_deg
         assert other.match == pytest.approx(one.match, abs=0.05)
+
+
+def _on_demo_place(name: str, lux: float, word: str) -> dict[str, LampPlacement]:
+    pack, transport, _ = _head()
+    added, tables = _lamp(word)
+    light = reduce(read_environment(resources() / "demo" / "scenes" / f"{name}.exr"))
+    light = light * np.float32(lux / illuminance(light))
+    powers = powers_of(word.partition("@")[0])
+    found = place_all(pack, transport, light, added, powers=powers, tables=tables)
+    return {one.name: one for one in found}
+
+
+def test_a_phone_at_2_m_in_a_bright_place_is_not_said_to_help() -> None:
+    for name, lux in {"sunset": 800.0, "sunrise": 1500.0, "courtyard": 20000.0}.items():
+        for one in _on_demo_place(name, lux, "phone@2").values():
+            if one.raised:
+                assert one.hardly_changed
+            assert not one.rescued
+            if one.turn_index == one.before.turn_index:
+                assert one.change.delta_lightness < 1.0
+
+
+def test_a_panel_in_a_dark_place_is_said_to_help() -> None:
+    found = _on_demo_place("night", 30.0, "panel@1")
+    for name in ("right-split", "left-loop", "below", "left-window"):
+        assert not found[name].before.attainable
+        assert found[name].rescued
+        assert found[name].change.delta_lightness > 2.0 * VISIBLE

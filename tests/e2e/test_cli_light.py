@@ -21,6 +21,8 @@ from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.styles.styles import NAMES
+from app.words.lamps import HARDLY_CHANGES
+from app.words.phrases.quantities import lower_first
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,
@@ -44,6 +46,8 @@ KEYS = {
     "illuminance_lux",
     "assumed",
     "before",
+    "visible_change",
+    "hardly_changed",
 }
 
 
@@ -115,10 +119,26 @@ def test_all_styles_and_the_rescued(
     rescued = [
         one["name"]
         for one in values["styles"]
-        if one["attainable"] and not one["before"]["attainable"]
+        if one["attainable"] and not one["before"]["attainable"] and one["visible_change"] >= 4.6
     ]
     assert values["rescues"] == rescued
     assert "below" in rescued
+
+
+def test_a_lamp_that_changes_nothing_is_not_said_to_help(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    words = (place, "--head", head, "--lamp", "torch@2", "--lux", "5000")
+    values = _light(capsys, *words)
+    assert values["rescues"] == []
+    for one in values["styles"]:
+        assert one["hardly_changed"] == (one["visible_change"] < 4.6)
+    same = [one["name"] for one in values["styles"] if one["hardly_changed"] and one["attainable"]]
+    assert same
+    assert main(["light", *words, "--style", same[0]]) == 0
+    table = capsys.readouterr().out
+    (row,) = (line for line in table.splitlines() if line.startswith(same[0]))
+    assert row.endswith(lower_first(HARDLY_CHANGES))
 
 
 def test_the_side_that_the_lamp_fills(

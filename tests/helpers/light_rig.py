@@ -12,6 +12,7 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.second_light.search import LampPlacement
+from app.core.second_light.visible_change import VISIBLE, VisibleChange
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.shortfall import Cause, LightShortfall
@@ -57,6 +58,7 @@ def placed(
         strength=60.0,
         attainable=match >= 45.0,
         before=before,
+        change=VisibleChange(20.0),
         map=values.astype(np.float32),
         evaluated=36864,
     )
@@ -118,6 +120,7 @@ class LightRig:
         self.allowed = np.ones(576, bool)
         self.power = 1.0
         self.weak: set[str] = set()
+        self.same: set[str] = set()  # styles whose picture the lamp does not change
         patch.setattr(work, "take_in_hand", self.take)
         patch.setattr(work, "ask", self._ask)
         patch.setattr(work, "look", self._look)
@@ -164,6 +167,8 @@ class LightRig:
             if style.name in self.weak:
                 why = LightShortfall(Cause.WEAK_LAMP, "contrast", 12.0, 20.0)
                 one = replace(one, strength=12.0, attainable=False, shortfall=why)
+            if style.name in self.same:
+                one = replace(one, change=VisibleChange(VISIBLE - 0.1))
             answers.append(replace(one, power=self.power))
         return Answers(hand, question, tuple(answers), self.allowed)
 
@@ -186,4 +191,6 @@ class LightRig:
         away += 10.0 * abs(np.log2(held.power / one.power))
         match = max(one.match - away, 0.0)
         reach = match >= LIMITS.match
-        return LampView(answers, name, held, size, grey, grey, grey, match, 50.0, reach, None)
+        return LampView(
+            answers, name, held, size, grey, grey, grey, match, 50.0, reach, None, one.change
+        )

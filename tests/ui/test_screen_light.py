@@ -18,9 +18,13 @@ from app.ui.screens.light.lamp import DISTANCES_M
 from app.ui.screens.light.own_lamp.capture_view import CaptureSheet
 from app.ui.screens.light.own_lamp.mask_view import MaskSheet
 from app.ui.screens.light.screen_view import LightScreen, column_widths
+from app.ui.screens.light.style_list import NOW_POSSIBLE
+from app.ui.screens.light.style_list_view import SectionHeading
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import LineSheet
+from app.words.lamps import HARDLY_CHANGES
+from app.words.phrases.quantities import lower_first
 from tests.helpers.light_rig import BEST, LightRig
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import scene_light
@@ -329,3 +333,19 @@ def test_following_the_hand_takes_little_of_the_screens_thread(qtbot: QtBot, rig
     # Painting the whole screen anew is in it, which no event does.
     assert units(paint, 20) < 200
     assert units(move, 50) < 12
+
+
+@pytest.mark.parametrize("compact", [False, True])
+def test_a_lamp_that_changes_nothing_is_said_where_it_is_chosen(
+    qtbot: QtBot, rig: LightRig, compact: bool
+) -> None:
+    rig.same = {"badger", "left-split"}
+    view = screen_of(qtbot, rig, compact=compact)
+    titles = [one.title for one in view.lamp.findChildren(SectionHeading) if one.isVisible()]
+    assert titles == [NOW_POSSIBLE, HARDLY_CHANGES]
+    (row,) = (one for one in view.lamp.rows if one.state.key == "left-split")
+    row.clicked.emit()
+    assert rig.state.detail.key == "left-split"
+    words = lower_first(HARDLY_CHANGES)
+    assert words in view.detail.tile.accessibleName()
+    assert words in row.accessibleName()

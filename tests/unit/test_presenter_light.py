@@ -14,6 +14,7 @@ from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
 from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import LampPlacement
+from app.core.second_light.visible_change import VisibleChange
 from app.core.solver.lens.lens_wish import LensWish
 from app.ui.presenters.window_model import Step
 from app.ui.screens.light.brightness import BRIGHTNESS, STATED
@@ -22,10 +23,20 @@ from app.ui.screens.light.lamp import DISTANCES_M
 from app.ui.screens.light.placement import answers as placed
 from app.ui.screens.light.placement import jobs as work
 from app.ui.screens.light.placement.answers import Answers, LampPosition
+from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.screen import STILL_SHOWING, TRYING, LightPresenter
-from app.ui.screens.light.style_list import BETTER, NOW_POSSIBLE, STILL_OUT, STRONGER, TOO_WEAK
+from app.ui.screens.light.style_list import (
+    BETTER,
+    NOW_POSSIBLE,
+    STILL_OUT,
+    STRONGER,
+    TOO_WEAK,
+    better,
+)
 from app.ui.screens.light.two_steps import move_words
+from app.words.lamps import HARDLY_CHANGES
 from app.words.phrases.directions import SIDES, lens_words
+from app.words.phrases.quantities import lower_first
 from app.words.why_out_of_reach import too_soft_words
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light
@@ -97,6 +108,62 @@ def test_the_list_has_the_rescued_first_then_the_better(rig: LightRig) -> None:
     assert (row.before, row.after) == (20, 62)
     assert "match 20 without the lamp, 62 with it" in row.spoken
     assert rig.state.detail.key == "badger"
+
+
+def test_a_lamp_that_changes_nothing_is_not_offered(rig: LightRig) -> None:
+    rig.same = {"badger", "left-split"}
+    rig.start()
+    assert keys(rig, NOW_POSSIBLE) == ["below"]
+    assert keys(rig, BETTER) == []
+    assert keys(rig, HARDLY_CHANGES) == ["left-split", "badger"]  # matches 84 and 62
+    assert rig.state.sections[0].count == "1 of 2"
+    assert rig.state.detail.key == "below"
+    # Chosen, it says so, and is no more in reach than without the lamp.
+    for name, verdict in {"badger": "out", "left-split": "in"}.items():
+        rig.model.choose(name)
+        detail = rig.state.detail
+        assert detail.verdict_words == lower_first(HARDLY_CHANGES)
+        assert detail.verdict == verdict
+    spoken = next(row.spoken for part in rig.state.sections for row in part.rows if row.key == name)
+    assert spoken.endswith(lower_first(HARDLY_CHANGES))
+
+
+def test_a_lamp_that_changes_nothing_closer_either_is_called_too_weak(rig: LightRig) -> None:
+    rig.saved = {"badger": (20.0, 62.0)}
+    rig.gained, rig.same = {}, {"badger"}
+    rig.start()
+    one = rig.presenter.front
+    assert one is not None
+    rig.nearer = one
+    rig.presenter.move_away(6)
+    assert rig.state.note.endswith(STRONGER)
+    assert rig.state.note_action == ""
+
+
+def test_moved_the_lamp_may_change_nothing(rig: LightRig, monkeypatch: pytest.MonkeyPatch) -> None:
+    look = rig._look
+
+    def same(*question: Any) -> LampView:
+        return replace(look(*question), change=VisibleChange(1.0))
+
+    monkeypatch.setattr(work, "look", same)
+    rig.start()
+    # At the best place the answer of the search counts.
+    assert rig.state.detail.verdict == "in"
+    rig.presenter.hold_at(-70.0, -16.0)
+    assert rig.state.detail.verdict_words == lower_first(HARDLY_CHANGES)
+
+
+def test_a_better_grade_is_better_only_if_it_is_visible(rig: LightRig) -> None:
+    rig.start()
+    answers = rig.presenter.work.answers
+    assert answers is not None
+    before = replace(answers.placements[0].before, grade="soft", attainable=True)
+    one = replace(answers.placements[0], grade="yes", before=before, attainable=True)
+    assert better([one]) == (one,)
+    assert better([replace(one, change=VisibleChange(1.0))]) == ()
+    # A better match within one grade is not: nobody sees points.
+    assert better([replace(one, grade="soft", match=before.match + 30.0)]) == ()
 
 
 def test_a_style_out_of_reach_stays_in_front_even_if_it_is_not_rescued(rig: LightRig) -> None:

@@ -121,6 +121,8 @@ def test_the_picture_is_of_the_power_and_its_match_that_of_the_search() -> None:
         held = LampPosition(one.lamp_azimuth_deg, one.lamp_altitude_deg, one.power)
         view = look(exact, one.name, held, (88, 80), None)
         assert view.match == pytest.approx(one.match, abs=0.3)
+        # The search has 64 turns for the place, and the skin's mean colour for the lamp.
+        assert view.change.delta_lightness == pytest.approx(one.change.delta_lightness, rel=0.1)
         assert look(answers, one.name, best_held(one), (88, 80), None).match > one.match - 0.3
         wrong = look(exact, one.name, held._replace(power=4.0 * held.power), (88, 80), None)
         assert wrong.match < view.match - 0.2

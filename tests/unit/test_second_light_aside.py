@@ -8,16 +8,19 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import wrap
+from app.core.base.colour import FloatImage, face_exposure, luminance
 from app.core.second_light.added_light import AddedLight, from_captured
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_on_turned_head import seen_aside
 from app.core.second_light.search import LampPlacement, place_all
+from app.core.second_light.visible_change import visible_change
 from app.core.solver.lens.lens_wish import LensWish, YawWord
 from app.core.solver.lens.view_tables import match_curves, views_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves
 from app.core.solver.shortfall import LensShortfall, Obstacle
 from app.core.solver.solve import measure
+from app.core.solver.transport import render, to_image
 from tests.helpers.second_light import coloured_place, placed_lamp
 from tests.helpers.shipped import generic_pack, generic_transport, generic_views
 from tests.helpers.synthetic import lamp_environment
@@ -65,6 +68,32 @@ def test_the_match_is_that_of_a_place_with_the_lamp_in_it(yaw: float) -> None:
         # What the lens sees changes neither the grade nor where the lamp is held.
         same = (there.grade, there.placement, there.attainable)
         assert same == (one.grade, one.placement, one.attainable)
+
+
+def test_the_change_is_that_of_the_pictures_from_aside() -> None:
+    yaw = -30.0
+    transport = generic_views().at(yaw, generic_pack().styles).transport
+    coverage = to_image(transport, transport.coverage)
+
+    def exposed(light: np.ndarray) -> FloatImage:
+        picture = render(transport, light)
+        gain = face_exposure(luminance(picture[transport.face]))
+        return to_image(transport, picture * np.float32(gain))
+
+    wish = LensWish(yaw)
+    aside = seen_aside(generic_pack(), generic_views(), found(), place(), added(), None, wish)
+    for one, there in zip(found(), aside, strict=True):
+        turned, best = (
+            np.roll(place(), -turn, axis=1) for turn in (one.turn_index, one.before.turn_index)
+        )
+        after = exposed(added().over(turned, one.placement, one.power))
+        area = int((generic_pack().region > 0).sum())
+        wanted = min(
+            visible_change(exposed(before), after, coverage, area).delta_lightness
+            for before in (turned, best)
+        )
+        assert there.change.delta_lightness == pytest.approx(wanted, rel=1e-3)
+        assert there.change != one.change
 
 
 def test_short_and_broad_lie_on_both_sides_of_the_nose() -> None:

@@ -12,13 +12,16 @@ import numpy as np
 from app.core.base.arrays import Float32
 from app.core.base.colour import FloatImage
 from app.core.localization.heading_conversion import BACKGROUND_M
-from app.core.portrait.gallery_portraits import Framing
+from app.core.portrait.exposure import background_exposure
+from app.core.portrait.gallery_portraits import Framing, framing
 from app.core.solver.transport import TransportHeader
 
 LENS_M: Final = 0.085  # focal length
 F_NUMBER: Final = 2.0
 # Position of the horizon, from the top of a transport's picture; heads differ by a hundredth.
 _EYE_LEVEL: Final = 0.412
+_VIEW: Final = (80, 64)  # rows and columns of the view of a background that is measured
+_CLEAR: Final = 0.05  # coverage below which a pixel shows the background alone
 _FINE: Final = 6  # radius of the blur at its working resolution, in pixels
 
 
@@ -71,6 +74,20 @@ def background(
     blurred = cv2.filter2D(strip, -1, _disc(round(blur / fine / 2, 2)))
     inside = blurred[_FINE:-_FINE, _FINE:-_FINE]
     return np.asarray(cv2.resize(inside, frame.size[::-1], interpolation=cv2.INTER_LINEAR))
+
+
+def background_gain(
+    panorama: FloatImage, facing_deg: float, coverage: FloatImage, camera: TransportHeader
+) -> float | None:
+    """Return the gain that exposes a picture for its background, or None if that is black.
+
+    Args:
+        panorama, facing_deg: As in `background`.
+        coverage: (N, N) float32. Fraction of each pixel that the head covers.
+    """
+    frame = framing(camera.picture, _VIEW)
+    view = background(panorama, facing_deg, frame, camera)
+    return background_exposure(view[frame.of(coverage[np.newaxis])[0].T < _CLEAR])
 
 
 @lru_cache(maxsize=8)

@@ -19,10 +19,9 @@ from app.core.environment.environment import SHAPE
 from app.core.measure.finish.findings import Findings
 from app.core.painting.paint_on_turned_head import PaintedHead
 from app.core.painting.user_style import UserStyle, prepare_user_style
-from app.core.portrait.background import background
+from app.core.portrait.background import background, background_gain
 from app.core.portrait.catchlights import Catchlight, catchlights
 from app.core.portrait.display_pictures import WELL
-from app.core.portrait.exposure import background_exposure
 from app.core.portrait.full_size_portrait import portrait_picture, portrait_pictures
 from app.core.portrait.gallery_portraits import (
     Framing,
@@ -62,8 +61,6 @@ FULL_SIZE: Final = 64
 """Rows or columns from which a portrait is drawn from skin nodes instead of from T."""
 SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is sufficient."""
-_VIEW: Final = (80, 64)  # rows and columns of the view of a background that is measured
-_CLEAR: Final = 0.05  # coverage below which a pixel shows the background alone
 _DARKEST: Final = 0.02  # of the brightest: darker values are not brightened much
 _MOST_VIEWS: Final = 6  # views cached by a head, 30 MB each with its portrait
 _MOST_STUDIOS: Final = 4  # heads in other lamps cached by a head, with their search data
@@ -247,12 +244,10 @@ class Head:
 
     def _background_exposure(self, light: LightSource) -> float | None:
         """Return the gain of a light exposed for its background, or None if there is none."""
-        if rule_of(light) != "background":
+        around = self._around(light) if rule_of(light) == "background" else None
+        if around is None:
             return None
-        frame = framing(self.transport.size, _VIEW)
-        view = self._behind(light, frame)
-        assert view is not None
-        return background_exposure(view[frame.of(self._coverage[np.newaxis])[0].T < _CLEAR])
+        return background_gain(*around, self._coverage, self.transport.header)
 
     def _lit(self, style: Style) -> Style:
         """Return a style with the lamps that the pack uses for it."""
@@ -265,18 +260,21 @@ class Head:
         return self.pack.coverage.astype(np.float32)
 
     def _behind(self, light: LightSource, frame: Framing) -> Float32 | None:
-        """Return the view past the head, in the unit of the light, or None for neutral grey.
+        """Return the view past the head, in the unit of the light, or None for neutral grey."""
+        around = self._around(light)
+        return None if around is None else background(*around, frame, self.transport.header)
+
+    def _around(self, light: LightSource) -> tuple[FloatImage, float] | None:
+        """Return the panorama behind the head and the azimuth faced, or None for neutral grey.
 
         A style that is exposed for its background needs a background in the studio as well.
         """
         bright = rule_of(light) == "background"
         if isinstance(light, Facing) and (self.in_place or bright):
-            around, facing = light.light.environment.radiance, light.turn_deg + self.yaw_deg
-        elif isinstance(light, Style) and bright:
-            around, facing = lamps_light(self._lit(light).lamps).panorama[:, 1:-1], self.yaw_deg
-        else:
-            return None
-        return background(around, facing, frame, self.transport.header)
+            return light.light.environment.radiance, light.turn_deg + self.yaw_deg
+        if isinstance(light, Style) and bright:
+            return lamps_light(self._lit(light).lamps).panorama[:, 1:-1], self.yaw_deg
+        return None
 
     def _put_behind(self, picture: Bytes, behind: Float32, frame: Framing, gain: float) -> None:
         """Replace the grey behind a quickly drawn picture with a background."""

@@ -18,8 +18,10 @@ from app.core.base.colour import luminance
 from app.core.portrait.head_views import HeadView, HeadViews
 from app.core.second_light.added_light import AddedLight, near_picture, prepare_near
 from app.core.second_light.lamp_presets import NumbersLamp
+from app.core.second_light.place_pictures import place_pictures
 from app.core.second_light.placements import placement
 from app.core.second_light.search import LampPlacement
+from app.core.second_light.visible_change import VisibleChange
 from app.core.solver.face import region_in_view
 from app.core.solver.lens.lens_search import lighting_of
 from app.core.solver.lens.lens_wish import LIGHTINGS, LensWish, obstacle_of
@@ -57,7 +59,7 @@ def seen_aside(
     yaws = views.yaws if number is None else (views.nearest(number),)
     best: list[LampPlacement | None] = [None] * len(placements)
     for yaw in sorted(yaws, key=lambda yaw: (abs(yaw), yaw)):
-        view = _AsideView(pack, views, yaw, lamp) if yaw else None
+        view = _AsideView(pack, views, yaw, lamp, radiance) if yaw else None
         for place, one in enumerate(placements):
             lighting = LIGHTINGS[int(lighting_of(yaw, np.array(keys[place])))]
             if not wish.met_by(one.turn_deg + yaw) or wish.yaw not in ("auto", lighting, number):
@@ -67,7 +69,8 @@ def seen_aside(
             match = one.match if view is None else view.match(one, under[place])
             before = best[place]
             if before is None or match > before.match:
-                best[place] = _with_yaw(one, yaw, lighting, match)
+                change = one.change if view is None else view.change(one, under[place])
+                best[place] = replace(_with_yaw(one, yaw, lighting, match), change=change)
     return tuple(
         placement or _out_of_reach(one, wish)
         for one, placement in zip(placements, best, strict=True)
@@ -112,11 +115,16 @@ class _AsideView:
     """A head seen from the side, prepared for a lamp near it."""
 
     def __init__(
-        self, pack: StylePack, views: HeadViews, yaw_deg: float, lamp: NumbersLamp | None
+        self,
+        pack: StylePack,
+        views: HeadViews,
+        yaw_deg: float,
+        lamp: NumbersLamp | None,
+        radiance: Floats,
     ) -> None:
         view: HeadView = views.at(yaw_deg, pack.styles)
         self.counts = counts_in(pack, view, views.shape)
-        self._lamp, self._transport = lamp, view.transport
+        self._lamp, self._transport, self._radiance = lamp, view.transport, radiance
         self._pack = pack
         self._region = region_in_view(view.transport, view.shape, views.shape)
         self._targets: Float32 = targets_in(pack, view)
@@ -124,13 +132,24 @@ class _AsideView:
 
     def match(self, one: LampPlacement, under: Float64) -> float:
         """Return the match for the combined picture of place and lamp, 0 to 100."""
-        picture = render(self._transport, under)
-        if self._near is not None and self._lamp is not None:
-            alone = near_picture(self._near, self._lamp, *placement(one.placement))
-            picture = picture + np.float32(one.power) * alone
-        region, grey = self._region, luminance(picture).astype(np.float64)
+        region, grey = self._region, luminance(self._picture(one, under)).astype(np.float64)
         weights = region_weights(self._targets[self._pack.index(one.name)], region)
         away = grey - (grey @ region) / region.sum()
         face = region > 0
         norm = np.sqrt((weights[face] ** 2 / region[face]).sum() * (region @ away**2))
         return float(100.0 * (weights @ grey) / max(norm, 1e-30))
+
+    def change(self, one: LampPlacement, under: Float64) -> VisibleChange:
+        """Return the change of the picture as the lens sees it from there."""
+        turns, pack = (one.before.turn_index, one.turn_index), self._pack
+        face_pixels = int(np.count_nonzero(pack.region))
+        alone = place_pictures(self._transport, self._radiance, turns, face_pixels)
+        expose = pack.styles[pack.index(one.name)].expose
+        return alone.change(expose, turns, self._picture(one, under))
+
+    def _picture(self, one: LampPlacement, under: Float64) -> Float32:
+        picture = render(self._transport, under)
+        if self._near is None or self._lamp is None:
+            return picture
+        alone = near_picture(self._near, self._lamp, *placement(one.placement))
+        return picture + np.float32(one.power) * alone

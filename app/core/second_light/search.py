@@ -24,15 +24,17 @@ from app.core.second_light.lamp_tables import (
     see_place,
     values_at,
 )
+from app.core.second_light.place_pictures import lamp_pictures, place_pictures
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
 from app.core.second_light.search_kernel import BestSpot, seek
+from app.core.second_light.visible_change import VisibleChange
 from app.core.solver.light_map import LightMap, light_shortfall
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.shortfall import Cause, LightShortfall, Shortfall
 from app.core.solver.solve import solve_all
 from app.core.solver.style_result import Lighting, StyleResult
-from app.core.solver.style_signature import Grade
+from app.core.solver.style_signature import GRADES, Grade
 from app.core.solver.style_verdict import PictureMeasure, judge, picture_of
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
@@ -74,6 +76,8 @@ class LampPlacement:
     strength: float
     attainable: bool
     before: StyleResult
+    # change of the picture, against the best turn without the lamp and against the same turn
+    change: VisibleChange
     # (9, 64), the objective at the chosen turn: match, 0 to 100, or quality; altitude by azimuth
     map: Float32 = field(repr=False)
     evaluated: int
@@ -87,9 +91,21 @@ class LampPlacement:
     lighting: Lighting = "front"
 
     @property
+    def raised(self) -> bool:
+        """Whether the lamp raises the grade, or brings a style without a grade within reach."""
+        if self.grade is None or self.before.grade is None:
+            return self.attainable and not self.before.attainable
+        return GRADES.index(self.grade) > GRADES.index(self.before.grade)
+
+    @property
     def rescued(self) -> bool:
-        """Whether the lamp brings a style within reach that would otherwise be out of reach."""
-        return self.attainable and not self.before.attainable
+        """Whether the lamp visibly brings a style within reach that is out of reach without it."""
+        return self.raised and not self.before.attainable and not self.hardly_changed
+
+    @property
+    def hardly_changed(self) -> bool:
+        """Whether nobody could tell the picture with the lamp from the one without it."""
+        return not self.change.visible
 
 
 def place_all(
@@ -150,7 +166,38 @@ def place_all(
     count = COUNT if is_open is None else int(np.count_nonzero(is_open))
     evaluated = TURNS + count if greedy else TURNS * count
     ask = _Query(tables, place, limits, objective, max(powers), evaluated, front_deg, greedy)
-    return tuple(_answer(ask, one, result) for one, result in zip(spots, before, strict=True))
+    changes = _changes(tables, transport, light * scale, spots, before)
+    answers = zip(spots, before, changes, strict=True)
+    return tuple(_answer(ask, one, result, change) for one, result, change in answers)
+
+
+def _changes(
+    tables: LampTables,
+    transport: Transport,
+    light: Floats,
+    spots: Sequence[BestSpot],
+    before: Sequence[StyleResult],
+) -> list[VisibleChange]:
+    """Compare the pictures without and with the lamp.
+
+    Args:
+        light: (32, 64, 3) float. Linear Rec. 709 radiance at turn 0, in cd/m2.
+    """
+    pack = tables.pack
+    turns = [(result.turn_index, one.spot.turn) for result, one in zip(before, spots, strict=True)]
+    every = [turn for pair in turns for turn in pair]
+    alone = place_pictures(transport, light, every, int(np.count_nonzero(pack.region)))
+    pictures = lamp_pictures(
+        transport,
+        light,
+        tables.lamp_light,
+        [one.spot for one in spots],
+        [one.power for one in spots],
+    )
+    return [
+        alone.change(pack.styles[one.row].expose, pair, picture)
+        for one, pair, picture in zip(spots, turns, pictures, strict=True)
+    ]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,7 +212,9 @@ class _Query:
     greedy: bool
 
 
-def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
+def _answer(
+    ask: _Query, best: BestSpot, before: StyleResult, change: VisibleChange
+) -> LampPlacement:
     tables, place, limits = ask.tables, ask.place, ask.limits
     spot, style = best.spot, tables.pack.styles[best.row]
     quality, picture = _measure(tables, place, best)
@@ -206,6 +255,7 @@ def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
         shortfall=shortfall,
         looks_more_like=verdict.looks_more_like,
         before=before,
+        change=change,
         map=values.reshape(-1, TURNS).astype(np.float32),
         evaluated=ask.evaluated,
         power=best.power,

@@ -21,7 +21,7 @@ from app.core.environment.environment import (
 )
 from app.core.measure.finish.display import display_panorama
 from app.core.solver.search import luminance_of
-from app.core.solver.transport import Transport, render, to_image
+from app.core.solver.transport import Transport, render, render_all, to_image
 from app.core.solver.turn_choice import Objective
 
 _FINE_COLUMNS: Final = 512
@@ -125,19 +125,11 @@ def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[flo
     Returns:
         (n, N, N, 3) float32. Linear Rec. 709 on black.
     """
-    shape = transport.environment_shape
-    size = transport.header.picture
-    if not turns_deg:
-        return np.zeros((0, size, size, 3), np.float32)
-    lights = np.stack([turned(light, turn, shape) for turn in turns_deg], axis=2)
-    # (texels, n * 3) -> (rank, n, 3): the basis is read once for all turns.
-    columns = np.ascontiguousarray(lights.reshape(shape[0] * shape[1], -1))
-    basis = (transport.texel_basis @ columns).reshape(-1, len(turns_deg), 3)
-    pictures = np.zeros((len(turns_deg), size * size, 3), np.float32)
-    for channel in range(3):
-        values = transport.pixel_basis[channel] @ np.ascontiguousarray(basis[:, :, channel])
-        pictures[:, transport.pixels, channel] = values.T
-    return pictures.reshape(len(turns_deg), size, size, 3)
+    shape, size = transport.environment_shape, transport.header.picture
+    lights = [turned(light, turn, shape) for turn in turns_deg]
+    pictures = np.zeros((len(lights), size * size, 3), np.float32)
+    pictures[:, transport.pixels] = render_all(transport, lights)
+    return pictures.reshape(len(lights), size, size, 3)
 
 
 def main_light(light: PlaceLight, facing_deg: float) -> float | None:

@@ -7,7 +7,7 @@ ship, loads in milliseconds and multiplies faster than the full matrix.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -142,6 +142,25 @@ def render(transport: Transport, radiance: Floats) -> Float32:
         return np.asarray(transport.luminance_basis @ coefficients[:, 0])
     channels = [transport.pixel_basis[c] @ coefficients[:, c] for c in range(3)]
     return np.asarray(np.stack(channels, axis=-1))
+
+
+def render_all(transport: Transport, lights: Sequence[Floats]) -> Float32:
+    """Render the head in several environments, each (H, W, 3), in one product (see `render`).
+
+    Returns:
+        (n, P, 3) float32.
+    """
+    if not lights:
+        return np.zeros((0, len(transport.pixels), 3), np.float32)
+    columns = np.stack(lights, axis=2).astype(np.float32, copy=False)
+    # (texels, n * 3) -> (rank, n, 3): the basis is read once for all environments.
+    flat = np.ascontiguousarray(columns.reshape(columns.shape[0] * columns.shape[1], -1))
+    basis = (transport.texel_basis @ flat).reshape(-1, len(lights), 3)
+    pictures = np.empty((len(lights), len(transport.pixels), 3), np.float32)
+    for channel in range(3):
+        values = transport.pixel_basis[channel] @ np.ascontiguousarray(basis[:, :, channel])
+        pictures[:, :, channel] = values.T
+    return pictures
 
 
 def parity_of(transport: Transport) -> Float64 | None:

@@ -14,9 +14,9 @@ from app.ui.screens.light.placement.answers import best_held, kind_of, powers_fo
 from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.two_steps import move_words
-from app.words.lamps import power_share, stops_down
+from app.words.lamps import HARDLY_CHANGES, power_share, stops_down
 from app.words.phrases.directions import light_words, lit_aside_words
-from app.words.phrases.quantities import contrast_words, upper_first
+from app.words.phrases.quantities import contrast_words, lower_first, upper_first
 from app.words.phrases.turns import signed, turn_words
 from app.words.verdict import whole_of
 from app.words.why_out_of_reach import reason_sentence
@@ -105,6 +105,10 @@ def detail_of(result: LampResult) -> LampDetailState:
     verdict, words = verdict_at(match, strength)
     if source.grade is not None:
         verdict, words = ("in" if source.attainable else "out"), _GRADED[source.grade]
+    if verdict == "in" and not source.change.visible:
+        # The picture without the lamp looks the same, so the verdict on that one stands.
+        verdict = "in" if one.before.attainable else "out"
+        words = lower_first(HARDLY_CHANGES)
     return replace(
         state,
         numbers=(*numbers, (tr("Contrast"), contrast_words(strength))),

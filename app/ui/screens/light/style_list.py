@@ -1,4 +1,7 @@
-"""The list of styles that, with the lamp, are now possible, better or still out of reach."""
+"""The list of styles that a lamp makes possible or better, hardly changes or leaves out of reach.
+
+A style that the picture shows no differently is not counted among those that the lamp helps.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,8 @@ from app.core.text import tr
 from app.ui.screens.light.lamp import lamp_words
 from app.ui.screens.light.placement.answers import Answers, Nearer, kind_of, powers_for
 from app.ui.screens.styles.cards import side_line
-from app.words.lamps import power_share
-from app.words.phrases.quantities import metres
+from app.words.lamps import HARDLY_CHANGES, power_share
+from app.words.phrases.quantities import lower_first, metres
 from app.words.verdict import whole_of
 from app.words.why_out_of_reach import reason_line, too_soft_words
 
@@ -59,19 +62,33 @@ class Section:
 
 
 GAIN: Final = 10
-"""Minimum gain in match that makes a lamp worthwhile for a style already within reach."""
+"""Minimum gain in match that improves a style already within reach that has no grade."""
 
 
 def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
     """Return the styles that only the lamp brings within reach, best first."""
-    winners = [one for one in placements if one.attainable and not one.before.attainable]
-    return tuple(sorted(winners, key=lambda one: -one.match))
+    return tuple(sorted((one for one in placements if one.rescued), key=lambda one: -one.match))
 
 
 def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Return the styles already within reach that the lamp clearly improves, largest gain first."""
-    winners = [one for one in placements if one.before.attainable and _gain(one) >= GAIN]
+    """Return the styles already within reach that the lamp visibly improves, largest gain first."""
+    winners = [
+        one
+        for one in placements
+        if one.before.attainable and _improved(one) and not one.hardly_changed
+    ]
     return tuple(sorted(winners, key=lambda one: (-_gain(one), -one.match)))
+
+
+def hardly_changed(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
+    """Return the styles whose grade the lamp raises although nobody could see it, best first."""
+    members = [one for one in placements if one.hardly_changed and _improved(one)]
+    return tuple(sorted(members, key=lambda one: -one.match))
+
+
+def _improved(one: LampPlacement) -> bool:
+    """Return whether the numbers improve, by the grade or, without a grade, by the match."""
+    return one.raised or (one.grade is None and one.before.attainable and _gain(one) >= GAIN)
 
 
 def _gain(one: LampPlacement) -> int:
@@ -82,7 +99,8 @@ def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
     """Return the style to show, which is the chosen one unless the lamp helps only other styles."""
     candidates = (*rescued(answers.placements), *better(answers.placements))
     one = answers.of(style_name)
-    if one is not None and (not one.before.attainable or one in candidates):
+    listed = (*candidates, *hardly_changed(answers.placements))
+    if one is not None and (not one.before.attainable or one in listed):
         return one
     return candidates[0] if candidates else one or next(iter(answers.placements), None)
 
@@ -94,12 +112,13 @@ def sections_of(
     placements = answers.placements
     styles = {style.name: style for style in answers.hand.head.pack.styles}
     out = sum(not one.before.attainable for one in placements)
-    rescues, gains = rescued(placements), better(placements)
+    rescues, gains, same = rescued(placements), better(placements), hardly_changed(placements)
     hopeless = (one for one in placements if not (one.before.attainable or one.attainable))
     rest = sorted(hopeless, key=lambda one: -one.match)
     parts = (
         (NOW_POSSIBLE, tr("now possible with this lamp"), rescues, out),
         (BETTER, tr("better with this lamp"), gains, len(placements) - out),
+        (HARDLY_CHANGES, lower_first(HARDLY_CHANGES), same, len(placements)),
         (STILL_OUT, tr("still out of reach"), rest, out),
     )
 
@@ -177,6 +196,8 @@ def note_of(
     name, match = lamp_words(nearer.one.title), whole_of(nearer.one.match)
     near = metres(nearer.distance_m)
     values = {"near": near, "style": name, "match": match}
+    if nearer.one.attainable and not nearer.one.rescued:
+        return " ".join((weak, STRONGER)), ""
     if nearer.one.attainable:
         brings = tr("At {near}, it raises {style} to {match}.", **values)
         return f"{weak} {brings}", tr("Hold the lamp at {near}", near=near)

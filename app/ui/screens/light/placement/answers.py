@@ -212,10 +212,10 @@ def closer(
     """Return the placement for the style that the lamp suits best at a shorter distance.
 
     Returns:
-        The best placement, preferably one within reach, or None if there are no placements.
+        The best placement, preferably one that comes within reach, or None if there are none.
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     placements = ask(hand, answers.question, names).placements
     return max(
-        placements, key=lambda one: (one.attainable, one.grade != "soft", one.match), default=None
+        placements, key=lambda one: (one.rescued, one.grade != "soft", one.match), default=None
     )

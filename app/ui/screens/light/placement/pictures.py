@@ -18,8 +18,9 @@ from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, pla
 from app.core.second_light.contrast import less_mean
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.search import LampPlacement
+from app.core.second_light.visible_change import VisibleChange, visible_change
 from app.core.solver.peaks import value_at
-from app.core.solver.place_light import Facing, picture_at, turned
+from app.core.solver.place_light import Facing, picture_at, pictures_at, turned
 from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import Grade
 from app.core.solver.style_verdict import judge, measure_picture
@@ -66,6 +67,7 @@ class LampView:
     strength: float
     attainable: bool
     grade: Grade | None
+    change: VisibleChange
 
 
 def result_with(answers: Answers, name: str, position: LampPosition, match: float) -> StyleResult:
@@ -196,8 +198,9 @@ def look(
     facing = wrap(one.turn_refined_deg + question.front_deg)
     parts = _parts(hand, question, position, facing)
     head, row = hand.head, hand.head.pack.index(name)
-    picture = sum(parts) * np.float32(question.gain)
-    measures = measure_picture(head.pack, head.transport, luminance(picture))
+    picture = np.add(*parts)
+    grey = luminance(picture * np.float32(question.gain))
+    measures = measure_picture(head.pack, head.transport, grey)
     verdict = judge(head.pack, row, measures, LIMITS)
     here = Facing(question.light, facing, head.expose_of(name))
     portrait = _picture(hand, position, here, parts, size)
@@ -217,7 +220,28 @@ def look(
         float(measures.strength[row]),
         verdict.attainable,
         verdict.grade,
+        _change(answers, one, here, to_image(head.transport, picture)),
     )
+
+
+def _change(answers: Answers, one: LampPlacement, here: Facing, lit: FloatImage) -> VisibleChange:
+    """Compare a picture with the lamp with those without it, as in `PlacePictures.change`.
+
+    Args:
+        lit: (N, N, 3) float32. Linear Rec. 709 on black, in the unit of the place.
+    """
+    head, question = answers.hand.head, answers.question
+    turns = one.before.turn_refined_deg + question.front_deg, here.turn_deg
+    alone = pictures_at(head.transport, question.light, turns)
+    lights = [replace(here, turn_deg=turn) for turn in (*turns, here.turn_deg)]
+    gains = head.exposures([*alone, lit], lights)
+    best, same, after = (
+        each * np.float32(gain) for each, gain in zip((*alone, lit), gains, strict=True)
+    )
+    coverage = to_image(head.transport, head.transport.coverage)
+    face_pixels = int(np.count_nonzero(head.pack.region))
+    changes = [visible_change(each, after, coverage, face_pixels) for each in (best, same)]
+    return min(changes, key=lambda change: change.delta_lightness)
 
 
 def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
