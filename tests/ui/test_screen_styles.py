@@ -27,6 +27,7 @@ from app.core.styles.lamps import Studio
 from app.ui.presenters.window_model import NEEDS_LIGHT, NO_LIGHT, Step
 from app.ui.screens.styles.cards import CANNOT_READ, CardState
 from app.ui.screens.styles.cards_view import (
+    NO_TURNS,
     CompareSheet,
     DamagedCard,
     PaintCard,
@@ -884,7 +885,7 @@ class TestLayouts:
         shown = Shown(qtbot, Table(tmp_path).open())
         detail = shown.view.detail
         assert detail.words._direction.text() == NO_LIGHT
-        assert detail.words._reason.text() == "Measure a place to see the turns."
+        assert detail.words._reason.text() == NO_TURNS
         assert detail.words._reason.isVisible()
         assert not detail.words._turn.isVisible()
         QTest.mouseClick(detail.main, Qt.MouseButton.LeftButton)

@@ -270,6 +270,7 @@ def _reason(style: Style, result: StyleResult, snapshot: Snapshot) -> str:
 def _tip(style: Style, result: StyleResult, snapshot: Snapshot) -> str:
     """Return everything that a card has no room for."""
     why = reason_sentence(result.shortfall)
+    last = ""
     if snapshot.paper:
         quality = verdict.paper_quality(snapshot.quality(result))
         lines = [quality, verdict.ours_words(result), why]
@@ -278,8 +279,9 @@ def _tip(style: Style, result: StyleResult, snapshot: Snapshot) -> str:
         beside = beside_words(result, snapshot)
         lines = [*beside, close_to(result, snapshot), aside, *gain_lines(result)]
     else:
-        lines = [why, verdict.verdict_sentence(result).removesuffix(".")]
-    return ". ".join(filter(None, (full_title(style), *lines))) + "."
+        lines, last = [why], verdict.verdict_sentence(result)
+    words = ". ".join(filter(None, (full_title(style), *lines))) + "."
+    return f"{words} {last}".rstrip()
 
 
 def lamps_note(snapshot: Snapshot, name: str) -> str:

@@ -33,6 +33,7 @@ from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, OutlineBox
 from app.words.phrases.turns import turn_words
 
+NO_TURNS: Final = tr("Measure a place to see the turns.")
 _EDGE: Final = 3  # margin around the pictures
 _PAD: Final = 8
 _GAP: Final = 2
@@ -217,13 +218,13 @@ class SideSwitch(Pressable):
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint both discs, on the left the one that is lit from camera left."""
-        half, (shown, is_stale) = self.width() / 2, self._look
+        half, (lit_side, is_stale) = self.width() / 2, self._look
         painter.setOpacity(STALE if is_stale else 1.0)
         box(painter, self.rect(), t.px(6), t.c.tag)
         for number, side in enumerate(("right", "left")):
             area = QRectF(number * half, 0, half, self.height())
             ink, gap = t.c.ontag, t.px(2)
-            if side == shown:
+            if side == lit_side:
                 box(painter, area.adjusted(gap, gap, -gap, -gap), t.px(4), t.c.ontag)
                 ink = t.c.tag
             disc = QRectF(0, 0, t.px(13), t.px(13))
@@ -397,7 +398,7 @@ class TurnWords(QWidget):
         self._direction.setVisible(bool(self._direction.text()))
         aside = out and not state.at_best
         self._clock.say(turn_words(state.needle) if aside else "" if out else state.clock)
-        reason = tr("Measure a place to see the turns.") if probe else state.reason
+        reason = NO_TURNS if probe else state.reason
         self._reason.set_text(reason)
         has_room = not self._compact or probe or (out and not aside)
         self._reason.setVisible(bool(reason) and has_room)
