@@ -167,7 +167,7 @@ def needs_label(shortfall: AreaShortfall) -> str:
 
     Examples:
         >>> needs_label(AreaShortfall(Aspect.HEIGHT, "Top", "forehead", "lids", 0.4, 1.1))
-        'Has 0.4 stops, needs 1.1'
+        'Has 0.4, needs 1.1'
     """
     value, limit = shortfall.value_stops, shortfall.limit_stops
     digits = 2 if f"{value:.1f}" == f"{limit:.1f}" else 1
@@ -176,5 +176,5 @@ def needs_label(shortfall: AreaShortfall) -> str:
         "limit": f"{limit:.1f}".replace("-", "−"),
     }
     if value < limit:
-        return tr("Has {value} stops, needs {limit}", **values)
-    return tr("Has {value} stops, allows {limit}", **values)
+        return tr("Has {value}, needs {limit}", **values)
+    return tr("Has {value}, allows {limit}", **values)
