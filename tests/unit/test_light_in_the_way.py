@@ -44,7 +44,7 @@ from app.core.solver.transport import render
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import StyleLamp
 from app.words.phrases.light_in_the_way import (
-    difference_label,
+    area_labels,
     help_words,
     in_the_way_sentence,
     mend_sentence,
@@ -327,9 +327,19 @@ def test_words_are_empty_without_a_diagnosis() -> None:
     assert help_words(Diagnosis(), graded("no")) == ""
 
 
-@pytest.mark.parametrize(("stops", "label"), [(0.42, "+0.4"), (-0.77, "−0.8"), (0.04, "0")])
-def test_a_difference_has_its_sign(stops: float, label: str) -> None:
-    assert difference_label(stops) == label
+@pytest.mark.parametrize(
+    ("stops", "labels"), [(0.42, ("+0.4", "0")), (-0.77, ("0", "+0.8")), (0.04, ("0", "0"))]
+)
+def test_the_brighter_area_has_the_number(stops: float, labels: tuple[str, str]) -> None:
+    assert area_labels(replace(SHADOW, value_stops=stops)) == labels
+
+
+@pytest.mark.parametrize("limit", [2.4, 0.0, -1.2])
+@pytest.mark.parametrize("value", [-3.0, -0.4, 0.7, 2.9])
+def test_no_label_has_a_negative_number(value: float, limit: float) -> None:
+    shortfall = replace(SHADOW, value_stops=value, limit_stops=limit)
+    assert not set("-−") & set(needs_label(shortfall))
+    assert f"{abs(limit):.1f}" in needs_label(shortfall)
 
 
 def test_a_value_never_reads_as_its_limit() -> None:

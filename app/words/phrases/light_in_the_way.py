@@ -151,30 +151,38 @@ def help_words(diagnosis: Diagnosis, result: StyleResult) -> str:
     return " ".join(sentences)
 
 
-def difference_label(stops: float) -> str:
-    """Format the brightness of an area relative to the area that it is compared with.
+def area_labels(shortfall: AreaShortfall) -> tuple[str, str]:
+    """Label the bright and the dark area in stops: the brighter one, and 0 for the other.
 
     Examples:
-        >>> difference_label(0.42), difference_label(-0.77), difference_label(0.0)
-        ('+0.4', '−0.8', '0')
+        >>> area_labels(AreaShortfall(Aspect.HEIGHT, "Top", "forehead", "lids", 0.4, 1.1))
+        ('+0.4', '0')
+        >>> area_labels(AreaShortfall(Aspect.HEIGHT, "Top", "forehead", "lids", -0.77, 1.1))
+        ('0', '+0.8')
     """
-    tenths = round(10.0 * stops)
-    return f"{tenths / 10.0:+.1f}".replace("-", "−") if tenths else "0"
+    label = f"{abs(shortfall.value_stops):.1f}"
+    label = "0" if label == "0.0" else f"+{label}"
+    return (label, "0") if shortfall.value_stops >= 0 else ("0", label)
 
 
 def needs_label(shortfall: AreaShortfall) -> str:
-    """Format the difference between two areas, and its limit, in stops.
+    """Format the difference between two areas and its limit, in stops, without negative numbers.
 
     Examples:
-        >>> needs_label(AreaShortfall(Aspect.HEIGHT, "Top", "forehead", "lids", 0.4, 1.1))
+        >>> areas = ("forehead", "lids")
+        >>> needs_label(AreaShortfall(Aspect.HEIGHT, "Top", *areas, 0.4, 1.1))
         'Has 0.4, needs 1.1'
+        >>> needs_label(AreaShortfall(Aspect.HEIGHT, "Top", *areas, -0.9, -2.2))
+        'Has 0.9, needs 2.2'
     """
     value, limit = shortfall.value_stops, shortfall.limit_stops
+    below = value < limit
+    if limit < 0 or (limit == 0 and value < 0):
+        value, limit, below = -value, -limit, not below
     digits = 2 if f"{value:.1f}" == f"{limit:.1f}" else 1
-    values = {
-        "value": f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−"),
-        "limit": f"{limit:.1f}".replace("-", "−"),
-    }
-    if value < limit:
+    values = {"value": f"{value:.{digits}f}", "limit": f"{limit + 0.0:.1f}"}
+    if value < 0:
+        return tr("Needs {limit}", **values)
+    if below:
         return tr("Has {value}, needs {limit}", **values)
     return tr("Has {value}, allows {limit}", **values)

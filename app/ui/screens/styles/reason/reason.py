@@ -18,7 +18,7 @@ from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.solver.shortfall import AreaShortfall
 from app.core.solver.style_result import StyleResult
 from app.ui.screens.styles.gallery import Size, Snapshot
-from app.words.phrases.light_in_the_way import difference_label, help_words, needs_label
+from app.words.phrases.light_in_the_way import area_labels, help_words, needs_label
 from app.words.why_out_of_reach import soft_sentence
 
 Elsewhere: TypeAlias = Callable[[str], Mapping[str, StyleResult]]
@@ -33,12 +33,12 @@ class AreaMark:
         loops: (n, 2) float64 each. Closed outlines, as fractions of the portrait's width and
             height.
         label: Brightness relative to the other area, in stops, such as "+0.4" or "0".
-        bright: Whether the style needs this area to be the brighter one.
+        helps: Whether more light on this area would help, or less.
     """
 
     loops: tuple[Float64, ...] = field(repr=False)
     label: str
-    bright: bool
+    helps: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +47,7 @@ class ReasonState:
 
     Attributes:
         words: Sentences on the light in the way and on what would help, preceded by the reason if
-            the style is soft.
+            the style is soft. Without any of these, the difference and its limit.
         needs: Display text such as "Has 0.4, needs 1.1", or "" at any other turn than the
             best. The labels of the areas are shown together with it.
         marks: The two areas that are compared, or none if they are not on the face.
@@ -68,7 +68,9 @@ class AreaReason:
 
     Attributes:
         head: The head as the lens sees it, or None if there is no reason.
-        outlines: The area that must be brighter, and the one that must be darker.
+        labels, outlines: Those of the bright area and of the dark area, in the words of
+            `AreaShortfall`.
+        below: Whether the bright area is too dark, or too bright.
     """
 
     head: Head | None = None
@@ -76,6 +78,7 @@ class AreaReason:
     needs: str = ""
     labels: tuple[str, ...] = ()
     outlines: tuple[AreaOutline, ...] = ()
+    below: bool = True
 
     def state(self, size: Size, *, at_best: bool) -> ReasonState:
         """Return the state for a portrait.
@@ -87,9 +90,9 @@ class AreaReason:
         if self.head is None:
             return NO_REASON
         marks = tuple(
-            AreaMark(outline.in_portrait(self.head, size), label, bright)
-            for outline, label, bright in zip(
-                self.outlines, self.labels, (True, False), strict=True
+            AreaMark(outline.in_portrait(self.head, size), label, helps)
+            for outline, label, helps in zip(
+                self.outlines, self.labels, (self.below, not self.below), strict=True
             )
             if outline.loops
         )
@@ -106,10 +109,11 @@ def find_reason(snapshot: Snapshot, name: str, elsewhere: Elsewhere) -> AreaReas
     sentences.append(help_words(_diagnosis(snapshot, result, elsewhere), result))
     return AreaReason(
         head,
-        " ".join(filter(None, sentences)),
+        " ".join(filter(None, sentences)) or needs_label(shortfall),
         needs_label(shortfall),
-        (difference_label(shortfall.value_stops), difference_label(0.0)),
+        area_labels(shortfall),
         area_outlines(head, (shortfall.bright, shortfall.dark)),
+        shortfall.value_stops < shortfall.limit_stops,
     )
 
 

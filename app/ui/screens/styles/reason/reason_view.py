@@ -89,8 +89,8 @@ class MarkedPicture(Picture):
 
 
 def _ink(mark: AreaMark, t: Theme) -> QColor:
-    """Return the colour for an area where light helps, or for one where it hurts."""
-    return t.c.plus if mark.bright else t.c.minus
+    """Return the colour for an area where more light helps, or for one where it hurts."""
+    return t.c.plus if mark.helps else t.c.minus
 
 
 class ReasonBlock(QWidget):
@@ -114,9 +114,9 @@ class ReasonBlock(QWidget):
         if state is self._state:
             return False
         before, self._state = self._text.text(), state
-        self._text.set_text(state.words or state.needs)
+        self._text.set_text(state.words)
         self.eye.setVisible(bool(state.marks))
-        self.setVisible(bool(state.words or state.marks))
+        self.setVisible(bool(state.words))
         self._tell()
         return before != self._text.text()
 
