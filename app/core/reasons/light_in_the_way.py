@@ -274,15 +274,17 @@ class _AreaShares:
         that gives the style.
         """
         notable = [
-            (self.gain(part.light), part)
+            (gain, part)
             for part in parts
-            if self.of(part.light)[0] >= part.least and _some(self.picture.light - part.light)
+            if self.of(part.light)[0] >= part.least
+            and (gain := self.gain(part.light)) >= _GAIN
+            and _some(self.picture.light - part.light)
         ]
+        if not notable:
+            return None
         shortfall = self.picture.shortfall
         _, match = self.picture.measured_in(self.picture.light)
-        for gain, part in sorted(notable, key=lambda each: -each[0]):
-            if gain < _GAIN:
-                break
+        for _, part in sorted(notable, key=lambda each: -each[0]):
             stops, match_then = self.picture.measured_in(self.picture.light - part.light)
             change = stops - shortfall.value_stops
             towards = change if shortfall.value_stops < shortfall.limit_stops else -change

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TypeAlias
 
 from app.core.base.arrays import Float64
+from app.core.measure.finish.findings import Findings
 from app.core.portrait.head import Head
 from app.core.reasons.area_outlines import AreaOutline, area_outlines
 from app.core.reasons.diagnosis import Diagnosis, diagnose, solver_of
-from app.core.reasons.light_in_the_way import lamp_lights
+from app.core.reasons.light_in_the_way import LampLights, lamp_lights
 from app.core.solver.lens.lens_wish import STRAIGHT
+from app.core.solver.place_light import PlaceLight
 from app.core.solver.shortfall import AreaShortfall
 from app.core.solver.style_result import StyleResult
 from app.ui.screens.styles.gallery import Size, Snapshot
@@ -128,6 +131,12 @@ def _diagnosis(snapshot: Snapshot, result: StyleResult, elsewhere: Elsewhere) ->
         wish = selection.lens.moved(question.front_deg)
     views = [] if wish == STRAIGHT else head.views
     solve = solver_of(head.pack, views, wish, "picture", [source], question.front_deg)
-    lights = lamp_lights(light.environment, question.findings(), light.searched_by("picture"))
+    lights = _lamps_of(light, question.findings())
     own = replace(result, name=source)
     return diagnose(head.pack, lights, [own], solve, elsewhere(source)).get(source, Diagnosis())
+
+
+@lru_cache(maxsize=1)
+def _lamps_of(light: PlaceLight, findings: Findings) -> LampLights:
+    """Return the light of each lamp, which is the same for all styles at a place."""
+    return lamp_lights(light.environment, findings, light.searched_by("picture"))
