@@ -31,6 +31,12 @@ from app.commands.shared.printing import (
     say,
     short,
 )
+from app.commands.shared.reasons import (
+    diagnose_place,
+    diagnosis_facts,
+    diagnosis_lines,
+    full_name,
+)
 from app.core.base.angles import whole, wrap
 from app.core.base.arrays import Bytes, Floats
 from app.core.base.errors import StyleError
@@ -52,7 +58,7 @@ from app.core.portrait.head import Head
 from app.core.portrait.head_views import has_views
 from app.core.portrait.portrait_file import HAIRS
 from app.core.solver.lens.lens_wish import STRAIGHT
-from app.core.solver.lens.view_tables import views_of
+from app.core.solver.lens.view_tables import ViewTables, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.search import luminance_of
 from app.core.solver.style_result import StyleResult
@@ -104,17 +110,23 @@ def run(args: argparse.Namespace) -> int:
     names = [style.name for style in built_in]
     # Packs contain everything needed for solving except for painted strokes and pictures.
     head = _head_of(pack, args) if own or args.sheet else None
-    results = _solve(pack, light, names, own, head, args)
+    views = _views_of(pack, args)
+    results = _solve(pack, views, light, names, own, head, args)
     verdict = place_verdict(results, light, args.front)
     sentence = "" if verdict is None else place_verdict_words(verdict, results)
     if args.sheet and head is not None:
         _write_sheet(Path(args.sheet), head, results, environment, args, sentence)
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
+    diagnoses = diagnose_place(pack, views, environment, light, results, args)
     cautions = find_cautions(environment, pack, args.objective)
     facts["cautions"] = [asdict(each) for each in cautions]
     facts["verdict"] = None if verdict is None else _verdict_json(verdict, sentence)
-    table = _table(results, args, environment.name, seconds, cautions)
+    facts["styles"] = [
+        each | diagnosis_facts(diagnoses.get(each["name"])) for each in facts["styles"]
+    ]
+    lines = diagnosis_lines(results, diagnoses)
+    table = _table(results, args, environment.name, seconds, cautions, lines)
     if sentence:
         table = "\n".join((sentence, "", table))
     if cautions:
@@ -175,8 +187,15 @@ def _head_of(pack: StylePack, args: argparse.Namespace) -> Head:
     return Head(args.head, pack, load_transport_of(pack, args.head), HAIRS[0])
 
 
+def _views_of(pack: StylePack, args: argparse.Namespace) -> list[ViewTables]:
+    # Heads baked by earlier versions have no views, but solving straight in front needs none.
+    needs_views = asked_lens(args) != STRAIGHT or has_views(args.head)
+    return views_of(pack, args.head) if needs_views else []
+
+
 def _solve(
     pack: StylePack,
+    views: Sequence[ViewTables],
     light: Floats,
     names: Sequence[str],
     own: Sequence[UserStyle],
@@ -188,15 +207,11 @@ def _solve(
     If the lens is straight in front of the sitter, the results also show what other lens positions
     would gain.
     """
-    wish = asked_lens(args)
-    # Heads baked by earlier versions have no views, but solving straight in front needs none.
-    needs_views = wish != STRAIGHT or has_views(args.head)
-    views = views_of(pack, args.head) if needs_views else []
     return solve_styles(
         pack,
         views,
         light,
-        wish,
+        asked_lens(args),
         args.objective,
         names=names,
         own=own,
@@ -269,7 +284,8 @@ def _table(
     args: argparse.Namespace,
     place: str,
     seconds: float,
-    cautions: Sequence[Caution] = (),
+    cautions: Sequence[Caution],
+    more: Sequence[str],
 ) -> str:
     head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("contrast")]
     head += [tr("grade"), tr("reason")]
@@ -298,14 +314,14 @@ def _table(
             for column, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
-    unsure = [_full(result) for result in results if _caution(result)]
+    unsure = [full_name(result) for result in results if _caution(result)]
     if unsure:
         words = tr(
             "Less certain, because the turn varies with the sitter’s head and skin: {styles}.",
             styles=", ".join(unsure),
         )
         lines += ["", words]
-    lines += _gain_lines(results)
+    lines += [*_gain_lines(results), *more]
     lines += ["", tr("Match is out of 100; contrast is a percentage of the studio’s.")]
     count = sum(result.attainable for result in results)
     lines += [
@@ -325,7 +341,7 @@ def _gain_lines(results: Sequence[StyleResult]) -> list[str]:
     lines = [
         tr(
             "{style}: {light} {match} instead of {now}, {aside}",
-            style=_full(result),
+            style=full_name(result),
             light=LIGHTINGS[gain.lighting],
             match=points(gain.match),
             now=points(result.match),
@@ -354,16 +370,6 @@ def _row(result: StyleResult) -> list[str]:
         grade_words(result.grade, result.attainable),
         reason_sentence(result.shortfall),
     ]
-
-
-def _full(result: StyleResult) -> str:
-    if result.side == "none":
-        return result.title
-    left, right = (
-        tr("{style} (left)", style=result.title),
-        tr("{style} (right)", style=result.title),
-    )
-    return left if result.side == "left" else right
 
 
 def _caution(result: StyleResult) -> str | None:

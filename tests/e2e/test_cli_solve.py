@@ -15,12 +15,14 @@ from app.cli import main
 from app.core.base.angles import wrap
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.imaging.images import write_exr
+from app.core.base.paths import resources
 from app.core.cautions.caution import Hazard
 from app.core.environment.environment import read_environment
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.styles.styles import NAMES
+from app.words.lights import NAMES as NAMES_OF_LIGHTS
 from app.words.why_out_of_reach import reason_line
 from tests.helpers.probes import place as lamps
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
@@ -284,3 +286,39 @@ def test_verdict_is_in_table_and_json_for_all_styles_only(
     assert _solve(capsys, place, "--head", head, "--style", "top")["verdict"] is None
     assert main(["solve", place, "--head", head]) == 0
     assert capsys.readouterr().out.startswith(verdict["sentence"])
+
+
+def test_json_names_the_light_in_the_way_and_what_would_help(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    studio = str(resources() / "demo" / "scenes" / "studio.exr")
+    styles = {style["name"]: style for style in _solve(capsys, studio)["styles"]}
+    loop = styles["left-loop"]
+    assert loop["grade"] == "no"
+    way = loop["in_the_way"]
+    assert way.keys() == {
+        *("lamp", "name", "azimuth_deg", "elevation_deg", "area", "share"),
+        *("stops_without", "grade_without", "turn_without_deg"),
+    }
+    # The scene has four lamps; the second stands on the sitter's right.
+    assert (way["lamp"], way["name"]) == ("B", NAMES_OF_LIGHTS["lamp"])
+    assert -180.0 < way["azimuth_deg"] < 0.0
+    assert 0.0 < way["share"] < 1.0
+    assert way["stops_without"] > loop["cause"]["value_stops"]
+    (mend,) = loop["mends"]
+    assert (mend["how"], mend["grade"]) == ("block", way["grade_without"]) == ("block", "yes")
+    assert mend["turn_deg"] == way["turn_without_deg"]
+    assert (styles["flat"]["grade"], styles["flat"]["in_the_way"]) == ("yes", None)
+    assert styles["flat"]["mends"] == []
+
+
+def test_the_table_lists_only_what_would_help(capsys: pytest.CaptureFixture[str]) -> None:
+    studio = str(resources() / "demo" / "scenes" / "studio.exr")
+    helps = {}
+    for style in ("left-loop", "left-rembrandt"):
+        values = _solve(capsys, studio, "--style", style)["styles"][0]
+        assert values["in_the_way"] is not None
+        assert main(["solve", studio, "--style", style]) == 0
+        helps[style] = "would give" in capsys.readouterr().out
+        assert helps[style] == bool(values["mends"])
+    assert helps == {"left-loop": True, "left-rembrandt": False}

@@ -1026,6 +1026,8 @@ def pixels(widget: QWidget) -> np.ndarray:
 class TestAsInThePaper:
     def test_four_pictures_of_one_size_and_words_that_agree(self, shown: Shown) -> None:
         model, detail = shown.table.model, shown.view.detail
+        shown.table.presenter.choose("left-loop")
+        shown.settle()
         whole = detail.target.size()
         assert not any(picture.isVisible() for picture in detail.marks)
         for objective in ("picture", "paper", "picture"):

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from app.core.base.angles import arc_width
 from app.core.solver.style_result import StyleResult
-from app.core.solver.style_signature import GRADES, YES
 
 
 def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
@@ -22,7 +21,6 @@ def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
 
     def merit(position: int) -> tuple[int, float, float, float]:
         one = answers[position]
-        grade = GRADES.index(one.grade) if one.grade else YES * one.attainable
-        return grade, round(one.match, 1), arc_width(one.arc_deg), one.strength
+        return one.rank, round(one.match, 1), arc_width(one.arc_deg), one.strength
 
     return tuple(sorted(range(len(answers)), key=merit, reverse=True))

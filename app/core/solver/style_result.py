@@ -15,7 +15,7 @@ from app.core.base.angles import (
 from app.core.base.arrays import Float64
 from app.core.solver.peaks import shift
 from app.core.solver.shortfall import Shortfall
-from app.core.solver.style_signature import Grade
+from app.core.solver.style_signature import GRADES, YES, Grade
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +115,11 @@ class StyleResult:
     def nose_deg(self) -> float:
         """The azimuth of the nose at the refined turn, in degrees."""
         return wrap(self.turn_refined_deg - self.yaw_deg)
+
+    @property
+    def rank(self) -> int:
+        """The index of the grade in `GRADES`. A painted style counts as yes or no."""
+        return GRADES.index(self.grade) if self.grade else YES * self.attainable
 
     def arc_at(self, turn_deg: float) -> tuple[float, float] | None:
         """Return the nearest peak's tolerance arc (from, to), in degrees, if it contains a turn.

@@ -20,6 +20,7 @@ from app.ui.screens.styles.cards import (
     least_match,
 )
 from app.ui.screens.styles.gallery import Snapshot
+from app.ui.screens.styles.reason.reason import NO_REASON, ReasonState
 from app.words.phrases.directions import lit_aside_words
 from app.words.phrases.quantities import contrast_words, lower_first, upper_first
 from app.words.phrases.turns import (
@@ -90,6 +91,8 @@ class DetailState:
             fill", and the ratio as a whole sentence.
         verdict, reason: For a style out of reach, the verdict, such as "The best match here is 29
             at 62° counter-clockwise. The limit is 45.", and the reason.
+        why: The light in the way of the style at the best turn, and the areas of the face that show
+            it.
         panorama: Panorama of the place, (H, W, 3) uint8 sRGB, or None. All states of a place share
             the same object.
         front: Panorama azimuth of the photographer, in degrees.
@@ -140,6 +143,7 @@ class DetailState:
     in_reach: bool = True
     verdict: str = ""
     reason: str = ""
+    why: ReasonState = NO_REASON
     panorama: Bytes | None = field(default=None, repr=False)
     front: float = 0.0
     weights: Float32 | None = field(default=None, repr=False)

@@ -16,6 +16,8 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.window_model import COMPUTING, NEEDS_LIGHT
 from app.ui.screens.styles.cards_view import Facts, TurnWords
 from app.ui.screens.styles.detail import DetailState
+from app.ui.screens.styles.reason.reason import NO_REASON
+from app.ui.screens.styles.reason.reason_view import MarkedPicture, ReasonBlock
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import SegmentedChoice
@@ -184,6 +186,7 @@ class StyleDetail(Surface):
         self._actions = actions
         self._state = DetailState()
         self._last: DetailState | None = None
+        self._marked = False
         self._turn = 0.0
         self._later = QTimer(self)
         self._later.setSingleShot(True)
@@ -200,9 +203,12 @@ class StyleDetail(Surface):
         compact = self._compact
         self._title = _Title()
         self._title.renamed.connect(self.renamed)
-        self.target, self.here = Picture(tr("Target")), Picture(tr("Picture here"))
+        self.target = MarkedPicture(tr("Target"))
+        self.here = MarkedPicture(tr("Picture here"))
         self._note = Text("", 12, role="dim", wrap=True)
         self._note.hide()
+        self.why = ReasonBlock()
+        self.why.marked.connect(self._mark_areas)
         self.marks = (Picture(tr("Median")), Picture(tr("Minimum")))
         for mark in self.marks:
             mark.hide()
@@ -243,7 +249,7 @@ class StyleDetail(Surface):
         self._content = column(
             self._title,
             gap,
-            column(row(*self._portraits, gap=8), self._note, gap=4),
+            column(row(*self._portraits, gap=8), self._note, self.why, gap=4),
             gap,
             *parts,
             4,
@@ -338,7 +344,9 @@ class StyleDetail(Surface):
         around = self._whole.contentsMargins()
         room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
         self._content.activate()  # Inner layouts do not know the new sizes yet.
-        short = self._content.sizeHint().height() - room
+        # Wrapped text is higher than its hint.
+        high = self._content.totalHeightForWidth(self.width())
+        short = max(high, self._content.totalSizeHint().height()) - room
         lowest = min(portrait.height(), theme().px(_LOWEST))
         portrait.setHeight(max(portrait.height() - max(short, 0), lowest))
         for picture in self._portraits:
@@ -360,11 +368,12 @@ class StyleDetail(Surface):
         self._title.show_words(state.title, state.side, state.close)
         self.target.set_picture(state.target)
         self.target.set_tag(state.target_tag if state.target is not None else "")
-        if state.lamps_note != self._note.text():
-            self._note.say(state.lamps_note)
+        note = state.lamps_note != self._note.text()
+        self._note.say(state.lamps_note)
+        if self.why.show_state(state.why) or note:
             self._fit()
         self.here.set_picture(state.here)
-        self.here.set_tag(state.here_tag)
+        self._show_areas(state)
         exposed = state.target_exposed, state.here_exposed
         for picture, words in zip((self.target, self.here), exposed, strict=True):
             picture.set_tag(words, "tr")
@@ -381,6 +390,18 @@ class StyleDetail(Surface):
         self.main.set_tip(state.main_words, "Enter")
         self.main.set_available(state.main_works)
         self.paint.set_available(bool(state.key))
+
+    def _mark_areas(self, marked: bool) -> None:
+        """Show on the face the areas that the reason compares, or hide them."""
+        self._marked = marked
+        if self._last is not None:
+            self._show_areas(self._last)
+
+    def _show_areas(self, state: DetailState) -> None:
+        why = state.why if self._marked else NO_REASON
+        self.target.set_marks(why.marks)
+        self.here.set_marks(why.marks, labelled=bool(why.needs))
+        self.here.set_tag(why.needs or state.here_tag)
 
     def _show_marks(self, before: DetailState | None, state: DetailState) -> None:
         """In paper mode, show the median and minimum C beside the target and the picture here."""

@@ -8,16 +8,19 @@ from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
+from app.core.reasons.mends import results_elsewhere
 from app.core.solver.style_result import StyleResult
 from app.ui.presenters.services import Services
 from app.ui.screens.styles.cards import front_of
 from app.ui.screens.styles.detail import DetailState
 from app.ui.screens.styles.detail_pictures import DetailResolver
 from app.ui.screens.styles.gallery import Sizes, Snapshot, look, question_of
+from app.ui.screens.styles.reason.reason import NO_REASON, AreaReason, Elsewhere, find_reason
 
 _JOB: Final = "styles-pictures"
 _LARGER_JOB: Final = "styles-pictures-larger"
 _DETAIL_JOB: Final = "styles-detail-larger"
+_REASON_JOB: Final = "styles-detail-reason"
 
 
 class StylesPictures:
@@ -32,6 +35,7 @@ class StylesPictures:
         self._services = services
         self._changed = changed
         self._detail = DetailResolver()
+        self._reasons: tuple[Snapshot | None, dict[str, AreaReason]] = None, {}
         self._large: tuple[Snapshot, Sizes, DetailState] | None = None
         self.snapshot: Snapshot | None = None
         self.detail_state = DetailState()
@@ -147,6 +151,39 @@ class StylesPictures:
             # Use drafts while the needle moves, except for the first and the last picture.
             moves = last is not None and last.needle != self.detail_state.needle
             self._ask_detail(snapshot, key, needle, draft=moves)
+        self._add_reason(snapshot, key)
+
+    # -- the reason ----------------------------------------------------------------------------
+
+    def _add_reason(self, snapshot: Snapshot, key: str) -> None:
+        """Add the reason to the details, or find it first if it is not known yet."""
+        if self._reasons[0] is not snapshot:
+            self._reasons = snapshot, {}
+        reasons, here = self._reasons[1], self.detail_state.here
+        if key in reasons:
+            size = self.sizes.portrait if here is None else (here.shape[0], here.shape[1])
+            why = reasons[key].state(size, at_best=self.detail_state.at_best)
+            if why is not NO_REASON:
+                self.detail_state = replace(self.detail_state, why=why)
+            return
+        runner, elsewhere = self._services.runner, self._elsewhere()
+        if self.stale or snapshot.question.light is None or runner.running(_REASON_JOB):
+            return
+
+        def done(reason: AreaReason) -> None:
+            reasons[key] = reason
+            self.resolve()
+            self._changed(False)
+
+        runner.submit(_REASON_JOB, lambda *_: find_reason(snapshot, key, elsewhere), done=done)
+
+    def _elsewhere(self) -> Elsewhere:
+        """Return a function that reads the results of the other spots of the day."""
+        model, root = self._services.model, self._services.folders.places
+        here, place, head = model.place_folder, model.place, model.head_name
+        if place is None:
+            return lambda _style: {}
+        return lambda style: results_elsewhere(root, here, place, head, style)
 
     def _ask_detail(
         self, snapshot: Snapshot, key: str, needle: float | None, *, draft: bool

@@ -378,7 +378,9 @@ class StylesPresenter(Presenter[StylesView]):
         if self._swapped:
             tags = {"target_tag": detail.here_tag, "here_tag": detail.target_tag}
             exposed = {"target_exposed": detail.here_exposed, "here_exposed": ""}
-            detail = _exchanged(detail, **tags, **exposed)
+            # The labels of the areas belong to the picture here.
+            why = replace(detail.why, needs="")
+            detail = _exchanged(detail, **tags, **exposed, why=why)
         return StylesState(
             groups=groups,
             filters=tuple((key.value, words) for key, words in filters_of(snapshot)),

@@ -1,0 +1,1 @@
+"""The reason why the chosen style is soft or out of reach."""
