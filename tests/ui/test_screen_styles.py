@@ -638,10 +638,10 @@ class TestWhy:
         self, qtbot: QtBot, tmp_path: Path
     ) -> None:
         shown = Shown(qtbot, Table(tmp_path).open(scene_light()), numbers=False)
-        qtbot.waitUntil(lambda: shown.table.presenter._pictures.sizes.background == (216, 408))
+        qtbot.waitUntil(lambda: shown.table.presenter._pictures.sizes.background == (184, 408))
         picture = shown.table.presenter.resolve().detail.background
         assert picture is not None
-        assert picture.shape == (216, 408, 3)
+        assert picture.shape == (184, 408, 3)
         assert shown.view.detail.background.width() == 408
 
     def test_what_is_missing_is_said_without_the_numbers(

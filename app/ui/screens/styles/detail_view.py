@@ -32,7 +32,7 @@ _MARGIN: Final = 24
 _GAP: Final = 8
 _TAB: Final = 176  # height of a tab in the narrow layout
 _PLOT: Final = 224
-_BEHIND: Final = 216  # height of the background when it has the whole width
+_BEHIND: Final = 184  # height of the background when it has the whole width
 _DIAL, _SMALL_DIAL = 216, 164
 _SHAPE: Final = 208 / 200
 _NARROW: Final = 1.4  # height divided by width of four portraits in a row
@@ -249,7 +249,7 @@ class StyleDetail(Surface):
         self._content = column(
             self._title,
             gap,
-            column(row(*self._portraits, gap=8), self._note, self.why, gap=4),
+            column(row(*self._portraits, gap=8), self._note, gap=4),
             gap,
             *parts,
             4,
@@ -276,7 +276,8 @@ class StyleDetail(Surface):
         top = Qt.AlignmentFlag.AlignTop
         self._numbers = boxed(row((self.plot, 0, top), (facts, 1), gap=8))
         place = row(self.weights, self.background, gap=8)
-        self._lay(self.words, 4, self._more_row(), 4, self._numbers, 8, place, 8, self._legend)
+        answer = column(self.words, self.why, self._more_row(), gap=8)
+        self._lay(answer, 8, self._numbers, 8, place, 8, self._legend)
 
     def _lay_compact(self) -> None:
         gap = 8
@@ -291,10 +292,11 @@ class StyleDetail(Surface):
         self._pages.setFixedHeight(theme().px(_TAB))
         keys = [key for key, _ in _TABS]
         self._numbers.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
-        self._lay(self.words, gap, self._more_row(), self._numbers, gap, self._pages)
+        answer = column(self.words, self.why, self._more_row(), gap=gap)
+        self._lay(answer, self._numbers, gap, self._pages)
 
     def _more_row(self) -> QHBoxLayout:
-        return row(self.more_words, ...)
+        return row(self.more_words, self.why.eye, ..., gap=8)
 
     def show_numbers(self, numbers: bool) -> None:
         """Show or hide everything behind *Why?*. The background is always there."""

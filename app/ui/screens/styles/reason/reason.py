@@ -22,7 +22,6 @@ from app.core.solver.shortfall import AreaShortfall
 from app.core.solver.style_result import StyleResult
 from app.ui.screens.styles.gallery import Size, Snapshot
 from app.words.phrases.light_in_the_way import area_labels, help_words, needs_label
-from app.words.why_out_of_reach import soft_sentence
 
 Elsewhere: TypeAlias = Callable[[str], Mapping[str, StyleResult]]
 """Results at other spots by their names, for the style with a given name in the pack."""
@@ -49,8 +48,7 @@ class ReasonState:
     """The reason why a style is soft or out of reach. Empty text is hidden.
 
     Attributes:
-        words: Sentences on the light in the way and on what would help, preceded by the reason if
-            the style is soft. Without any of these, the difference and its limit.
+        words: Sentences on the light in the way and on what would help.
         needs: Display text such as "Has 0.4, needs 1.1", or "" at any other turn than the
             best. The labels of the areas are shown together with it.
         marks: The two areas that are compared, or none if they are not on the face.
@@ -108,11 +106,9 @@ def find_reason(snapshot: Snapshot, name: str, elsewhere: Elsewhere) -> AreaReas
     if result is None or snapshot.paper or not isinstance(result.shortfall, AreaShortfall):
         return AreaReason()
     shortfall, head = result.shortfall, snapshot.head_for(name)
-    sentences = [f"{soft_sentence(shortfall)}."] if result.attainable else []
-    sentences.append(help_words(_diagnosis(snapshot, result, elsewhere), result))
     return AreaReason(
         head,
-        " ".join(filter(None, sentences)) or needs_label(shortfall),
+        help_words(_diagnosis(snapshot, result, elsewhere), result),
         needs_label(shortfall),
         area_labels(shortfall),
         area_outlines(head, (shortfall.bright, shortfall.dark)),

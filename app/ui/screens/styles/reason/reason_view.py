@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, Signal
 from PySide6.QtGui import QColor, QEnterEvent, QPainter, QPolygonF
 from PySide6.QtWidgets import QWidget
 
@@ -15,7 +15,7 @@ from app.ui.theme import Theme, px
 from app.ui.widgets.buttons import IconButton
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import row
+from app.ui.widgets.layouts import column
 from app.ui.widgets.paint import draw_tag, faint, pen, tag_size
 
 _LINE: Final = 1.5
@@ -94,7 +94,11 @@ def _ink(mark: AreaMark, t: Theme) -> QColor:
 
 
 class ReasonBlock(QWidget):
-    """The sentences of a reason, and a button that shows its areas on the face."""
+    """The sentences of a reason.
+
+    Attributes:
+        eye: Button that shows the areas on the face. It is placed by the owner.
+    """
 
     marked = Signal(bool)
     """Emitted when the areas should appear in the portraits, or disappear."""
@@ -105,8 +109,8 @@ class ReasonBlock(QWidget):
         self._state = NO_REASON
         self.eye = IconButton("eye", tr("Show on face"), checkable=True, size="small")
         self.eye.toggled.connect(self._tell)
-        top = Qt.AlignmentFlag.AlignTop
-        row((self._text, 1, top), (self.eye, 0, top), into=self, gap=8)
+        self.eye.hide()
+        column(self._text, into=self)
         self.hide()
 
     def show_state(self, state: ReasonState) -> bool:
