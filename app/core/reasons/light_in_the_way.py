@@ -278,7 +278,7 @@ class _AreaShares:
             for part in parts
             if self.of(part.light)[0] >= part.least
             and (gain := self.gain(part.light)) >= _GAIN
-            and _some(self.picture.light - part.light)
+            and _some(self.picture.light - part.light, self.picture.light)
         ]
         if not notable:
             return None
@@ -301,7 +301,7 @@ class _AreaShares:
         share = np.minimum(1.0, _median(luminance) / np.maximum(luminance, 1e-30))
         light = self.picture.light * (share if self.picture.light.ndim == 2 else share[..., None])
         own = self.of(light)[0]
-        even = not _some(self.picture.light - light)
+        even = not _some(self.picture.light - light, self.picture.light)
         if own < NOTABLE_REGION or not (even or self.gain(light) >= _GAIN):
             return None
         return LightInTheWay(PlaceRegion.AROUND, "", False, None, None, self.area, own)
@@ -331,9 +331,9 @@ def _sums(weights: Float64, light: Floats) -> Float64:
     return np.asarray((weights * light).reshape(len(weights), -1).sum(axis=1))
 
 
-def _some(light: Floats) -> bool:
+def _some(rest: Floats, light: Floats) -> bool:
     """Return whether a rest of the light is more than the rounding of its subtraction."""
-    return float(light.max()) > 0.0
+    return float(rest.max()) > _NOTHING * float(light.max())
 
 
 def _median(luminance: Float64) -> float:

@@ -73,7 +73,8 @@ class MarkedPicture(Picture):
 
     def _beside(self, label: str, area: QRectF) -> QRectF:
         wide, high = tag_size(label)
-        left = area.center().x() < self.width() / 2
+        # The exposure is in the upper right corner.
+        left = area.center().x() <= self.width() / 2 + px(1)
         x = area.left() - px(_GAP) - wide if left else area.right() + px(_GAP)
         x = min(max(x, 0.0), float(self.width() - wide))
         return QRectF(x, area.center().y() - high / 2, wide, high)
