@@ -190,7 +190,9 @@ def test_the_sheet_has_the_numbers_of_the_screen(
         assert int(sheet.match) == int(shown.match)
         assert contrast_words(sheet.strength) == shown.contrast
         assert ratio_sentence(sheet.ratio) in shown.ratio_tip
+        assert table.model.light is not None
         verdict = place_verdict(table.model.results, table.model.light.searched, 0.0)
+        assert verdict is not None
         assert sheet.verdict == place_verdict_words(verdict, table.model.results)
 
 
