@@ -13,9 +13,10 @@ import pytest
 
 from app.cli import main
 from app.core.base.arrays import Float32, Float64
+from app.core.base.colour import srgb_encode
 from app.core.base.imaging.images import write_exr
 from app.core.base.paths import resources
-from app.core.base.sphere import angle_of, directions, from_vector, rotate_light
+from app.core.base.sphere import angle_of, directions, from_vector, rotate_light, rotation
 from app.core.cautions.caution import Caution, Hazard
 from app.core.cautions.find_cautions import camera_cautions
 from app.core.cautions.lost_match import lost_match
@@ -24,11 +25,13 @@ from app.core.environment.environment import Environment, reduce_light
 from app.core.environment.environment_file import read_panorama
 from app.core.measure.finish.clip_audit import choices
 from app.core.measure.finish.findings import Findings
+from app.core.measure.ways import measure
 from app.core.places.place import CaptureFacts, Place
 from app.core.styles.style_pack_file import load_named_pack
 from app.ui.screens.probe.capture.camera import CameraBlock
 from app.ui.screens.probe.capture.notice import advice_notice
 from app.words.measure.doubts import caution_lines, hazard_words, notice_lines
+from tests.helpers.exif_bytes import XMP, pose_xmp, segment
 
 SCENES = resources() / "demo" / "scenes"
 
@@ -47,7 +50,11 @@ def tilting(tilt_deg: float, azimuth_deg: float) -> Float64:
 
 
 def tilted(light: Float32, tilt_deg: float, azimuth_deg: float = 70.0) -> Float32:
-    return np.maximum(rotate_light(light, tilting(tilt_deg, azimuth_deg)), 0.0)
+    return tilted_by(light, tilting(tilt_deg, azimuth_deg))
+
+
+def tilted_by(light: Float32, matrix: Float64) -> Float32:
+    return np.maximum(rotate_light(light, matrix), 0.0)
 
 
 @pytest.mark.parametrize("name", ["studio", "interior", "city"])
@@ -60,7 +67,7 @@ def test_level_camera_is_not_noticed(name: str) -> None:
 @pytest.mark.parametrize(("tilt", "azimuth"), [(8.0, -130.0), (12.0, 20.0)])
 def test_tilt_is_measured_and_levelled(name: str, tilt: float, azimuth: float) -> None:
     matrix = tilting(tilt, azimuth)
-    estimate = camera_tilt(np.maximum(rotate_light(scene(name), matrix), 0.0))
+    estimate = camera_tilt(tilted_by(scene(name), matrix))
     assert estimate is not None
     # Directions are a degree apart, and nobody knows how level the camera really was.
     assert estimate.degrees == pytest.approx(tilt, abs=2.0)
@@ -104,7 +111,6 @@ def test_caution_lists_the_styles_that_lose_when_the_camera_is_levelled() -> Non
     assert lose
     assert len(lose & {*caution.styles}) > 0.6 * len(lose)
     assert set(caution.styles) < {style.name for style in pack.styles}
-    assert tilt_caution(Environment(light, "studio", rough=True), pack) == ()
 
 
 def test_levelling_by_nothing_affects_no_style() -> None:
@@ -148,3 +154,16 @@ def test_solve_lists_the_tilt_and_doubts_its_styles(
     doubted = {one["name"] for one in values["styles"] if "tilt" in one["depends_on"]}
     assert doubted == {*tilt["styles"]}
     assert hazard_words(Caution(Hazard.TILT, tilt["amount"])) in values["advice"]
+
+
+def test_single_photo_is_levelled_by_its_pose_and_cautioned_without_one(tmp_path: Path) -> None:
+    light = tilted_by(scene("interior"), rotation(0.0, 9.0).T)
+    codes = np.rint(255.0 * srgb_encode(np.minimum(light / light.mean() * 0.3, 1.0)))
+    _, data = cv2.imencode(".jpg", codes.astype(np.uint8)[..., ::-1])
+    pose = segment(0xE1, XMP + pose_xmp(PosePitchDegrees=9.0, PoseRollDegrees=0.0))
+    plain = bytes(data)
+    for name, content in (("plain", plain), ("posed", plain[:2] + pose + plain[2:])):
+        file = tmp_path / f"{name}.jpg"
+        file.write_bytes(content)
+        tilt = camera_tilt(measure("single", [file]).environment(name).radiance)
+        assert (tilt is None) == (name == "posed"), name

@@ -89,7 +89,7 @@ def tilt_caution(
     environment: Environment, pack: StylePack, objective: Objective = "picture"
 ) -> tuple[Caution, ...]:
     """Return a caution if the camera was clearly tilted."""
-    tilt = None if environment.rough else camera_tilt(environment.radiance)
+    tilt = camera_tilt(environment.radiance)
     if tilt is None:
         return ()
     styles = tilted_styles(environment.radiance, tilt, pack, objective)
