@@ -68,7 +68,7 @@ from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.measure.doubts import caution_lines
 from app.words.phrases.directions import LIGHTINGS, SHORT_SIDES, aside_words
-from app.words.phrases.place_verdict import place_verdict_words
+from app.words.phrases.place_verdict import light_sentence, place_verdict_words
 from app.words.phrases.turns import direction_words, size_words
 from app.words.remarks import sentences
 from app.words.styles import caution_words
@@ -156,15 +156,18 @@ def _with_doubt(
 
 
 def _verdict_json(verdict: PlaceVerdict, sentence: str) -> dict[str, Any]:
-    flow = verdict.flow
-    return {
-        "sentence": sentence,
-        "flow": {
-            "azimuth_deg": round(flow.azimuth_deg, 1),
-            "elevation_deg": round(flow.elevation_deg, 1),
-            "strength": round(flow.strength, 2),
-            "hardness": flow.hardness.name.lower(),
-        },
+    facts: dict[str, Any] = {"sentence": sentence}
+    if flow := verdict.flow:
+        facts |= {
+            "light": light_sentence(flow),
+            "flow": {
+                "azimuth_deg": round(flow.azimuth_deg, 1),
+                "elevation_deg": round(flow.elevation_deg, 1),
+                "strength": round(flow.strength, 2),
+                "hardness": flow.hardness.name.lower(),
+            },
+        }
+    return facts | {
         "yes": list(verdict.yes),
         "soft": list(verdict.soft),
         "deep_shadows": verdict.deep_shadows,

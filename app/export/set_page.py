@@ -56,9 +56,9 @@ from app.words.portrait.face_light import (
 )
 
 STRIP_WIDTH: Final = 706.0
-TOP_DEG: Final = 62.0
-BOTTOM_DEG: Final = -52.0
-STRIP_HEIGHT: Final = 224.0
+TOP_DEG: Final = 58.0
+BOTTOM_DEG: Final = -47.0
+STRIP_HEIGHT: Final = 206.0
 STAY: Final = tr("You and the sitter stay where you are.")
 ANY_TURN: Final = tr("Good at any turn.")
 OUT_OF_REACH: Final = tr("Out of reach here. {reason}.")
@@ -218,7 +218,8 @@ _COLUMN: Final = PLAN_AT[0] - MARGIN - 20.0
 _PICTURE: Final = 224.0
 _PICTURES_TOP: Final = _TURN_TOP + PLAN_HEIGHT + 18.0
 STRIP_AT: Final = (MARGIN, _PICTURES_TOP + _PICTURE + 18.0)
-_NOTES_TOP: Final = STRIP_AT[1] + STRIP_HEIGHT + 50.0
+_PLACE_TOP: Final = STRIP_AT[1] + STRIP_HEIGHT + 46.0
+_NOTES_TOP: Final = _PLACE_TOP + 22.0
 _FOOT: Final = HEIGHT - 28.0
 _LABEL: Final = 68.0
 _NOTE_LINES: Final = 3
@@ -234,6 +235,7 @@ def draw_page(canvas: Page, sheet: SetSheet) -> None:
     draw_plan(canvas, PLAN_AT, sheet)
     _draw_pictures(canvas, sheet)
     draw_strip(canvas, STRIP_AT, sheet)
+    _draw_place(canvas, sheet)
     _draw_notes(canvas, sheet)
     _draw_foot(canvas, sheet)
 
@@ -399,6 +401,14 @@ def _draw_pictures(canvas: Page, sheet: SetSheet) -> None:
         canvas.picture(box, view, 8.0)
         place: Point = (box[0] + 8.0, box[1] + box[3] - 30.0)
         draw_tag(canvas, place, shorten(text, 12, box[2] - 32.0, 500))
+
+
+def _draw_place(canvas: Page, sheet: SetSheet) -> None:
+    """Write the verdict about the place on one line."""
+    if sheet.verdict:
+        canvas.text((MARGIN, _PLACE_TOP), tr("Place"), 13, 600, Print.INK)
+        x = MARGIN + _LABEL
+        canvas.text((x, _PLACE_TOP), shorten(sheet.verdict, 13, _RIGHT - x), 13, 400, Print.INK)
 
 
 def _draw_notes(canvas: Page, sheet: SetSheet) -> None:

@@ -68,6 +68,7 @@ class SetSheet:
         reason: Why the style is out of reach here, or None if it is within reach.
         ratio, glare, flow: Readings taken from the picture and the light at this turn. If one is
             None, its line is omitted.
+        verdict: The verdict about the place, or "" to leave it out.
         draw: Function that renders the target and the picture as they appear on screen, (h, w, 3)
             uint8 sRGB, at a size given in rows and columns.
     """
@@ -94,6 +95,7 @@ class SetSheet:
     age: str = ""
     head: str = ""
     notes: str = ""
+    verdict: str = ""
     catchlights: tuple[Catchlight, ...] | None = None
 
     @property
@@ -152,6 +154,7 @@ def assemble(
     age: str = "",
     head: str = "",
     notes: str = "",
+    verdict: str = "",
     findings: Findings | None = None,
     catchlights: tuple[Catchlight, ...] | None = None,
 ) -> SetSheet:
@@ -205,6 +208,7 @@ def assemble(
         age=age,
         head=head,
         notes=notes,
+        verdict=verdict,
         catchlights=catchlights,
     )
 

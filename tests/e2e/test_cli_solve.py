@@ -23,6 +23,7 @@ from app.core.solver.transport import save_transport
 from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.styles.styles import NAMES
 from app.words.lights import NAMES as NAMES_OF_LIGHTS
+from app.words.phrases.directions import direction_words
 from app.words.why_out_of_reach import reason_line
 from tests.helpers.probes import place as lamps
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
@@ -282,6 +283,8 @@ def test_verdict_is_in_table_and_json_for_all_styles_only(
     # The lamp is at 30 degrees clockwise, which is towards the sitter's right.
     assert verdict["flow"]["azimuth_deg"] == pytest.approx(-30.0, abs=3.0)
     assert verdict["flow"]["hardness"] == "hard"
+    assert direction_words(30.0, verdict["flow"]["elevation_deg"]) in verdict["light"]
+    assert verdict["sentence"].startswith(f"{verdict['light']} ")
     assert set(verdict["yes"] + verdict["soft"]) <= set(NAMES)
     assert _solve(capsys, place, "--head", head, "--style", "top")["verdict"] is None
     assert main(["solve", place, "--head", head]) == 0

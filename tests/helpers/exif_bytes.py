@@ -110,6 +110,10 @@ def pose_xmp(**degrees: float) -> bytes:
     ).encode()
 
 
+XMP = b"http://ns.adobe.com/xap/1.0/\0"
+"""Start of the data of an APP1 segment with XMP."""
+
+
 def segment(code: int, data: bytes) -> bytes:
     return bytes((0xFF, code)) + struct.pack(">H", len(data) + 2) + data
 
@@ -125,5 +129,5 @@ def jpeg(
     plain = cv2.imencode(".jpg", pixels)[1].tobytes()
     added = b"" if exif_data is None else segment(0xE1, b"Exif\0\0" + exif_data)
     if xmp is not None:
-        added += segment(0xE1, b"http://ns.adobe.com/xap/1.0/\0" + xmp)
+        added += segment(0xE1, XMP + xmp)
     return plain[:2] + added + plain[2:]

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.base.arrays import Bools, Float32, Float64
+from app.core.base.arrays import Bools, Float32
 from app.core.portrait.gallery_portraits import framing
 from app.core.portrait.head import Head, load_head
 from app.core.portrait.portrait_head import ROOM

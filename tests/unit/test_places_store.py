@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import math
 import os
 import re
@@ -29,10 +30,13 @@ from app.core.places.place_folder import (
     write_place,
 )
 from app.core.places.place_list import list_places
+from app.core.places.place_verdict import verdict_of
 from app.core.places.remarks import FolderUnreadable, JudgedAnew, LightMissing, Unfinished
-from app.core.places.saved.place_json import answers_of, to_json
+from app.core.places.saved.place_json import to_json
+from app.core.places.saved.saved_verdict import SavedAnswer, saved_answers
+from app.core.portrait.ratio_and_glare import Flow
 from app.core.solver.lens.lens_wish import LensWish
-from app.core.solver.solve import proposal, solve_all
+from app.core.solver.solve import solve_all
 from app.core.styles.lamps import Studio
 from app.core.styles.style_pack_file import load_named_pack
 from tests.unit.test_places_results import RESULTS
@@ -108,6 +112,7 @@ PLACES = st.builds(
     ),
     results=st.lists(RESULTS, max_size=1).map(tuple),
     before=st.lists(RESULTS, max_size=1).map(tuple),
+    flow=st.none() | st.builds(Flow, ANGLES, st.floats(-90.0, 90.0), st.floats(0.0, 4.0)),
     chosen=st.none() | st.just("left-loop"),
     needle_deg=st.none() | ANGLES,
     goal_deg=st.none() | ANGLES,
@@ -134,6 +139,7 @@ def full_place() -> Place:
         made_at=NOON,
         environment="environment-0123456789ab.exr",
         fingerprint="cd" * 32,
+        flow=Flow(30.0, -10.0, 1.2),
         measured_at=NOON + timedelta(minutes=3),
         front_deg=12.345678901234567,
         head="female",
@@ -395,41 +401,62 @@ def test_lists_what_a_card_needs(kept: Path) -> None:
     assert listed.spot == "0af3"
 
 
-def test_a_list_knows_what_is_in_reach(kept: Path) -> None:
+def test_a_list_has_the_verdict_about_a_place(kept: Path) -> None:
     place = read_place(kept)
-    names = [result.name for result in place.results if result.attainable]
     (one,) = list_places(kept.parent)
-    assert one.answers[:2] == (len(names), len(place.results))
-    top = proposal(place.results)
-    assert one.answers[2] == next((r.title for r in place.results if r.name == top and names), "")
+    assert verdict_of(one.answers, one.flow) == verdict_of(place.results, place.flow)
+    flow = Flow(-40.0, 20.0, 2.5)
+    change_place(kept, flow=flow)
+    (one,) = list_places(kept.parent)
+    assert (one.flow, read_place(kept).flow) == (flow, flow)
 
 
 @pytest.mark.parametrize(
     ("results", "answers"),
     [
-        ([{"attainable": True, "title": "Loop", "match": 10**400}], (1, 1, "Loop")),
+        (
+            [{"attainable": True, "name": "left-loop", "title": "Loop", "match": 10**400}],
+            (SavedAnswer("left-loop", "Loop", True, 0.0, None),),
+        ),
         (
             [
-                {
-                    "attainable": True,
-                    "name": "below",
-                    "title": "Below",
-                    "grade": "yes",
-                    "match": 9.0,
-                },
-                {"attainable": True, "name": "flat", "title": "Flat", "grade": "yes", "match": 5.0},
-                {"attainable": 1, "title": "Split"},
+                {"name": "flat", "attainable": True, "grade": "nearly", "match": 9.0},
+                {"name": "below", "attainable": 1, "grade": "yes", "match": math.nan},
+                {"name": "top", "title": ["Top"], "grade": ["yes"], "attainable": True},
+                {"attainable": True, "title": "Split"},
                 "nothing",
             ],
-            (2, 3, "Flat"),
+            (
+                SavedAnswer("flat", "", True, 9.0, "soft"),
+                SavedAnswer("below", "", False, 0.0, "yes"),
+                SavedAnswer("top", "", True, 0.0, None),
+            ),
         ),
-        ([{"attainable": True, "title": ["Loop"], "match": math.nan}], (1, 1, "")),
-        ({"attainable": True}, (0, 0, "")),
-        (None, (0, 0, "")),
+        ({"attainable": True}, ()),
+        (None, ()),
     ],
 )
-def test_answers_of_any_file(results: object, answers: tuple[int, int, str]) -> None:
-    assert answers_of({"results": results}) == answers
+def test_answers_of_any_file(results: object, answers: tuple[SavedAnswer, ...]) -> None:
+    assert saved_answers({"results": results}) == answers
+
+
+@pytest.mark.parametrize(
+    "flow",
+    [
+        "left",
+        {},
+        {"azimuth_deg": 0.0, "elevation_deg": 0.0},
+        {"azimuth_deg": 0.0, "elevation_deg": 200.0, "strength": 1.0},
+        {"azimuth_deg": math.inf, "elevation_deg": 0.0, "strength": 1.0},
+    ],
+)
+def test_a_damaged_flow_is_no_loss(kept: Path, flow: object) -> None:
+    file = kept / "place.json"
+    file.write_text(json.dumps(json.loads(file.read_text("utf-8")) | {"flow": flow}), "utf-8")
+    (one,) = list_places(kept.parent)
+    assert (one.flow, one.trouble) == (None, None)
+    place = read_place(kept)
+    assert (place.flow, place.remarks) == (None, ())
 
 
 def test_missing_light_is_said(kept: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from datetime import datetime, timedelta
 from pathlib import Path
 from unittest.mock import MagicMock
@@ -13,9 +14,13 @@ from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.measure.read.frame import Exposure
 from app.core.places.journal import SessionFrame
 from app.core.places.place import LONGEST_NAME, LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
-from app.core.places.place_folder import create_place, read_place
+from app.core.places.place_folder import create_place, read_place, summarise
+from app.core.places.place_verdict import place_verdict, verdict_of
+from app.core.portrait.ratio_and_glare import light_flow
+from app.core.styles.styles import NAMES
 from app.devices.capture.session import Session
 from app.ui.presenters.places_list import MOST_SPOTS, PlacesListPresenter, PlacesListRow
+from app.words.phrases.place_verdict import light_sentence, place_verdict_words
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import Table, on_time
 
@@ -182,3 +187,63 @@ def test_an_interrupted_capture_says_how_many_frames_there_are_and_is_resumed(
     shelf.open(folder)
     (left,) = resumed.call_args.args
     assert (left.folder, left.here, left.total) == (folder, 4, 6)
+
+
+def test_row_of_a_place_has_the_verdict_that_probe_shows(table: Table, tmp_path: Path) -> None:
+    table.desk.open_paths([SCENE])
+    model, folder = table.model, table.model.place_folder
+    assert folder is not None
+    assert model.light is not None
+    shelf = PlacesListPresenter(table.services, table.desk)
+    for front in (0.0, 120.0):
+        table.desk.change("front", front_deg=front)
+        assert table.desk.keep_all()
+        verdict = place_verdict(model.results, model.light.searched, model.front_deg)
+        assert verdict is not None
+        assert row(shelf, folder).detail == place_verdict_words(verdict, model.results)
+
+
+def test_row_of_an_older_place_has_its_styles_until_it_is_opened(
+    table: Table, tmp_path: Path
+) -> None:
+    table.desk.open_paths([SCENE])
+    model, folder = table.model, table.model.place_folder
+    assert folder is not None
+    assert model.light is not None
+    assert table.desk.keep_all()
+    shelf = PlacesListPresenter(table.services, table.desk)
+    whole = row(shelf, folder).detail
+    light = light_sentence(light_flow(model.light.searched, model.front_deg))
+    assert whole.startswith(light)
+    table.desk.close()
+    file = folder / "place.json"
+    facts = json.loads(file.read_text("utf-8"))
+    del facts["flow"]
+    file.write_text(json.dumps(facts), "utf-8")
+    assert row(shelf, folder).detail == whole.removeprefix(f"{light} ")
+    shelf.open(folder)
+    assert table.desk.keep_all()
+    assert row(shelf, folder).detail == whole
+
+
+def test_row_of_a_place_without_results_has_no_verdict(table: Table, tmp_path: Path) -> None:
+    folder = made(table, tmp_path, table.services.today())
+    (folder / "environment-0.exr").write_bytes(b"light")
+    file = folder / "place.json"
+    facts = json.loads(file.read_text("utf-8")) | {"environment": "environment-0.exr"}
+    file.write_text(json.dumps(facts), "utf-8")
+    shelf = PlacesListPresenter(table.services, table.desk)
+    assert row(shelf, folder).detail == ""
+    own = {"name": "mine", "title": "Mine", "attainable": True, "match": 90.0, "grade": "yes"}
+    file.write_text(json.dumps(facts | {"results": [own]}), "utf-8")
+    summary = summarise(folder)
+    assert summary is not None
+    assert [one.name for one in summary.answers] == ["mine"]
+    assert verdict_of(summary.answers, None) is None
+    loop = own | {"name": NAMES[0], "title": "Loop"}
+    file.write_text(json.dumps(facts | {"results": [own, loop]}), "utf-8")
+    summary = summarise(folder)
+    assert summary is not None
+    verdict = verdict_of(summary.answers, None)
+    assert verdict is not None
+    assert "loop" in place_verdict_words(verdict, summary.answers)

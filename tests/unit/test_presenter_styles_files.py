@@ -13,8 +13,10 @@ from app.core.painting.canvas import from_style
 from app.core.painting.user_style import UserStyle
 from app.core.painting.user_styles import import_style, list_user_styles, save_user_style
 from app.core.places.place import CaptureFacts, Place
+from app.core.places.place_verdict import place_verdict
 from app.ui.screens.styles.files import ROUGHLY, plain_name
 from app.ui.screens.styles.screen import StylesView
+from app.words.phrases.place_verdict import place_verdict_words
 from app.words.phrases.quantities import contrast_words
 from app.words.portrait.face_light import ratio_sentence
 from tests.helpers.styles_screen import Table, head, scene_light
@@ -187,6 +189,10 @@ def test_the_sheet_has_the_numbers_of_the_screen(
         assert int(sheet.match) == int(shown.match)
         assert contrast_words(sheet.strength) == shown.contrast
         assert ratio_sentence(sheet.ratio) in shown.ratio_tip
+        assert table.model.light is not None
+        verdict = place_verdict(table.model.results, table.model.light.searched, 0.0)
+        assert verdict is not None
+        assert sheet.verdict == place_verdict_words(verdict, table.model.results)
 
 
 def test_the_sheet_says_how_old_the_light_is_where_it_was_measured(

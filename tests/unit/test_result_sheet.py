@@ -119,6 +119,23 @@ def test_sheet_without_styles_or_reach_is_still_drawn() -> None:
     assert sheet_of([LOST]).std() > 0.0
 
 
+def test_verdict_is_written_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    verdict = "Strong light on the left, high. Best: right Rembrandt, loop, split. No deep shadows."
+    written, write = [], Page.text
+
+    def note(page: Page, at: Any, text: str, *more: Any, **options: Any) -> float:
+        written.append(text)
+        return write(page, at, text, *more, **options)
+
+    monkeypatch.setattr(Page, "text", note)
+    for results in ([result_of()], [LOST]):
+        written.clear()
+        sheet_of(results)
+        assert verdict not in " ".join(written)
+        sheet_of(results, verdict=verdict)
+        assert verdict in " ".join(written)
+
+
 def test_order_is_in_reach_by_match_then_out_of_reach() -> None:
     results = [LOST, result_of(match=50.0), result_of(name="right-loop", side="right", match=90.0)]
     assert (sheet_of(results) == sheet_of(results[::-1])).all()

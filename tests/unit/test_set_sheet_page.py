@@ -370,6 +370,18 @@ def test_the_large_figures_stay_beside_the_plan(turn: float) -> None:
     assert max(word[2] for word in top) <= PLAN_AT[0] - 10.0
 
 
+def test_verdict_is_on_one_line_between_panorama_and_notes() -> None:
+    verdict = "Soft light behind, high. Best: flat, silhouette."
+    assert verdict not in said(sheet_of())
+    lines = {text: y for text, _, _, y in written(sheet_of(verdict=verdict, notes="Chair."))}
+    assert lines["0°"] + 12.0 < lines[verdict] < lines["Chair."] - 12.0
+    (long,) = (
+        word for word in written(sheet_of(verdict="Best: " + "loop, " * 60)) if "loop" in word[0]
+    )
+    assert long[0].endswith("…")
+    assert long[2] <= WIDTH - strip.MARGIN
+
+
 def test_long_names_and_notes_stay_on_the_page() -> None:
     sheet = sheet_of(
         title="My own style with a name that goes on and on and on",

@@ -11,6 +11,7 @@ from app.core.cautions.caution import Caution, Hazard
 from app.core.cautions.lens_step import evened, lens_step
 from app.core.cautions.missing_light import missing_light
 from app.core.cautions.near_light import near_light
+from app.core.cautions.tilt import tilt_caution
 from app.core.environment.environment import Environment, reduce_light
 from app.core.measure.finish.clip_audit import choices
 from app.core.measure.finish.doubtful_answers import doubt_of, has_changed
@@ -33,10 +34,11 @@ def find_cautions(
 def camera_cautions(
     environment: Environment, pack: StylePack, objective: Objective = "picture"
 ) -> tuple[Caution, ...]:
-    """Return the cautions about the camera's lenses and its position."""
+    """Return the cautions about the camera's lenses, its position and its tilt."""
     return (
         *lens_cautions(environment, pack, objective),
         *near_light(environment, pack, objective),
+        *tilt_caution(environment, pack, objective),
     )
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from app.core.base.arrays import Float32, Float64
 from app.core.base.sphere import directions, positions
 from app.core.cautions.caution import Caution, Hazard
+from app.core.cautions.lost_match import lost_match
 from app.core.cautions.surroundings import SHAPE, SurfaceMap, estimate_surroundings, reduced
 from app.core.environment.environment import Environment, solid_angles
 from app.core.measure.finish.clip_audit import choices
@@ -76,11 +77,8 @@ def losses_nearby(
     offsets = [np.zeros(3)]
     offsets += [far * way for far in DISTANCES_M for way in np.vstack([np.eye(3), -np.eye(3)])]
     lights = [moved_light(light, surroundings, offset, shape) for offset in offsets]
-    choice = choices(pack, lights, objective)
-    match, rows = choice.measured.match[1:], np.arange(len(pack.styles))
-    best = np.take_along_axis(match, choice.best[1:, :, None], axis=-1)[..., 0]
-    loss = best - match[:, rows, choice[0].offer]
-    return loss.reshape(len(DISTANCES_M), -1, len(rows))
+    loss = lost_match(choices(pack, lights, objective))
+    return loss.reshape(len(DISTANCES_M), -1, len(pack.styles))
 
 
 def moved_light(

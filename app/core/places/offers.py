@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from app.core.solver.solve import merit
-from app.core.solver.style_result import StyleResult
+from app.core.solver.style_result import StyleAnswer
 from app.core.styles.styles import NAMES, mirror_name
+
+A = TypeVar("A", bound=StyleAnswer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +36,7 @@ def pairs(names: Iterable[str]) -> tuple[Offer, ...]:
     return tuple(Offer(group[0], tuple(group)) for group in groups.values())
 
 
-def offers(
-    results: Sequence[StyleResult], is_within: Callable[[StyleResult], bool]
-) -> tuple[Offer, ...]:
+def offers(results: Sequence[A], is_within: Callable[[A], bool]) -> tuple[Offer, ...]:
     """Group the styles and sort the groups: within reach first, then common, grade and match.
 
     Of two styles within reach that have the same picture, the lesser one joins the better one if
@@ -44,15 +45,22 @@ def offers(
     Args:
         is_within: Whether a result is within reach by the rule in force.
     """
-    by_name = {one.name: replace(one, attainable=is_within(one)) for one in results}
+    by_name = {one.name: one for one in results}
+
+    def rank(name: str) -> tuple[bool, ...] | tuple[float, ...]:
+        return is_within(by_name[name]), *merit(by_name[name])
+
     groups = []
     for pair in pairs(by_name):
-        members = sorted(pair.members, key=lambda name: merit(by_name[name]), reverse=True)
+        members = sorted(pair.members, key=rank, reverse=True)
         groups.append(Offer(members[0], tuple(members)))
-    groups.sort(key=lambda offer: merit(by_name[offer.name]), reverse=True)
+    groups.sort(key=lambda offer: rank(offer.name), reverse=True)
     merged: list[Offer] = []
     for offer in groups:
-        index = _host(by_name[offer.name], [by_name[one.name] for one in merged])
+        result = by_name[offer.name]
+        index = None
+        if is_within(result):
+            index = _host(result, [by_name[one.name] for one in merged])
         if index is None:
             merged.append(offer)
         else:
@@ -61,10 +69,8 @@ def offers(
     return tuple(merged)
 
 
-def _host(result: StyleResult, others: Sequence[StyleResult]) -> int | None:
+def _host(result: StyleAnswer, others: Sequence[StyleAnswer]) -> int | None:
     """Return the index of the first result with the same picture and grade, or None."""
-    if not result.attainable:
-        return None
     for index, other in enumerate(others):
         if other.name in result.same_picture and other.grade == result.grade:
             return index

@@ -15,6 +15,7 @@ from app.core.base.errors import CoreError
 from app.core.base.remarks import Remark
 from app.core.base.visible_text import STEERING
 from app.core.cautions.caution import Caution
+from app.core.portrait.ratio_and_glare import Flow
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS, Objective
@@ -135,6 +136,8 @@ class Place:
     results: tuple[StyleResult, ...] = field(default=(), repr=False)
     # results of an earlier version of the rule, if there are any
     before: tuple[StyleResult, ...] = field(default=(), repr=False)
+    # flow of the light past a sitter who faces the photographer, or None if it is unknown
+    flow: Flow | None = None
     chosen: str | None = None
     # turn on display, in degrees, or None for the best turn of the chosen style
     needle_deg: float | None = None

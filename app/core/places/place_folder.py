@@ -67,13 +67,14 @@ from app.core.places.remarks import (
 from app.core.places.saved.place_json import (
     ENVIRONMENT_NAME,
     VERSION,
-    answers_of,
     place_of,
     summary_of,
     to_json,
     unreadable,
     version_of,
 )
+from app.core.places.saved.saved_verdict import SavedAnswer, flow_of, saved_answers
+from app.core.portrait.ratio_and_glare import Flow
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
@@ -115,8 +116,9 @@ class PlaceSummary:
     # capture folders of the place, newest last, each a session that can be resumed
     captures: tuple[Path, ...] = field(default=())
     spot: str = ""
-    # number of styles within reach, number of all styles, and the style to suggest
-    answers: tuple[int, int, str] = (0, 0, "")
+    # the results, and the flow of the light or None if it is unknown
+    answers: tuple[SavedAnswer, ...] = ()
+    flow: Flow | None = None
     tags: tuple[str, ...] = ()
     notes: str = ""
 
@@ -144,7 +146,8 @@ def summarise(folder: Path) -> PlaceSummary | None:
         has_light=bool(light),
         captures=capture_folders(folder),
         spot=spot if isinstance(spot, str) else "",
-        answers=answers_of(file.facts),
+        answers=saved_answers(file.facts),
+        flow=flow_of(file.facts.get("flow")),
         tags=clean_tags(facts["tags"]),
         notes=clean_notes(facts["notes"]),
     )

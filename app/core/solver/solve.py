@@ -31,7 +31,7 @@ from app.core.solver.relighting_cache import (
     painted_curves,
 )
 from app.core.solver.search import Curves, curves, luminance_of
-from app.core.solver.style_result import PeakResult, StyleResult
+from app.core.solver.style_result import PeakResult, StyleAnswer, StyleResult
 from app.core.solver.style_signature import (
     grades,
     stops_of,
@@ -233,7 +233,7 @@ def proposal(results: Sequence[StyleResult]) -> str | None:
     return max(results, key=merit).name if results else None
 
 
-def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
+def merit(result: StyleAnswer) -> tuple[bool, bool, bool, float]:
     """Return the key by which results are ranked, the largest first."""
     common = result.name not in RARE
     return result.attainable, common, result.grade != "soft", result.match

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Literal, Protocol, TypeAlias
 
 from app.core.base.angles import (
     difference,
@@ -47,6 +47,34 @@ class Gain:
     turn_deg: float
     yaw_deg: float
     match: float
+
+
+class StyleAnswer(Protocol):
+    """The part of a `StyleResult` by which styles are ranked and grouped."""
+
+    @property
+    def name(self) -> str:
+        """Name of the style."""
+
+    @property
+    def title(self) -> str:
+        """Title of the style."""
+
+    @property
+    def attainable(self) -> bool:
+        """Whether the style is within reach."""
+
+    @property
+    def match(self) -> float:
+        """Match at the offered turn."""
+
+    @property
+    def grade(self) -> Grade | None:
+        """Grade, or None if the style has no signature."""
+
+    @property
+    def same_picture(self) -> tuple[str, ...]:
+        """Names of the attainable styles with the same picture."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -80,7 +80,7 @@ class _PlaceLine(PictureLine):
         add(self.words, ..., *texts)
         if place.detail:
             mark = (Icon("warning", 16, says=tr("warning")),) if place.trouble else ()
-            detail = Text(place.detail, 12, role="dim", wrap=place.trouble, elide=True)
+            detail = Text(place.detail, 12, role="dim", wrap=True, elide=True)
             self.words.addLayout(row(*mark, (detail, 1), gap=4))
         tags = [_Tag(tag, body.search) for tag in place.tags]
         notes = Text(" ".join(place.notes.split())[:200], 12, role="dim", elide=True)

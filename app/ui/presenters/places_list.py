@@ -23,11 +23,13 @@ from app.core.places.place_list import (
     restore_place,
     trash_size,
 )
+from app.core.places.place_verdict import verdict_of
 from app.core.places.resume import UnfinishedPlace, find_unfinished
 from app.core.text import tr, tr_plural
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
+from app.words.phrases.place_verdict import place_verdict_words
 from app.words.phrases.quantities import day_words, time_words
 from app.words.places import trouble_words
 
@@ -54,6 +56,7 @@ class PlacesListRow:
     """A place in the list.
 
     Attributes:
+        detail: Problem of the place, or else the verdict about it, or "" if there is none.
         day: Heading of the day on which the place was measured.
         thumbnail: (h, w, 3) uint8 sRGB, or None if there is no thumbnail.
     """
@@ -313,13 +316,10 @@ class PlacesListPresenter(Presenter[View]):
         unfinished = self._left_of(one)
         if unfinished is not None:
             return _unfinished_words(unfinished)
-        reach_count, every, best = one.answers
-        if one.trouble or not every:
-            return "" if one.trouble is None else trouble_words(one.trouble)
-        values = {"reached": reach_count, "every": every, "best": best}
-        if not reach_count:
-            return tr("None of the {every} styles is within reach", **values)
-        return tr("{reached} of {every} within reach, best {best}", **values)
+        if one.trouble:
+            return trouble_words(one.trouble)
+        verdict = verdict_of(one.answers, one.flow)
+        return "" if verdict is None else place_verdict_words(verdict, one.answers)
 
     def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
         """Return the object with the current name, tags and notes of a place.

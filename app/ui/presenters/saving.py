@@ -21,6 +21,7 @@ from app.core.places.save import (
     save_place,
     with_light_of,
 )
+from app.core.portrait.ratio_and_glare import light_flow
 from app.core.text import tr
 from app.ui.presenters.autosave import Autosave, Conflicts
 from app.ui.presenters.file_changes import SerialQueue
@@ -337,6 +338,9 @@ class Saving:
             head=model.head_name,
             asked=basis,
             results=model.results,
+            flow=model.place.flow
+            if model.light is None
+            else light_flow(model.light.searched, model.front_deg),
             chosen=model.chosen,
             needle_deg=model.needle_deg,
             # The lamp is not saved, and without it the goal would be wrong.

@@ -39,6 +39,11 @@ def hazard_words(caution: Caution) -> str:
         )
     if caution.hazard is Hazard.NEAR_LIGHT:
         return tr("Light is near. Put the camera exactly where the head will be.")
+    if caution.hazard is Hazard.TILT and amount:
+        return tr(
+            "The camera was tilted by about {degrees:.0f}°. Level it and capture again.",
+            degrees=amount,
+        )
     return ""
 
 

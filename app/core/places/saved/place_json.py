@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -21,7 +20,6 @@ from app.core.places.place import (
     Place,
     PlaceError,
     PlaceSource,
-    clean_name,
 )
 from app.core.places.remarks import LostPart
 from app.core.places.saved.result_json import (
@@ -35,6 +33,7 @@ from app.core.places.saved.result_json import (
 )
 from app.core.places.saved.saved_cautions import cautions_of, cautions_to_json, with_cautions
 from app.core.places.saved.saved_remarks import facts_of, remarks_of
+from app.core.places.saved.saved_verdict import flow_of
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.style_result import StyleResult
 from app.core.storage.json_file import (
@@ -55,7 +54,6 @@ from app.core.storage.json_file import (
     truth,
 )
 from app.core.styles.lamps import RATIO_RANGE, SIZES_DEG, Studio
-from app.core.styles.styles import RARE
 from app.core.text import tr
 
 VERSION: Final = 1
@@ -156,6 +154,7 @@ _PLACE: Final[dict[str, tuple[Check, Any]]] = {
     "asked": (optional(record(AnswerBasis, _BASIS_CHECKS)), None),
     "results": (listed(lambda each: each, MOST_RESULTS), ()),
     "before": (listed(lambda each: each, MOST_RESULTS), ()),
+    "flow": (flow_of, None),
     "chosen": (optional(WORD), None),
     "needle_deg": (optional(_ANGLE), None),
     "goal_deg": (optional(_ANGLE), None),
@@ -240,24 +239,6 @@ def _read_fact(facts: Facts, name: str, bad: list[LostPart]) -> Any:
 def summary_of(facts: Facts, bad: list[LostPart]) -> Facts:
     """Read only the entries that a list of places needs."""
     return {each: _read_fact(facts, each, bad) for each in _SUMMARY_KEYS}
-
-
-def answers_of(facts: Facts) -> tuple[int, int, str]:
-    """Return the number of styles within reach, the number of all styles, and the suggested style.
-
-    Unreadable entries are skipped, since the result is only for a list of places.
-    """
-    results = facts.get("results")
-    rows = [row for row in results if isinstance(row, dict)] if isinstance(results, list) else []
-
-    def merit(row: Facts) -> tuple[bool, bool, float]:
-        match = row.get("match")
-        match_value = match if isinstance(match, float) and math.isfinite(match) else 0.0
-        return str(row.get("name")) not in RARE, bool(row.get("grade") == "yes"), match_value
-
-    there = [row for row in rows if row.get("attainable") is True]
-    title = max(there, key=merit).get("title") if there else ""
-    return len(there), len(rows), clean_name(title) if isinstance(title, str) and title else ""
 
 
 def unreadable(place: Place) -> list[LostPart]:

@@ -16,6 +16,7 @@ from app.core.base.progress import Token
 from app.core.painting.user_style import UserStyle
 from app.core.painting.user_styles import EXPORT_ENDING
 from app.core.places.place import Place
+from app.core.places.place_verdict import place_verdict
 from app.core.portrait.age import Kind, light_age
 from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.turn_choice import LIMITS
@@ -27,6 +28,7 @@ from app.ui.screens.styles.cards import doubt_note
 from app.ui.screens.styles.detail import DetailState, numbers_text
 from app.ui.screens.styles.gallery import Snapshot
 from app.words.phrases.directions import place_words
+from app.words.phrases.place_verdict import place_verdict_words
 from app.words.phrases.quantities import time_words
 from app.words.portrait.age import age_words
 from app.words.portrait.heads import head_title
@@ -116,6 +118,7 @@ def save_sheet(
     doubt = doubt_note(snapshot, state.key) if snapshot.hazards(state.key) else ""
 
     findings = question.findings()
+    verdict = place_verdict(question.results, light.searched, question.front_deg)
     seen_in_eyes = view_head.catchlights(facing, findings)
 
     def draw(here: FloatImage, size: tuple[int, int]) -> tuple[Bytes, Bytes]:
@@ -142,6 +145,7 @@ def save_sheet(
         face_picture=facing(),
         draw=draw,
         notes=" ".join(filter(None, (doubt, place.notes if place is not None else ""))),
+        verdict="" if verdict is None else place_verdict_words(verdict, question.results),
         findings=findings,
         catchlights=seen_in_eyes,
     )
