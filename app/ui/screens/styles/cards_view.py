@@ -350,6 +350,7 @@ def compared_size(host: QWidget, count: int) -> QSize:
 
 _LABEL: Final = 50
 _NUMBER: Final = 60  # height of the turn with its direction and clock position
+_VERDICT: Final = 44  # height of the verdict in its place
 _BESIDE: Final = 52  # height of the text beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
@@ -381,10 +382,8 @@ class TurnWords(QWidget):
             self.setFixedHeight(t.px(_BESIDE))
         else:
             words = column(..., way, self._clock, ...)
-            number = boxed(row(self._turn, self._icon, (words, 1), gap=12))
-            # A text that comes and goes with the needle must not move what is below.
-            number.setFixedHeight(t.px(_NUMBER))
-            column(number, self._reason, into=self, gap=4)
+            self._number = boxed(row(self._turn, self._icon, (words, 1), gap=12))
+            column(self._number, self._reason, into=self, gap=4)
 
     def show_state(self, state: DetailState) -> None:
         """Show the turn at the needle, or the reason why there is no turn."""
@@ -393,6 +392,9 @@ class TurnWords(QWidget):
         self._icon.setVisible(state.way in _WAYS and not out)
         self._icon.set(_WAYS.get(state.way, "clockwise"))
         self._out.setVisible(out)
+        if not self._compact:
+            # A text that comes and goes with the needle must not move what is below.
+            self._number.setFixedHeight(theme().px(_VERDICT if out or probe else _NUMBER))
         direction = tr("Not here") if out else state.direction
         self._direction.say(NO_LIGHT if probe else direction, "grade" if out else "turn")
         self._direction.setVisible(bool(self._direction.text()))
