@@ -278,8 +278,7 @@ def chosen(rows: Sequence[Row]) -> Row:
     """Return the row of the spot that the program ranks first."""
     known: list[Any] = [
         SimpleNamespace(
-            attainable=row["attainable"],
-            grade=row["grade"],
+            rank=GRADES.index(row["grade"]),
             match=row["match"],
             strength=row["strength"],
             arc_deg=tuple(row["arc_deg"]),
