@@ -278,7 +278,7 @@ def chosen(rows: Sequence[Row]) -> Row:
     """Return the row of the spot that the program ranks first."""
     known: list[Any] = [
         SimpleNamespace(
-            rank=GRADES.index(row["grade"]),
+            rank=GRADES.index(row["grade"] or ("yes" if row["attainable"] else "no")),
             match=row["match"],
             strength=row["strength"],
             arc_deg=tuple(row["arc_deg"]),
