@@ -67,6 +67,7 @@ def test_flow_of_one_hard_lamp_is_named_from_the_photographers_front(
     results = results_of()
     verdict = verdict_of(results, lamp, front)
     # Panorama azimuths are clockwise, and the flow's is counter-clockwise.
+    assert verdict.flow is not None
     assert verdict.flow.azimuth_deg == pytest.approx(-azimuth, abs=3.0)
     assert verdict.flow.hardness is Hardness.HARD
     words = place_verdict_words(verdict, results)
@@ -77,6 +78,7 @@ def test_flow_of_one_hard_lamp_is_named_from_the_photographers_front(
 def test_even_sphere_has_no_direction() -> None:
     results = results_of(flat=("yes", 90.0))
     verdict = verdict_of(results)
+    assert verdict.flow is not None
     assert verdict.flow.hardness is Hardness.EVEN
     words = place_verdict_words(verdict, results)
     assert not any(direction_words(azimuth, 0.0) in words for azimuth in range(-150, 181, 30))

@@ -54,14 +54,18 @@ def test_a_camera_that_needs_looking_after_says_so(
 
 
 def results(*attainable: bool) -> tuple[Any, ...]:
-    return tuple(SimpleNamespace(name=str(i), attainable=one) for i, one in enumerate(attainable))
+    """Results of styles of the user's own, which are no pairs."""
+    facts = {"grade": None, "match": 50.0, "same_picture": ()}
+    return tuple(
+        SimpleNamespace(name=str(i), attainable=one, **facts) for i, one in enumerate(attainable)
+    )
 
 
 @pytest.mark.parametrize(
     ("reach", "numbers"),
-    [((True, True), ["2"]), ((True, False), ["2", "1"]), ((False,) * 3, ["3", "3"])],
+    [((True, True), ["2", "2"]), ((True, False), ["1", "2"]), ((False,) * 3, ["0", "3"])],
 )
-def test_the_foot_says_how_many_styles_are_out_of_reach(
+def test_the_foot_says_how_many_styles_the_place_gives(
     services: Any, reach: tuple[bool, ...], numbers: list[str]
 ) -> None:
     services.model.update(step=Step.STYLES, light=object(), results=results(*reach))

@@ -116,14 +116,15 @@ def test_copy_saved_without_strokes_is_the_style(table: Table) -> None:
         answers = {one.name: one for one in table.model.results}
         _equal(answers[copy.name], answers[key])
         mine, style = table.card(copy.name), table.card(key)
-        assert (mine.turn, mine.match, mine.in_reach) == (style.turn, style.match, style.in_reach)
+        assert (mine.turn, mine.word, mine.in_reach) == (style.turn, style.word, style.in_reach)
         pictures = (mine.target, mine.here, style.target, style.here)
         assert all(picture is not None for picture in pictures)
         mine_target, mine_here, target, here = map(np.asarray, pictures)
         assert np.array_equal(mine_target, target)
         assert np.array_equal(mine_here, here)
     reopened = _paint(table, copy.name)
-    assert reopened.resolve().live.match == table.card(key).match
+    table.presenter.choose(key)
+    assert reopened.resolve().live.match == table.presenter.resolve().detail.match
 
 
 def test_stroke_makes_a_style_of_its_own_and_undo_takes_it_back(table: Table) -> None:
