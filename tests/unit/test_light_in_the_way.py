@@ -32,7 +32,8 @@ from app.core.reasons.light_in_the_way import (
     PlaceRegion,
     lamp_lights,
 )
-from app.core.reasons.mends import Mend, find_mends, results_elsewhere
+from app.core.reasons.mends import Mend, find_mends
+from app.core.reasons.other_spots import results_elsewhere
 from app.core.solver.face import AREAS
 from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.solver.search import luminance_of

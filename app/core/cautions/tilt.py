@@ -18,6 +18,7 @@ the sectors' differences. The limits are those of `benchmarks/tilted-camera.md`.
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -58,6 +59,7 @@ _RANGE: Final = (0.01, 0.995)  # quantiles of the logarithm that become black an
 _SHORTEST_DEG: Final = 1.2
 _LONGEST_DEG: Final = 15.0  # a longer segment does not count more
 _MOST: Final = 8000  # segments
+_THREADS: Final = 4
 _CAP_DEG: Final = 24.0
 _SECTORS: Final = 24
 _WIDTHS: Final = ((1.5, 1.0), (3.0, 0.5))  # half the angle of agreement in degrees, and its weight
@@ -190,21 +192,26 @@ def _segments(codes: Bytes) -> tuple[Float32, Float32, Float32]:
         Unit normals of the segments' great circles, (N, 3); unit vectors to the middle of each
         segment, (N, 3); and lengths in degrees, (N,). Longest first.
     """
-    detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD)
     rays, shape = _rays(), (codes.shape[0], codes.shape[1])
     wide = wrapped(codes, 1)
-    ends = [np.zeros((0, 2, 3))]
-    for elevation, count in _VIEWS:
-        for number in range(count):
-            matrix = rotation(360.0 * number / count, elevation)
-            columns, rows = positions(rays @ matrix.T.astype(np.float32), shape)
-            view = cv2.remap(
-                wide, columns + 1.0, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-            )
-            lines = detector.detect(view)[0]
-            if lines is not None:
-                ends.append(_ray_at(np.reshape(lines, (-1, 2, 2)).astype(np.float64)) @ matrix.T)
-    points = np.concatenate(ends)
+
+    def ends_in(matrix: Float64) -> Float64:
+        columns, rows = positions(rays @ matrix.T.astype(np.float32), shape)
+        view = cv2.remap(
+            wide, columns + 1.0, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        lines = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(view)[0]
+        ends = np.zeros((0, 2, 2)) if lines is None else np.reshape(lines, (-1, 2, 2))
+        return np.asarray(_ray_at(ends.astype(np.float64)) @ matrix.T)
+
+    views = [
+        rotation(360.0 * number / count, elevation)
+        for elevation, count in _VIEWS
+        for number in range(count)
+    ]
+    with ThreadPoolExecutor(_THREADS) as pool:
+        rays_at_ends = list(pool.map(ends_in, views))
+    points = np.concatenate(rays_at_ends)
     points /= np.linalg.norm(points, axis=-1, keepdims=True)
     normals, middles = np.cross(points[:, 0], points[:, 1]), points.sum(axis=1)
     sines = np.linalg.norm(normals, axis=-1)

@@ -8,9 +8,9 @@ from functools import partial
 from typing import TypeAlias
 
 from app.core.base.arrays import Floats
-from app.core.places.solve_place import solve_styles
 from app.core.reasons.light_in_the_way import LampLights, LightInTheWay, find_light_in_the_way
 from app.core.reasons.mends import Mend, find_mends
+from app.core.solver.lens.lens_search import solve_lens
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.core.solver.lens.view_tables import ViewTables
 from app.core.solver.solve import solve_all
@@ -38,12 +38,12 @@ def solver_of(
     names: Sequence[str],
     front_deg: float,
 ) -> SolveStyles:
-    """Return a function that solves styles in other light (see `solve_styles`)."""
+    """Return a function that solves styles in other light (see `solve_lens`)."""
     if wish == STRAIGHT:
         # This leaves out the gains from a turned face, which take most of the time.
         return lambda light: solve_all(pack, light, objective, styles=names, front_deg=front_deg)
-    return lambda light: solve_styles(
-        pack, views, light, wish, objective, names=names, front_deg=front_deg
+    return lambda light: solve_lens(
+        pack, views, light, wish, objective, styles=names, front_deg=front_deg
     )
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
-from app.core.reasons.mends import results_elsewhere
+from app.core.reasons.other_spots import results_elsewhere
 from app.core.solver.style_result import StyleResult
 from app.ui.presenters.services import Services
 from app.ui.screens.styles.cards import front_of
