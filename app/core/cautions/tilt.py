@@ -21,7 +21,7 @@ import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -200,7 +200,8 @@ def _segments(codes: Bytes) -> tuple[Float32, Float32, Float32]:
         view = cv2.remap(
             wide, columns + 1.0, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         )
-        lines = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(view)[0]
+        # None if there is no line, whatever the stubs say.
+        lines: Any = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(view)[0]
         ends = np.zeros((0, 2, 2)) if lines is None else np.reshape(lines, (-1, 2, 2))
         return np.asarray(_ray_at(ends.astype(np.float64)) @ matrix.T)
 
