@@ -48,7 +48,6 @@ from app.core.environment.environment import Environment, read_environment, redu
 from app.core.environment.environment_file import is_linear
 from app.core.measure.fisheye.circles import check_stitched
 from app.core.measure.read.metadata import FRAME_ENDINGS
-from app.core.measure.ways import measure
 from app.core.painting.user_style import UserStyle
 from app.core.painting.user_styles import list_user_styles
 from app.core.places.place_verdict import PlaceVerdict, place_verdict
@@ -181,6 +180,9 @@ def _light_of(name: str, layer: str) -> Environment:
         environment = read_environment(file, layer)
         check_stitched(environment.radiance, file.name)
         return environment
+    # A panorama needs no way of measuring, and loading them all takes longer than an answer.
+    from app.core.measure.ways import measure
+
     probe = measure("single", [file])
     say(*sentences((*probe.warnings, *probe.notes)))
     return probe.environment(file.stem)
