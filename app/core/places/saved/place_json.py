@@ -262,7 +262,12 @@ def _decoded(facts: Facts, bad: list[LostPart], name: str, made_at: datetime) ->
         if key == "location":
             values[key] = _part(Location(), values[key], _LOCATION, bad, key)
         elif key == "capture" and values[key] is not None:
-            values[key] = _part(CaptureFacts(), _readable(values[key]), _CAPTURE, bad, key)
+            readable = _readable(values[key])
+            names = tuple(readable)
+            values[key] = _part(CaptureFacts(), readable, _CAPTURE, bad, key)
+            for lost in set(names) - set(readable):
+                # Otherwise, it would be kept as an entry of a newer version.
+                facts[key].pop(lost, None)
         elif key in _ANSWERS:
             values[key] = _results(facts, key, values[key], bad)
     values["name"] = values["name"] or name or UNNAMED
