@@ -18,7 +18,6 @@ from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.solver.shortfall import AreaShortfall
 from app.ui.screens.styles.reason.reason import NO_REASON, ReasonState
 from app.words.phrases.light_in_the_way import area_labels, help_words, needs_label
-from app.words.why_out_of_reach import soft_sentence
 from tests.helpers.styles_screen import Table, head, scene_light
 
 
@@ -49,9 +48,8 @@ def test_the_details_say_what_the_command_says(tmp_path: Path) -> None:
             assert why(table, result.name) is NO_REASON
             continue
         words = help_words(diagnoses.get(result.name, Diagnosis()), result)
-        before = f"{soft_sentence(result.shortfall)}. " if result.attainable else ""
         state = why(table, result.name)
-        assert state.words == ((before + words).strip() or needs_label(result.shortfall))
+        assert state.words == words
         assert state.needs == needs_label(result.shortfall)
         assert {mark.label for mark in state.marks} <= set(area_labels(result.shortfall))
         reasons += bool(words)
