@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Final
 
 import numpy as np
@@ -35,11 +36,12 @@ def camera_cautions(
     environment: Environment, pack: StylePack, objective: Objective = "picture"
 ) -> tuple[Caution, ...]:
     """Return the cautions about the camera's lenses, its position and its tilt."""
-    return (
-        *lens_cautions(environment, pack, objective),
-        *near_light(environment, pack, objective),
-        *tilt_caution(environment, pack, objective),
-    )
+    # The search for upright edges takes as long as the others together.
+    with ThreadPoolExecutor(1) as pool:
+        tilt = pool.submit(tilt_caution, environment, pack, objective)
+        lenses = lens_cautions(environment, pack, objective)
+        near = near_light(environment, pack, objective)
+        return (*lenses, *near, *tilt.result())
 
 
 def lens_cautions(

@@ -18,7 +18,6 @@ the sectors' differences. The limits are those of `benchmarks/tilted-camera.md`.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final
@@ -59,7 +58,6 @@ _RANGE: Final = (0.01, 0.995)  # quantiles of the logarithm that become black an
 _SHORTEST_DEG: Final = 1.2
 _LONGEST_DEG: Final = 15.0  # a longer segment does not count more
 _MOST: Final = 8000  # segments
-_THREADS: Final = 4
 _CAP_DEG: Final = 24.0
 _SECTORS: Final = 24
 _WIDTHS: Final = ((1.5, 1.0), (3.0, 0.5))  # half the angle of agreement in degrees, and its weight
@@ -210,9 +208,7 @@ def _segments(codes: Bytes) -> tuple[Float32, Float32, Float32]:
         for elevation, count in _VIEWS
         for number in range(count)
     ]
-    with ThreadPoolExecutor(_THREADS) as pool:
-        rays_at_ends = list(pool.map(ends_in, views))
-    points = np.concatenate(rays_at_ends)
+    points = np.concatenate([ends_in(matrix) for matrix in views])
     points /= np.linalg.norm(points, axis=-1, keepdims=True)
     normals, middles = np.cross(points[:, 0], points[:, 1]), points.sum(axis=1)
     sines = np.linalg.norm(normals, axis=-1)
