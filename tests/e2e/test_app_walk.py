@@ -128,7 +128,6 @@ def test_no_event_keeps_the_screens_waiting() -> None:
     assert not late, "\n".join(late.values())
 
 
-@pytest.mark.xfail(reason="863 MB: what keeps 40 MB more since the light in the way is open")
 def test_memory_stays_within_bounds(walked: dict[str, Any]) -> None:
     # 676 were measured before faces were drawn at full size, which may take 150 more.
     assert walked["memory_mb"] <= 826.0

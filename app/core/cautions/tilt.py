@@ -220,7 +220,6 @@ def _segments(codes: Bytes) -> tuple[Float32, Float32, Float32]:
     return normals.astype(np.float32), middles.astype(np.float32), lengths[order].astype(np.float32)
 
 
-@lru_cache(maxsize=1)
 def _rays() -> Float32:
     """Return the direction of each pixel of a view ahead, (640, 640, 3), of any length."""
     pixels = np.arange(_SIDE, dtype=np.float64)

@@ -186,6 +186,8 @@ class LightWork:
         if self._asked_places == request:
             return
         self._asked_places = request
+        # The answer at a shorter distance belongs to the old question, and takes 50 MB to find.
+        self._services.runner.cancel(_CLOSER)
         self._services.runner.submit(
             _PLACES, lambda *_: ask(hand, question), done=self._on_answers, failed=self._failed
         )
