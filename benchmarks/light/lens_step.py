@@ -14,7 +14,6 @@ that at most 1 % of their panoramas without a step exceed.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import time
 from dataclasses import asdict, dataclass, replace
@@ -27,13 +26,19 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
-from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_decode, srgb_encode
 from app.core.base.sphere import direction, directions
 from app.core.cautions.lens_step import LEAST_EVIDENCE, LensStep, likeliest_step
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import add_sensor_noise
-from benchmarks.light.plain_panorama import FOLDERS, automatic, light_of, places, same_places
+from benchmarks.light.plain_panorama import (
+    FOLDERS,
+    automatic,
+    light_of,
+    places,
+    report,
+    same_places,
+)
 
 Condition: TypeAlias = Literal["hdr", "bracket", "jpeg"]
 STOPS: Final = (0.5, 0.7, 1.0)
@@ -223,14 +228,8 @@ def main() -> None:
     lights = {name: light for name, light in lights.items() if name not in again}
     found = held_out(trials(lights, args.turns))
     table = rows(found)
-    print(f"{len(lights)} places, {time.perf_counter() - start:.0f} s")
-    print("| " + " | ".join(table[-1]) + " |")
-    for row in table:
-        values = (f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values())
-        print("| " + " | ".join(values) + " |")
-    if args.output:
-        facts = {"places": sorted(lights), "table": table, "searches": [asdict(t) for t in found]}
-        atomic_write_text(args.output, json.dumps(facts, indent=1) + "\n")
+    seconds = time.perf_counter() - start
+    report(lights, seconds, table, [asdict(one) for one in found], args.output)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ import platform
 import subprocess
 import tempfile
 import time
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -220,6 +221,25 @@ def summary(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
                     ]
                     found[f"{title}, {which}, {metering or 'both'}, {ev}"] = shares(some)
     return found
+
+
+def report(
+    places: Iterable[str],
+    seconds: float,
+    table: Sequence[Mapping[str, float | str]],
+    searches: Sequence[Mapping[str, Any]],
+    output: Path | None,
+) -> None:
+    """Print a table, and write it to a file with every search that it sums up."""
+    names = sorted(places)
+    print(f"{len(names)} places, {seconds:.0f} s")
+    print("| " + " | ".join(table[-1]) + " |")
+    for row in table:
+        values = (f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values())
+        print("| " + " | ".join(values) + " |")
+    if output:
+        facts = {"places": names, "table": table, "searches": searches}
+        atomic_write_text(output, json.dumps(facts, indent=1) + "\n")
 
 
 def main() -> None:

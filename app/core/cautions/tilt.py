@@ -1,10 +1,10 @@
 """Estimate how far a camera was from level, from the upright edges in its panorama.
 
 In the panorama of a level camera, the edges of walls, posts and trunks lie on great circles through
-the zenith. If the camera was tilted, they meet elsewhere. Line segments are found by LSD (Grompone
-von Gioi et al. 2012) in flat views that cover the sphere. A segment agrees with a direction u as
-"up" if the angle between the segment and the way to u is small. Each direction within 24 degrees of
-the panorama's zenith scores
+the zenith. If the camera was tilted, they meet elsewhere. LSD (Grompone von Gioi et al. 2012) finds
+line segments in flat views that cover the sphere. A segment agrees with a direction u as "up" if
+the angle between the segment and the way to u is small. Each direction within 24 degrees of the
+panorama's zenith scores
 
     T(u) = sum over sectors of sqrt(S_i(u)),
 

@@ -1,7 +1,7 @@
 """Ways to a better grade for a style, each of which has been computed.
 
-Turning the face away from the lens is none of them: the grade depends on the direction of the nose
-only, and the search has tried them all.
+A face turned away from the lens does not help, because the grade depends only on the direction of
+the nose, and the search has already tried every direction.
 """
 
 from __future__ import annotations

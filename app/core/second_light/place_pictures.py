@@ -37,9 +37,9 @@ class PlacePictures:
     def change(self, expose: Expose, turns: tuple[int, int], with_lamp: Float32) -> VisibleChange:
         """Return what a lamp adds to the picture, for a style that is exposed for a subject.
 
-        The picture with the lamp is compared with the best one without it, and with the one that
-        the same turn gives without it. The smaller change counts: a lamp that repeats what another
-        turn gives is of no use, nor is one that leaves the turn to do the work.
+        The picture with the lamp is compared with two pictures without it: at the best turn, and at
+        the same turn. The smaller change counts. If another turn gives the same picture, or if the
+        turn makes all the difference, the lamp does not help.
 
         Args:
             turns: Indices of the style's turn without the lamp and with it.

@@ -104,7 +104,7 @@ class LampPlacement:
 
     @property
     def hardly_changed(self) -> bool:
-        """Whether nobody could tell the picture with the lamp from the one without it."""
+        """Whether the pictures with and without the lamp look the same."""
         return not self.change.visible
 
 

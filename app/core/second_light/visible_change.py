@@ -1,11 +1,11 @@
 """How much a second light changes the picture, as far as the eye can see.
 
-A lamp may move a style across a limit although nobody could tell the two pictures apart. The change
-is therefore measured on the developed pictures, in CIE 1976 lightness L*: as the mean over the
-tenth of the face's area that changes most. A lamp shapes a part of the face, so the mean over the
-whole face would hide a filled shadow, and the brightest pixel would follow noise. The part may have
-any shape, since a rim or the edge of a shadow is long and thin. A slight blur comes first, so that
-a single pixel does not count.
+A lamp may move a style across a limit while both pictures look the same. The change is therefore
+measured on the developed pictures, in CIE 1976 lightness L*: as the mean over the tenth of the
+face's area that changes most. A lamp shapes a part of the face, so the mean over the whole face
+would hide a filled shadow, and the brightest pixel would follow noise. The part may have any shape,
+since a rim or the edge of a shadow is long and thin. A slight blur comes first, so that a single
+pixel does not count.
 """
 
 from __future__ import annotations

@@ -15,7 +15,6 @@ in the level one than the turn offered there.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 import time
@@ -30,7 +29,6 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32
-from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_decode, srgb_encode
 from app.core.base.sphere import from_vector, rotate_light
 from app.core.cautions.lost_match import lost_match
@@ -47,7 +45,7 @@ from app.core.measure.finish.clip_audit import choices
 from app.core.solver.search import luminance_of
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
-from benchmarks.light.plain_panorama import FOLDERS, light_of, places, same_places
+from benchmarks.light.plain_panorama import FOLDERS, light_of, places, report, same_places
 
 TILTS_DEG: Final = (0.0, 8.0, 12.0)
 _FOLDS: Final = 10
@@ -185,14 +183,8 @@ def main() -> None:
         print(place, *(f"{one.estimate_deg:.0f}:{one.sureness:.2f}" for one in last), flush=True)
     found = held_out(found)
     table = rows(found, len(pack.styles))
-    print(f"{len(lights)} places, {time.perf_counter() - start:.0f} s")
-    print("| " + " | ".join(table[0]) + " |")
-    for row in table:
-        values = (f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values())
-        print("| " + " | ".join(values) + " |")
-    if args.output:
-        facts = {"places": sorted(lights), "table": table, "searches": [asdict(t) for t in found]}
-        atomic_write_text(args.output, json.dumps(facts, indent=1) + "\n")
+    seconds = time.perf_counter() - start
+    report(lights, seconds, table, [asdict(one) for one in found], args.output)
 
 
 if __name__ == "__main__":

@@ -81,7 +81,7 @@ def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
 
 
 def hardly_changed(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Return the styles whose grade the lamp raises although nobody could see it, best first."""
+    """Return the styles whose grade the lamp raises without a visible change, best first."""
     members = [one for one in placements if one.hardly_changed and _improved(one)]
     return tuple(sorted(members, key=lambda one: -one.match))
 

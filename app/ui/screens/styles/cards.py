@@ -63,7 +63,7 @@ class CardState:
         turn: Text such as "96°", or an empty string if there is no turn.
         side: Side of the key lamp, as seen by the sitter.
         other: Name of the style for the other side, or an empty string if there is none.
-        other_words: What the other side gives, such as "Sitter’s right: soft, 40° clockwise".
+        other_words: What the other side gives: "Show the sitter’s right: soft, 40° clockwise".
         swapped: Whether `target` and `here` are swapped.
         version: Version of the pictures. It is compared in place of the pictures themselves.
         stale: Whether the answer is for another selection, in which case the card is dimmed.

@@ -186,7 +186,7 @@ class LightWork:
         if self._asked_places == request:
             return
         self._asked_places = request
-        # The answer at a shorter distance belongs to the old question, and takes 50 MB to find.
+        # The search at a shorter distance is for the old question, and it takes 50 MB.
         self._services.runner.cancel(_CLOSER)
         self._services.runner.submit(
             _PLACES, lambda *_: ask(hand, question), done=self._on_answers, failed=self._failed
