@@ -195,6 +195,8 @@ class FaceBasis:
     pixels: Float32 = field(repr=False)
     # (K, 4096), products with two-part light sum to the coordinates of the picture
     rows: Float64 = field(repr=False)
+    # (33, K, 64) complex64, `rows` transformed along azimuth and conjugated
+    spectra: NDArray[np.complex64] = field(repr=False)
     mixing: Float64  # (2, 3), split of light into two parts (see `app.core.solver.search`)
 
 
@@ -203,8 +205,6 @@ class Contrast:
     """The pictures of a lamp's light, and of the light that the lamp hides, in a face's basis."""
 
     face: FaceBasis = field(repr=False)
-    # (33, K, 64) complex64, the rows of the face's basis, transformed along azimuth and conjugated
-    spectra: NDArray[np.complex64] = field(repr=False)
     lamp: Float64 = field(repr=False)  # (K, 576), coordinates of the lamp's pictures
     # (576,), squared norm of their part outside the basis
     beside: Float64 = field(repr=False)
@@ -251,10 +251,13 @@ def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
         rows.append(axes.T @ np.concatenate([first, second], axis=1))
         merits.append(values)
     order = np.argsort(-np.concatenate(merits), kind="stable")
+    sorted_rows = np.concatenate(rows)[order]
+    spectra = np.fft.rfft(sorted_rows.reshape(len(order), -1, SHAPE[1]), axis=2)
     return FaceBasis(
         root=root,
         pixels=np.concatenate(pictures, axis=1)[:, order].astype(np.float32),
-        rows=np.concatenate(rows)[order],
+        rows=sorted_rows,
+        spectra=spectra.conj().transpose(2, 0, 1).astype(np.complex64, "C"),
         mixing=colours.mixing,
     )
 
@@ -270,11 +273,9 @@ def find_contrast(
     """
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
-    grid = face.rows.reshape(len(face.rows), -1, SHAPE[1])
     tables = hidden_tables(hidden, face.rows[:main].astype(np.float32))
     return Contrast(
         face=face,
-        spectra=np.fft.rfft(grid, axis=2).conj().transpose(2, 0, 1).astype(np.complex64, "C"),
         lamp=lamp,
         beside=beside,
         hidden=tuple(np.ascontiguousarray(table.transpose(1, 0, 2)) for table in tables),
@@ -428,7 +429,7 @@ def norm_at(
 def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
     """Return the coordinates of the place's pictures at every turn, (K, 64)."""
     spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T.astype(np.complex64)
-    product = (contrast.spectra @ spectrum[:, :, None])[:, :, 0]
+    product = (contrast.face.spectra @ spectrum[:, :, None])[:, :, 0]
     return np.asarray(np.fft.irfft(product.T, n=SHAPE[1], axis=1))
 
 
