@@ -31,6 +31,7 @@ from typing import Final
 
 import numpy as np
 
+from app.core.base import sphere
 from app.core.base.arrays import Float32, Float64
 from app.core.localization import rotation
 from app.core.localization.heading_conversion import lens_factor
@@ -64,6 +65,7 @@ _GAIN_RANGE: Final = (0.7, 15.0)  # a smaller gain is due to chance
 _ASIDE: Final = (1.0, 12.0)
 _STRAYS: Final = 0.2  # this fraction occurs by chance
 _FLAT: Final = 0.7
+_ALL_NEAR: Final = 2.0  # enlargement from which a camera that looks away sees nothing far off
 _LOOSE_DEG: Final = (0.3, 2.0)
 _LEAST_ERROR_DEG: Final = 0.05
 _WIDE: Final = (0.315, 1.036)  # half angles of 17.5 and 46 degrees: tangents of usual lenses
@@ -90,6 +92,7 @@ class Evidence:
             0 to 1.
         gain, aside, flat, agree: As in `app.core.localization.parallax.Line`.
         loose_deg: `loose_rad` from the same class, in degrees.
+        away: Whether the camera looks away from the sitter.
         guided: Whether the picture is a live one, taken at this place by a photographer who is
             following the guidance.
     """
@@ -108,6 +111,7 @@ class Evidence:
     loose_deg: float = 0.0
     flat: float = 0.0
     agree: float = 0.0
+    away: bool = False
     guided: bool = False
 
 
@@ -130,6 +134,7 @@ def line_signs(evidence: Evidence) -> tuple[float, ...]:
     free = evidence.wide is not None
     wide = max(evidence.wide or 0.0, 0.01)
     odd = max(math.log(_WIDE[0] / wide), math.log(wide / _WIDE[1]), 0.0) if free else 0.0
+    all_near = evidence.away and evidence.zoom > _ALL_NEAR
     return (
         1.0,
         _points(evidence),
@@ -138,7 +143,7 @@ def line_signs(evidence: Evidence) -> tuple[float, ...]:
         _beyond(evidence.tilt, _TILT),
         _beyond(steep, _STEEP),
         odd,
-        max(evidence.flat - _FLAT, 0.0) if free else 0.0,
+        max(evidence.flat - _FLAT, 0.0) if free or all_near else 0.0,
         _within(evidence.loose_deg, _LOOSE_DEG) - _LOOSE_DEG[0] if free else 0.0,
     )
 
@@ -215,6 +220,16 @@ _SURE: Final = 0.01
 _UNEVEN: Final = 0.12  # fraction of an enlargement: depth that is not the plane's
 _SLOPE: Final = 0.4
 _ROUNDS: Final = 6
+# for a camera whose position is measured: least points, their least spread in the picture plane,
+# largest error, most points that only a camera elsewhere explains, largest share of points in one
+# plane, which two cameras can show alike, and largest difference from the line
+_MEASURED_POINTS: Final = 20
+_MEASURED_SPREAD: Final = 0.06
+_MEASURED_ERROR: Final = math.radians(0.9)
+_MEASURED_GAIN: Final = 4.0
+_MEASURED_FLAT: Final = 0.9
+_MEASURED_APART_DEG: Final = 2.0
+_FAR_MORE: Final = 1.5  # factor of points for a larger difference
 _NEAREST: Final = 4.5  # a larger enlargement would need an object too near, so the match is wrong
 
 
@@ -265,12 +280,14 @@ class Stand:
 
     Attributes:
         lens: (3,) float64. As in `app.core.localization.parallax.Line`.
+        confirmed: Whether the heading was found without assuming where the sitter is.
     """
 
     pose: CameraPose
     lens: Float64
     outlook: Outlook
     line: Line | None = None
+    confirmed: bool = False
 
     @property
     def factor(self) -> float:
@@ -290,6 +307,8 @@ class Stand:
         """
         aside = math.degrees(math.atan(float(self.pose.sitter[0])))
         lens = 0.0 if question.lens_known else _LENS_ERROR * aside
+        if self.confirmed:
+            return math.hypot(_ALIKE * math.degrees(self.pose.error_rad), lens)
         aim = _AIM_AWAY_DEG if question.away else _AIM_DEG
         step = 0.0 if self.outlook.sitter_known else aim * abs(self.pose.zoom - 1.0)
         if self.line is not None:
@@ -314,11 +333,12 @@ def find_stand(
     stand: Stand | None = Stand(pose, np.zeros(3), outlook)
     if not question.lens_known:
         stand = _scaled(Stand(pose, np.zeros(3), outlook), matches, question)
-    # Near the last heading, no other search is needed. The holder of a camera is only a hint.
-    if stand is None or question.near or question.away:
+    # Near the last heading, no other search is needed.
+    if stand is None or question.near:
         return stand
     others = [p for p in (*poses, hint) if p is not None and p is not pose]
-    return _lined(stand, others, matches, question, outlooks[0])
+    lined = _lined(stand, others, matches, question, outlooks[0])
+    return _decided(stand, lined, matches, question)
 
 
 def _scaled(stand: Stand, matches: Matches, question: CameraPrior) -> Stand | None:
@@ -343,32 +363,88 @@ def _lined(
     """Refine a pose by parallax, then estimate the lens again if it was estimated before."""
     poses, scale = [stand.pose, *others], float(stand.lens[0])
     for spread in _GUESS_SPREAD if question.lens is None else [question.lens]:
-        aims = [Aim(0.0, math.radians(_AIM_DEG))]
-        if question.sitter_deg is not None:
-            # The detected person may not be the sitter.
-            aims = [aims[0]._replace(unlikely=_SOMEBODY_ELSE)]
-            sitter = outlook.sitter * math.exp(scale)
-            unsure = 0.0 if question.lens_known else _TOWARD[1] * sitter
-            aims.append(Aim(math.atan(sitter), math.hypot(_TOWARD[0], unsure)))
         line = lined_up(
-            poses, matches.rays * math.exp(scale), matches.bearings, matches.ratio, aims, spread,
+            poses, matches.rays * math.exp(scale), matches.bearings, matches.ratio,
+            _aims(question, outlook.sitter * math.exp(scale)), spread,
             lens_known=question.lens_known,
         )  # fmt: skip
         if line is None:
             return stand
-        stand = _refined(line, line.lens + np.array([scale, 0.0, 0.0]), matches, stand.outlook)
+        lens = line.lens + np.array([scale, 0.0, 0.0])
+        stand = _refined(line, lens, matches, stand.outlook, question)
         poses = [stand.pose]
         zooms = stand.pose.zooms(stand.rays(matches.rays), matches.bearings)[stand.pose.inside]
-        scale = float(stand.lens[0]) + math.log(lens_factor(zooms, matches.shape))
+        factor = lens_factor(zooms, matches.shape, away=question.away)
+        scale = float(stand.lens[0]) + math.log(factor)
     return stand
 
 
-def _refined(line: Line, lens: Float64, matches: Matches, prior: Outlook) -> Stand:
+def _decided(first: Stand, lined: Stand, matches: Matches, question: CameraPrior) -> Stand:
+    """Choose between a camera on the line to the sitter and one whose position is measured.
+
+    If both agree, the first is more exact if the sitter is seen, and the second if not.
+
+    Args:
+        first: Camera before the refinement by parallax, which is better for a camera that looks
+            away, as everything that it sees may be near.
+    """
+    if lined.line is None or lined.line.measured is None:
+        return first
+    own = replace(first, line=lined.line) if question.away else lined
+    line = lined.line.measured
+    if not question.lens_known or not _is_determined(line, matches):
+        return own
+    agree = _alike(line, lined)
+    if not agree and line.inside.sum() < _FAR_MORE * lined.pose.inside.sum():
+        return own
+    if agree and own.outlook.sitter_known and _alike(line, own):
+        return replace(own, confirmed=True)
+    measured = _refined(line, line.lens, matches, first.outlook, question)
+    return replace(measured, confirmed=True)
+
+
+def _alike(line: Line, stand: Stand) -> bool:
+    return sphere.angle_of(line.rotation.T @ stand.pose.rotation) <= _MEASURED_APART_DEG
+
+
+def _is_determined(line: Line, matches: Matches) -> bool:
+    """Return whether the points alone determine the position of a camera."""
+    rays = matches.rays[line.inside]
+    return (
+        len(rays) >= _MEASURED_POINTS
+        and line.gain <= _MEASURED_GAIN
+        and line.flat <= _MEASURED_FLAT
+        and line.error_rad <= _MEASURED_ERROR
+        and float(np.linalg.eigvalsh(np.cov(rays.T))[0]) >= _MEASURED_SPREAD**2
+    )
+
+
+def _aims(question: CameraPrior, sitter: float) -> list[Aim]:
+    """Return the likely directions of the probe, for a person at `sitter` in the picture plane."""
+    if question.away:
+        # The holder of the camera is only a hint.
+        angle = math.atan(sitter) if question.sitter_deg is not None else 0.0
+        return [Aim(math.pi + angle, math.radians(_AIM_AWAY_DEG))]
+    aim = Aim(0.0, math.radians(_AIM_DEG))
+    if question.sitter_deg is None:
+        return [aim]
+    unsure = 0.0 if question.lens_known else _TOWARD[1] * sitter
+    # The detected person may not be the sitter.
+    return [
+        aim._replace(unlikely=_SOMEBODY_ELSE),
+        Aim(math.atan(sitter), math.hypot(_TOWARD[0], unsure)),
+    ]
+
+
+def _refined(
+    line: Line, lens: Float64, matches: Matches, prior: Outlook, question: CameraPrior
+) -> Stand:
     """Convert a line to a pose, and fit the plane that contains most of its points."""
     rays = straightened(matches.rays, lens)
     pose = CameraPose(line.rotation, line.probe, np.zeros(3), line.inside, line.error_rad)
     zooms = pose.zooms(rays, matches.bearings)
-    inside = line.inside & ~(zooms < _ANY_ZOOM[0]) & ~(zooms > _NEAREST)
+    least, most = _AWAY_ANY_ZOOM if question.away else (_ANY_ZOOM[0], _NEAREST)
+    inside = line.inside & ~(zooms < least) & ~(zooms > most)
     usable = inside & np.isfinite(zooms)
     plane = _plane(rays[usable], zooms[usable])
     outlook = Outlook(float(line.probe[0]), _SURE, _ZOOM, _LIKELY, prior.sitter_known)

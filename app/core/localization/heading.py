@@ -324,7 +324,8 @@ def _evidence(
         spread=_spread(rays[pose.inside], lens),
         support=whole,
         error_deg=stand.error_deg(question),
-        tilt=float(np.linalg.norm(pose.plane[1:])),
+        # A measured direction needs no room of the usual shape.
+        tilt=0.0 if stand.confirmed else float(np.linalg.norm(pose.plane[1:])),
         zoom=1.0 / max(pose.zoom, 0.1) if question.away else pose.zoom,
         wide=None if question.lens_known else wide,
         strays=strays(rays[certain], matches.bearings[certain], inside, pose),
@@ -333,6 +334,7 @@ def _evidence(
         loose_deg=math.degrees(line.loose_rad) if line else 0.0,
         flat=line.flat if line and line.loose_rad else 0.0,
         agree=line.agree if line else 0.0,
+        away=question.away,
     )
 
 

@@ -37,6 +37,7 @@ _BEND: Final = 0.03  # of the picture plane's radius, at its square
 _SKEW: Final = 0.005  # of the picture plane: 0.6 degrees from the first row to the last
 _LEVEL: Final = 0.1  # radians: height of the camera relative to the probe
 _ANY: Final = 1.0  # radians: for an unconstrained direction
+_OPEN: Final = 0.25  # radians: for a camera that points roughly at the sitter, or away from them
 _SAMPLES: Final = 1000
 _SAMPLE_NOISE: Final = 0.003
 _AS_FREE: Final = 0.3  # spread of an unknown lens
@@ -49,6 +50,8 @@ _MOST_TURN: Final = 0.3
 
 class Aim(NamedTuple):
     """Expected direction of the probe, in radians to the right of the axis, and its spread.
+
+    The probe is near 0 for a camera that looks at the sitter, and near pi for one that looks away.
 
     Attributes:
         unlikely: Cost of this assumption, in points.
@@ -77,6 +80,8 @@ class Line:
             radians, or 0 if there is no parallax, in which case the direction does not matter.
         flat: Fraction of the agreeing points that are in one plane, 0 to 1. A camera elsewhere with
             another lens could show the same plane.
+        measured: The same without the sitter's position: the direction of the probe is measured,
+            within about 15 degrees of the axis.
     """
 
     rotation: Float64
@@ -89,6 +94,7 @@ class Line:
     aside: float
     loose_rad: float
     flat: float
+    measured: Line | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,22 +181,24 @@ def lined_up(
         loose = math.sqrt(max(float(np.linalg.inv(unaimed)[6, 6]), 0.0))
         aside = max(best_way.cost - most.cost, 0.0)
         gain = max(most.points - best_way.points, 0.0)
-    inside = np.zeros(len(rays), bool)
-    inside[ahead] = best_way.agree > 0.3
-    error = math.sqrt(max(float(np.linalg.inv(best_way.normal)[1, 1]), 0.0))
-    probe = best_way.way[:2] / max(float(best_way.way[2]), _AHEAD)
-    return Line(
-        best_way.rotation,
-        best_way.lens,
-        probe,
-        inside,
-        error,
-        best_way.points,
-        gain,
-        aside,
-        loose,
-        flat,
-    )
+    axis = 0.0 if math.cos(aims[0].angle) > 0.0 else math.pi
+    opened = max(_aimed(pairs, pose_starts, free, Aim(axis, _OPEN)), key=_worth)
+
+    def line(way: _Solution, gain: float, aside: float, measured: Line | None = None) -> Line:
+        inside = np.zeros(len(rays), bool)
+        inside[ahead] = way.agree > 0.3
+        error = math.sqrt(max(float(np.linalg.inv(way.normal)[1, 1]), 0.0))
+        probe = way.way[:2] / _depth(way.way)
+        numbers = (error, way.points, gain, aside, loose, flat)
+        return Line(way.rotation, way.lens, probe, inside, *numbers, measured)
+
+    measured = line(opened, max(most.points - opened.points, 0.0), 0.0)
+    return line(best_way, gain, aside, measured)
+
+
+def _depth(way: Float64) -> float:
+    """Return the component of a direction along the axis, kept away from 0."""
+    return math.copysign(max(abs(float(way[2])), _AHEAD), float(way[2]))
 
 
 def _worth(way: _Solution) -> float:
@@ -202,11 +210,12 @@ def _aimed(
 ) -> list[_Solution]:
     """Fit the solutions with the direction constrained to that of the sitter."""
     ways = []
+    ahead = math.cos(aim.angle)
     for one in (*free, *starts):
-        way = one.way if one.way[2] > 0.0 else -one.way
+        way = one.way if one.way[2] * ahead > 0.0 else -one.way
         if one.points == 0.0:
-            level = float(way[1]) / max(float(way[2]), _AHEAD)
-            way = _unit(np.array([math.tan(aim.angle), level, 1.0]))
+            level = float(way[1]) / abs(_depth(way)) * abs(ahead)
+            way = _unit(np.array([math.sin(aim.angle), level, ahead]))
         solution = _settled(pairs, replace(one, way=way), aim)
         ways.append(replace(solution, cost=solution.cost + aim.unlikely))
     return ways
