@@ -122,3 +122,37 @@ def aimed(degrees: float) -> Float:
     return np.array(
         [[np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0], [-np.sin(turn), 0.0, np.cos(turn)]]
     )
+
+
+@pytest.mark.parametrize("aim", [-10.0, 0.0, 10.0])
+@pytest.mark.parametrize("metres", [-1.2, 1.2])
+def test_where_the_camera_stands_is_measured(aim: float, metres: float) -> None:
+    """In front of the sitter, or behind them and looking away, up to 10 degrees beside."""
+    rays, bearings = seen_from((0.0, 0.0, metres), 33.0)
+    full = np.concatenate([rays, np.ones((len(rays), 1))], axis=1) @ aimed(aim)
+    away = metres > 0.0
+    # The outlook of a camera that looks away: what it sees looks smaller from the probe.
+    outlook = Outlook(0.0, 0.2, (0.3, 1.25), (0.75, 0.2)) if away else Outlook(sitter_spread=0.2)
+    flat = full[:, :2] / full[:, 2:]
+    pose = rotation.fit(flat, bearings, outlook)
+    assert pose is not None
+    certain, aims = np.zeros(len(rays), np.float32), [Aim(np.pi if away else 0.0, 0.1)]
+    line = lined_up([pose], flat, bearings, certain, aims, 0.03, lens_known=True)
+    assert line is not None
+    assert line.measured is not None
+    assert heading_of(line.measured.rotation) == pytest.approx(33.0 + aim, abs=0.2)
+    assert np.degrees(np.arctan(line.measured.probe[0])) == pytest.approx(-aim, abs=1.0)
+    assert line.measured.gain < 1.0
+    assert np.degrees(line.measured.error_rad) < 0.9
+
+
+def test_a_camera_that_looks_away_from_elsewhere_is_told() -> None:
+    rays, bearings = seen_from((1.5, 0.0, 0.0), 33.0)
+    pose = rotation.fit(rays, bearings, Outlook(0.0, 0.2, (0.3, 1.25), (0.75, 0.2)))
+    assert pose is not None
+    certain = np.zeros(len(rays), np.float32)
+    line = lined_up([pose], rays, bearings, certain, [Aim(np.pi, 0.1)], 0.03, lens_known=True)
+    assert line is not None
+    assert line.measured is not None
+    assert line.gain + line.aside > 10.0
+    assert line.measured.gain > 4.0

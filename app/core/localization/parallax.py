@@ -182,7 +182,7 @@ def lined_up(
         aside = max(best_way.cost - most.cost, 0.0)
         gain = max(most.points - best_way.points, 0.0)
     axis = 0.0 if math.cos(aims[0].angle) > 0.0 else math.pi
-    opened = max(_aimed(pairs, pose_starts, free, Aim(axis, _OPEN)), key=_worth)
+    opened = max(_aimed(pairs, [], [best_way, *_best(free)], Aim(axis, _OPEN)), key=_worth)
 
     def line(way: _Solution, gain: float, aside: float, measured: Line | None = None) -> Line:
         inside = np.zeros(len(rays), bool)
@@ -238,7 +238,11 @@ def _best(ways: list[_Solution]) -> list[_Solution]:
 def _settled(
     pairs: _Pairs, start: _Solution, aim: Aim | None = None, rounds: int = _ROUNDS
 ) -> _Solution:
-    """Fit by Gauss-Newton with robust weights that become progressively stricter."""
+    """Fit by Gauss-Newton with robust weights that become progressively stricter.
+
+    Without an aim, the sign of the direction only decides which points are in front of both
+    cameras, so the better one is chosen in the end.
+    """
     state = start
     for step in range(rounds + 1):
         noise = _NOISE * max(rounds - 2.0 - step, 1.0)
@@ -252,10 +256,12 @@ def _settled(
             right -= row * value / spread**2
             cost += (value / spread) ** 2
         if step == rounds:
-            agree = np.where(
-                _in_front(pairs, state, normal), 1.0 / (1.0 + (miss / _NOISE) ** 2), 0.0
-            )
-            return replace(state, points=float(agree.sum()), cost=cost, agree=agree, normal=normal)
+            closeness = 1.0 / (1.0 + (miss / _NOISE) ** 2)
+            sides = [state] if aim else [state, replace(state, way=-state.way)]
+            found = [np.where(_in_front(pairs, side, normal), closeness, 0.0) for side in sides]
+            best = max(range(len(sides)), key=lambda side: float(found[side].sum()))
+            points = float(found[best].sum())
+            return replace(sides[best], points=points, cost=cost, agree=found[best], normal=normal)
         state = _add_step(state, np.asarray(np.linalg.solve(normal, right)))
     raise AssertionError
 
@@ -380,9 +386,7 @@ def _sampled(pairs: _Pairs, rotation: Float64, ratio: Float32) -> list[_Solution
             one, other, step = cv2.decomposeEssentialMat(essential[number : number + 3])
             relative = np.asarray(one if np.trace(one) > np.trace(other) else other, np.float64)
             way = _unit(relative.T @ np.asarray(step, np.float64)[:, 0])
-            ways += [
-                _Solution(rotation @ relative, np.zeros(3), sign * way) for sign in (1.0, -1.0)
-            ]
+            ways.append(_Solution(rotation @ relative, np.zeros(3), way))
     return ways
 
 
@@ -404,9 +408,7 @@ def _mirrored(pairs: _Pairs, way: _Solution) -> tuple[float, list[_Solution]]:
     for relative, step in zip(turns, steps, strict=True):
         if np.trace(relative) > 1.0 and float(np.linalg.norm(step)) > 1e-6:
             along = _unit(relative.T @ np.asarray(step, np.float64)[:, 0])
-            ways += [
-                _Solution(way.rotation @ relative, way.lens, sign * along) for sign in (1.0, -1.0)
-            ]
+            ways.append(_Solution(way.rotation @ relative, way.lens, along))
     return float(np.mean(in_plane)), ways
 
 
@@ -425,7 +427,11 @@ def _cross(first: Float64, second: Float64) -> Float64:
     """Return the cross products of vectors, (..., 3), five times as fast as `numpy.cross`."""
     a, b, c = first[..., 0], first[..., 1], first[..., 2]
     x, y, z = second[..., 0], second[..., 1], second[..., 2]
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)
+    product = np.empty(np.broadcast_shapes(first.shape, second.shape))
+    product[..., 0] = b * z - c * y
+    product[..., 1] = c * x - a * z
+    product[..., 2] = a * y - b * x
+    return product
 
 
 def _unit(vector: Float64) -> Float64:
