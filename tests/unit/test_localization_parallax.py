@@ -156,3 +156,17 @@ def test_a_camera_that_looks_away_from_elsewhere_is_told() -> None:
     assert line.measured is not None
     assert line.gain + line.aside > 10.0
     assert line.measured.gain > 4.0
+
+
+def test_points_of_another_place_end_in_no_error() -> None:
+    """A live search fits what agrees with nothing, several times a second."""
+    chance = np.random.default_rng(3)
+    certain = np.zeros(30, np.float32)
+    for _ in range(20):
+        rays = chance.uniform(-0.6, 0.6, (30, 2))
+        ahead = np.concatenate([rays, np.ones((30, 1))], axis=1) + chance.normal(0, 0.5, (30, 3))
+        bearings = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+        pose = CameraPose(np.eye(3), np.zeros(2), np.zeros(3), np.ones(30, bool), 0.01)
+        aims = [Aim(np.pi, 0.1)]
+        line = lined_up([pose], rays, bearings, certain, aims, 0.03, lens_known=True)
+        assert line is None or line.agree < 20.0

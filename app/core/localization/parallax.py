@@ -30,6 +30,7 @@ _NOISE: Final = 0.0015  # radians
 _STILL_NOISE: Final = 1.5  # factor for errors in any direction over errors out of a plane
 _LEAST: Final = 8
 _ROUNDS: Final = 7
+_RIDGE: Final = 1e-3
 # sine of the angle from the direction to the probe: nearer points carry little information
 _NEAR: Final = 0.03
 _AHEAD: Final = 0.2  # cosine: points further to the side count as behind the camera
@@ -248,7 +249,8 @@ def _settled(
         noise = _NOISE * max(rounds - 2.0 - step, 1.0)
         miss, slopes = _out_of_plane(pairs, state)
         weights = 1.0 / (1.0 + (miss / noise) ** 2) ** 2 / noise**2
-        normal = slopes.T @ (slopes * weights[:, None])
+        # The constant keeps the system solvable if no point is near.
+        normal = slopes.T @ (slopes * weights[:, None]) + _RIDGE * np.eye(8)
         right = -slopes.T @ (weights * miss)
         cost = 0.0
         for row, value, spread in _priors(pairs, state, aim):
