@@ -1,6 +1,6 @@
 """Measure the heading on views cut from real panoramas of one place, taken some way apart.
 
-    python -m benchmarks.heading.real_views FOLDER [FOLDER ...] [-o FILE.json] [--page heading.md]
+    python -m benchmarks.heading.real_views [FOLDER ...] [-o FILE.json] [--page heading.md]
 
 Each folder holds panoramas and `pairs.json`, which gives the rotation between two of them and the
 direction from one to the other. A view of 64 degrees is cut from one panorama and searched for in
@@ -40,6 +40,7 @@ Bytes: TypeAlias = NDArray[np.uint8]
 Floats: TypeAlias = NDArray[np.float64]
 Looks: TypeAlias = Literal["toward", "away", "aside"]
 
+SHARED: Final = Path(__file__).resolve().parents[3] / "shared" / "data" / "heading"
 LENS: Final = Lens(64.0, (640, 480))
 AIMS_DEG: Final = (-12.0, -8.0, -4.0, -1.0, 0.0, 2.0, 5.0, 9.0, 12.0)
 PITCHES_DEG: Final = (0.0, 3.0, -4.0)
@@ -209,7 +210,7 @@ def markdown(rows: dict[str, Any]) -> str:
 def main() -> None:
     """Measure all views, print and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folders", type=Path, nargs="+")
+    parser.add_argument("folders", type=Path, nargs="*", default=[SHARED])
     parser.add_argument("-o", "--output", type=Path)
     parser.add_argument("--page", type=Path, help="benchmarks/heading.md, to replace its table")
     args = parser.parse_args()
