@@ -139,11 +139,11 @@ def test_where_the_camera_stands_is_measured(aim: float, metres: float) -> None:
     certain, aims = np.zeros(len(rays), np.float32), [Aim(np.pi if away else 0.0, 0.1)]
     line = lined_up([pose], flat, bearings, certain, aims, 0.03, lens_known=True)
     assert line is not None
-    assert line.measured is not None
-    assert heading_of(line.measured.rotation) == pytest.approx(33.0 + aim, abs=0.2)
-    assert np.degrees(np.arctan(line.measured.probe[0])) == pytest.approx(-aim, abs=1.0)
-    assert line.measured.gain < 1.0
-    assert np.degrees(line.measured.error_rad) < 0.9
+    assert line.open_line is not None
+    assert heading_of(line.open_line.rotation) == pytest.approx(33.0 + aim, abs=0.2)
+    assert np.degrees(np.arctan(line.open_line.probe[0])) == pytest.approx(-aim, abs=1.0)
+    assert line.open_line.gain < 1.0
+    assert np.degrees(line.open_line.error_rad) < 0.9
 
 
 def test_a_camera_that_looks_away_from_elsewhere_is_told() -> None:
@@ -153,9 +153,9 @@ def test_a_camera_that_looks_away_from_elsewhere_is_told() -> None:
     certain = np.zeros(len(rays), np.float32)
     line = lined_up([pose], rays, bearings, certain, [Aim(np.pi, 0.1)], 0.03, lens_known=True)
     assert line is not None
-    assert line.measured is not None
+    assert line.open_line is not None
     assert line.gain + line.aside > 10.0
-    assert line.measured.gain > 4.0
+    assert line.open_line.gain > 4.0
 
 
 def test_points_of_another_place_end_in_no_error() -> None:

@@ -388,10 +388,10 @@ def _decided(first: Stand, lined: Stand, matches: Matches, question: CameraPrior
         first: Camera before the refinement by parallax, which is better for a camera that looks
             away, as everything that it sees may be near.
     """
-    if lined.line is None or lined.line.measured is None:
+    if lined.line is None or lined.line.open_line is None:
         return first
     own = replace(first, line=lined.line) if question.away else lined
-    line = lined.line.measured
+    line = lined.line.open_line
     if not question.lens_known or not _is_determined(line, matches):
         return own
     agree = _alike(line, lined)
@@ -399,8 +399,8 @@ def _decided(first: Stand, lined: Stand, matches: Matches, question: CameraPrior
         return own
     if agree and own.outlook.sitter_known and _alike(line, own):
         return replace(own, confirmed=True)
-    measured = _refined(line, line.lens, matches, first.outlook, question)
-    return replace(measured, confirmed=True)
+    free = _refined(line, line.lens, matches, first.outlook, question)
+    return replace(free, confirmed=True)
 
 
 def _alike(line: Line, stand: Stand) -> bool:

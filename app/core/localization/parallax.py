@@ -81,7 +81,7 @@ class Line:
             radians, or 0 if there is no parallax, in which case the direction does not matter.
         flat: Fraction of the agreeing points that are in one plane, 0 to 1. A camera elsewhere with
             another lens could show the same plane.
-        measured: The same without the sitter's position: the direction of the probe is measured,
+        open_line: The same without the sitter's position: the direction of the probe is measured,
             within about 15 degrees of the axis.
     """
 
@@ -95,7 +95,7 @@ class Line:
     aside: float
     loose_rad: float
     flat: float
-    measured: Line | None = None
+    open_line: Line | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,18 +183,18 @@ def lined_up(
         aside = max(best_way.cost - most.cost, 0.0)
         gain = max(most.points - best_way.points, 0.0)
     axis = 0.0 if math.cos(aims[0].angle) > 0.0 else math.pi
-    opened = max(_aimed(pairs, [], [best_way, *_best(free)], Aim(axis, _OPEN)), key=_worth)
+    open_way = max(_aimed(pairs, [], [best_way, *_best(free)], Aim(axis, _OPEN)), key=_worth)
 
-    def line(way: _Solution, gain: float, aside: float, measured: Line | None = None) -> Line:
+    def line(way: _Solution, gain: float, aside: float, open_line: Line | None = None) -> Line:
         inside = np.zeros(len(rays), bool)
         inside[ahead] = way.agree > 0.3
         error = math.sqrt(max(float(np.linalg.inv(way.normal)[1, 1]), 0.0))
         probe = way.way[:2] / _depth(way.way)
         numbers = (error, way.points, gain, aside, loose, flat)
-        return Line(way.rotation, way.lens, probe, inside, *numbers, measured)
+        return Line(way.rotation, way.lens, probe, inside, *numbers, open_line)
 
-    measured = line(opened, max(most.points - opened.points, 0.0), 0.0)
-    return line(best_way, gain, aside, measured)
+    open_line = line(open_way, max(most.points - open_way.points, 0.0), 0.0)
+    return line(best_way, gain, aside, open_line)
 
 
 def _depth(way: Float64) -> float:
@@ -260,12 +260,19 @@ def _settled(
         if step == rounds:
             closeness = 1.0 / (1.0 + (miss / _NOISE) ** 2)
             sides = [state] if aim else [state, replace(state, way=-state.way)]
-            found = [np.where(_in_front(pairs, side, normal), closeness, 0.0) for side in sides]
-            best = max(range(len(sides)), key=lambda side: float(found[side].sum()))
-            points = float(found[best].sum())
-            return replace(sides[best], points=points, cost=cost, agree=found[best], normal=normal)
+            return max(
+                (_with_points(pairs, side, cost, closeness, normal) for side in sides),
+                key=lambda side: side.points,
+            )
         state = _add_step(state, np.asarray(np.linalg.solve(normal, right)))
     raise AssertionError
+
+
+def _with_points(
+    pairs: _Pairs, state: _Solution, cost: float, closeness: Float64, normal: Float64
+) -> _Solution:
+    agree = np.where(_in_front(pairs, state, normal), closeness, 0.0)
+    return replace(state, points=float(agree.sum()), cost=cost, agree=agree, normal=normal)
 
 
 def _add_step(state: _Solution, change: Float64) -> _Solution:
