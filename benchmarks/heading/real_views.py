@@ -163,7 +163,7 @@ def answers(view: View, chance: np.random.Generator) -> Iterator[tuple[str, floa
         yield name, found.heading_deg
     photo = PictureFile(view.picture, LENS.size)
     yield (
-        "toward, a photo of nobody (`locate`)",
+        "toward, photo without a person (`locate`)",
         search_photo(photo, index, fov).heading.heading_deg,
     )
 

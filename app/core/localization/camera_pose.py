@@ -382,11 +382,11 @@ def _lined(
 def _decided(first: Stand, lined: Stand, matches: Matches, question: CameraPrior) -> Stand:
     """Choose between a camera on the line to the sitter and one whose position is measured.
 
-    If both agree, the first is more exact if the sitter is seen, and the second if not.
+    If both agree, the line is more exact if the sitter is seen, and the measured position if not.
 
     Args:
-        first: Camera before the refinement by parallax, which is better for a camera that looks
-            away, as everything that it sees may be near.
+        first: Camera before the refinement by parallax. On rendered pictures, it is more exact for
+            a camera that looks away, unless the position is measured.
     """
     if lined.line is None or lined.line.open_line is None:
         return first

@@ -324,7 +324,7 @@ def _evidence(
         spread=_spread(rays[pose.inside], lens),
         support=whole,
         error_deg=stand.error_deg(question),
-        # A measured direction needs no room of the usual shape.
+        # If the position is measured, the slope of the wall says nothing about it.
         tilt=0.0 if stand.confirmed else float(np.linalg.norm(pose.plane[1:])),
         zoom=1.0 / max(pose.zoom, 0.1) if question.away else pose.zoom,
         wide=None if question.lens_known else wide,

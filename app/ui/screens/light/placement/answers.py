@@ -212,7 +212,7 @@ def closer(
     """Return the placement for the style that the lamp suits best at a shorter distance.
 
     Returns:
-        The best placement, first of all one that brings a style within reach, or None.
+        The best placement, preferably one that brings a style within reach, or None.
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     placements = ask(hand, answers.question, names).placements
