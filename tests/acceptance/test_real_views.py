@@ -1,7 +1,8 @@
 """The heading on views of a real street, whose truth is an essential matrix checked by eye.
 
 `benchmarks/heading/real_views.py` measures all of them. This is the first of its four pairs and the
-easiest: over all pairs, the shares found and the wrong ones miss these bars (`benchmarks/heading.md`).
+easiest: over all pairs, the shares found and the wrong ones miss these bars
+(`benchmarks/heading.md`).
 """
 
 from __future__ import annotations
