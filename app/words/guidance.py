@@ -58,10 +58,15 @@ STILL: Final = tr("Hold still")
 MEASURING: Final = tr("Measuring the nose")
 TROUBLE: Final = {
     Phase.LOST: tr("Point the camera past the sitter at the background."),
+    Phase.FEW_DETAILS: tr("Few details here. Turn until you see furniture, a window or a corner."),
     Phase.LEFT: tr("The camera has not moved. Carry it with you, pointed past the sitter."),
     Phase.AWAY: tr("Webcam disconnected. Plug it back in to continue."),
 }
-_TROUBLE_LINES: Final = {**TROUBLE, Phase.LEFT: tr("The camera has not moved.")}
+_TROUBLE_LINES: Final = {
+    **TROUBLE,
+    Phase.LEFT: tr("The camera has not moved."),
+    Phase.FEW_DETAILS: tr("Few details here."),
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Fit the weights of `app/core/localization/camera_pose.py`, and test them in rooms left out.
+"""Fit the weights of `app/core/localization/confidence.py`, and test them in rooms left out.
 
     python benchmarks/heading/locate_photos.py FOLDER --make --draw 1000      (only for this)
     python benchmarks/heading/confidence_fit.py FOLDER KEPT.pkl         (gathers evidence; resumes)
@@ -23,7 +23,7 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.localization import photo_location as photo_check
-from app.core.localization.camera_pose import (
+from app.core.localization.confidence import (
     CLOSE_DEG,
     LEAST_CONFIDENCE,
     LINE_SIGNS,
@@ -131,14 +131,14 @@ def live(maps: dict[str, HeadingIndex]) -> list[Row]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """The fitted values, as in `app.core.localization.camera_pose`."""
+    """The fitted values, as in `app.core.localization.confidence`."""
 
     place: NDArray[np.float64]
     line: NDArray[np.float64]
     factor: float
 
     def trusted(self, one: Row) -> float:
-        """Return the same as `app.core.localization.camera_pose.trust`."""
+        """Return the same as `app.core.localization.confidence.trust`."""
         evidence, result = one["evidence"], 1.0
         for weights, told in ((self.place, place_signs), (self.line, line_signs)):
             z = float(np.clip(np.dot(weights, told(evidence)), -50.0, 50.0))

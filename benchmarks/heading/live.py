@@ -22,7 +22,7 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.base.atomic_files import atomic_write_text
-from app.core.localization.camera_pose import LEAST_CONFIDENCE, trust
+from app.core.localization.confidence import LEAST_CONFIDENCE, trust
 from app.core.localization.heading import HeadingMatch, Sight, compare, find_heading, see
 from app.core.localization.heading_conversion import offset_angle
 from benchmarks.heading.heading_cases import (

@@ -7,6 +7,8 @@ direction from one to the other. A view of 64 degrees is cut from one panorama a
 the other: looking towards the other's place (as a camera that looks at a sitter who stands there),
 away from it, or aside, with the axis up to 12 degrees beside. The sitter is a person's outline,
 painted in at 1.7 m. The truth is where the axis points in the other panorama.
+
+"After a pan" is the answer of the live tracker for the last view of a pan of 12 to 24 degrees.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import argparse
 import json
 import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -31,6 +33,7 @@ from app.core.base.atomic_files import atomic_write_text
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import ASSUMED_DEG
+from app.core.localization.live.tracking import LOST, Seeing, track
 from app.core.localization.photo_location import search_photo
 from app.core.localization.picture_file import PictureFile, read_picture
 from app.core.localization.sitter import Sitter, background_mask
@@ -49,6 +52,15 @@ MARKS: Final = ("<!-- table: real_views.py -->", "<!-- end of real_views.py -->"
 _HEAD_M: Final = (0.16, 0.24)  # width and height of the sitter's head
 _AWAY_M: Final = 1.7
 _WIDE: Final = 2048  # columns of a panorama in the program
+_FRAME_S: Final = 0.3
+_PANS: Final = (
+    ("toward, sitter found", "toward", True, LENS.fov_deg),
+    ("toward, sitter found, lens unknown", "toward", True, None),
+    ("toward, sitter not found", "toward", False, LENS.fov_deg),
+    ("away, `away` asked for", "away", False, LENS.fov_deg),
+    ("away, `away`, lens unknown", "away", False, None),
+    ("aside, `away` asked for", "aside", False, LENS.fov_deg),
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +71,7 @@ class View:
         other_deg: Angle of the other panorama's place from the axis, in degrees, to the right.
         other_up_deg: The same upwards.
         heading_deg: Azimuth of the axis in the other panorama.
+        lens: Lens of the view.
     """
 
     picture: Bytes
@@ -67,19 +80,22 @@ class View:
     other_deg: float
     other_up_deg: float
     heading_deg: float
+    lens: Lens = LENS
 
 
-def views(folder: Path) -> Iterator[View]:
+def views(folder: Path, lens: Lens = LENS) -> Iterator[View]:
     """Yield all views of a folder's panoramas, each pair in both directions."""
     for pair in json.loads((folder / "pairs.json").read_text(encoding="utf-8")):
         turn = np.array(pair["rotation_view_to_panorama"], np.float64)
         step = np.array(pair["direction_of_view_point_from_panorama"], np.float64)
         one, other = folder / pair["panorama"], folder / pair["view_from"]
-        yield from _views(other, one, turn, -turn.T @ step)
-        yield from _views(one, other, turn.T, step)
+        yield from _views(other, one, turn, -turn.T @ step, lens)
+        yield from _views(one, other, turn.T, step, lens)
 
 
-def _views(source: Path, panorama: Path, turn: Floats, towards: Floats) -> Iterator[View]:
+def _views(
+    source: Path, panorama: Path, turn: Floats, towards: Floats, lens: Lens
+) -> Iterator[View]:
     """Yield the views from `source`, where `towards` is the direction of the other panorama."""
     azimuth, elevation = (math.degrees(angle) for angle in _angles(towards))
     for looks, base in (("toward", azimuth), ("away", azimuth + 180.0), ("aside", azimuth + 90.0)):
@@ -88,12 +104,13 @@ def _views(source: Path, panorama: Path, turn: Floats, towards: Floats) -> Itera
             axis = base + aim + (180.0 if looks == "aside" and number % 2 else 0.0)
             heading, _ = _angles(turn @ sphere.direction(axis, pitch))
             yield View(
-                look(_panorama(source), axis, LENS, pitch),
+                look(_panorama(source), axis, lens, pitch),
                 panorama,
                 looks,  # type: ignore[arg-type]
                 difference(azimuth, axis),
                 elevation - pitch,
                 math.degrees(heading),
+                lens,
             )
 
 
@@ -108,7 +125,8 @@ def _panorama(path: Path) -> Bytes:
 
 
 @lru_cache(maxsize=16)
-def _index(path: Path) -> HeadingIndex:
+def index_of(path: Path) -> HeadingIndex:
+    """Return the index of a panorama at the program's size."""
     size = (_WIDE, _WIDE // 2)
     smaller = cv2.resize(_panorama(path), size, interpolation=cv2.INTER_AREA)
     return build_index(np.asarray(smaller, np.uint8))
@@ -116,10 +134,10 @@ def _index(path: Path) -> HeadingIndex:
 
 def sitter_in(view: View) -> Sitter:
     """Return the sitter who stands at the place of the other panorama."""
-    columns, rows = LENS.size
-    wide, tall = (LENS.focal_px * size / _AWAY_M for size in _HEAD_M)
-    x = columns / 2.0 + LENS.focal_px * math.tan(math.radians(view.other_deg))
-    y = rows / 2.0 - LENS.focal_px * math.tan(math.radians(view.other_up_deg))
+    columns, rows = view.lens.size
+    wide, tall = (view.lens.focal_px * size / _AWAY_M for size in _HEAD_M)
+    x = columns / 2.0 + view.lens.focal_px * math.tan(math.radians(view.other_deg))
+    y = rows / 2.0 - view.lens.focal_px * math.tan(math.radians(view.other_up_deg))
     box = (x - wide / 2.0, y - tall / 2.0, x + wide / 2.0, y + tall / 2.0)
     left, top, right, bottom = np.divide(box, (columns, rows, columns, rows)).tolist()
     return Sitter(x / columns, view.other_deg, (left, top, right, bottom))
@@ -138,7 +156,7 @@ def with_sitter(view: View, chance: np.random.Generator) -> tuple[Bytes, NDArray
 
 def answers(view: View, chance: np.random.Generator) -> Iterator[tuple[str, float | None]]:
     """Yield the headings found, by the kind of question."""
-    index, fov = _index(view.panorama), LENS.fov_deg
+    index, fov = index_of(view.panorama), LENS.fov_deg
     if view.looks != "toward":
         for name, width in (
             (f"{view.looks}, `away` asked for", fov),
@@ -168,6 +186,47 @@ def answers(view: View, chance: np.random.Generator) -> Iterator[tuple[str, floa
     )
 
 
+def pan_answers(
+    folder: Path, chance: np.random.Generator
+) -> Iterator[tuple[str, View, float | None]]:
+    """Yield the tracker's headings for the second half of each pan, by the kind of question."""
+    every = list(views(folder))
+    for name, looks, with_person, fov in _PANS:
+        rows = [view for view in every if view.looks == looks]
+        for first in range(0, len(rows), len(AIMS_DEG)):
+            pan = rows[first : first + len(AIMS_DEG)]
+            for views_in_turn in _in_turn(pan):
+                headings = _tracked(views_in_turn, fov, with_person, chance)
+                half = len(views_in_turn) // 2
+                for view, heading in list(zip(views_in_turn, headings, strict=True))[half:]:
+                    yield f"{name}, after a pan", view, heading
+
+
+def _in_turn(pan: list[View]) -> tuple[list[View], list[View]]:
+    """Return a pan to the right and one to the left. Views aside alternate between two sides."""
+    if pan[0].looks == "aside":
+        return pan[::2], pan[1::2]
+    return pan, pan[::-1]
+
+
+def _tracked(
+    pan: list[View], fov: float | None, with_person: bool, chance: np.random.Generator
+) -> list[float | None]:
+    index, state, headings = index_of(pan[0].panorama), LOST, []
+    for number, view in enumerate(pan):
+        picture = view.picture
+        if view.looks == "toward":
+            picture, _ = with_sitter(view, chance)
+        sitter = sitter_in(view) if with_person else None
+        seeing = Seeing(sitter=lambda *_, person=sitter: person)
+        away = view.looks != "toward"
+        state = track(
+            picture, index, fov, state, number * _FRAME_S, sees_sitter=not away, seeing=seeing
+        )
+        headings.append(state.heading_deg)
+    return headings
+
+
 def measured(folders: list[Path]) -> dict[str, Any]:
     """Return the rows of the table, by the kind of question."""
     chance = np.random.default_rng(5)
@@ -177,10 +236,14 @@ def measured(folders: list[Path]) -> dict[str, Any]:
             for name, heading in answers(view, chance):
                 off = None if heading is None else abs(difference(heading, view.heading_deg))
                 errors[name].append(off)
-    return {name: _row(each) for name, each in errors.items()}
+        for name, view, heading in pan_answers(folder, chance):
+            off = None if heading is None else abs(difference(heading, view.heading_deg))
+            errors[name].append(off)
+    return {name: result_row(each) for name, each in errors.items()}
 
 
-def _row(errors: list[float | None]) -> dict[str, Any]:
+def result_row(errors: list[float | None]) -> dict[str, Any]:
+    """Return a row of a table: headings that are right and wrong, and their errors."""
     accepted = [error for error in errors if error is not None]
     right = [error for error in accepted if error <= RIGHT_DEG]
     return {
@@ -192,10 +255,10 @@ def _row(errors: list[float | None]) -> dict[str, Any]:
     }
 
 
-def markdown(rows: dict[str, Any]) -> str:
-    """Return the table of benchmarks/heading.md."""
+def table_of(title: str, rows: dict[str, Any]) -> str:
+    """Return a table of benchmarks/heading.md, with the title of its first column."""
     lines = [
-        "| the camera looks | views | right | wrong | median | 95 % |",
+        f"| {title} | views | right | wrong | median | 95 % |",
         "|---|---|---|---|---|---|",
     ]
     for name, row in rows.items():
@@ -207,22 +270,25 @@ def markdown(rows: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    """Measure all views, print and write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def run(
+    measure: Callable[[list[Path]], dict[str, Any]], title: str, marks: tuple[str, str], words: str
+) -> None:
+    """Measure the folders of the command line, print the table, and write it where asked."""
+    parser = argparse.ArgumentParser(description=words)
     parser.add_argument("folders", type=Path, nargs="*", default=[SHARED])
     parser.add_argument("-o", "--output", type=Path)
     parser.add_argument("--page", type=Path, help="benchmarks/heading.md, to replace its table")
     args = parser.parse_args()
-    rows = measured(args.folders)
-    print(markdown(rows))
+    rows = measure(args.folders)
+    table = table_of(title, rows)
+    print(table)
     if args.output:
         atomic_write_text(args.output, json.dumps(rows, indent=1) + "\n")
     if args.page:
-        before, rest = args.page.read_text(encoding="utf-8").split(MARKS[0])
-        after = rest.split(MARKS[1])[1]
-        atomic_write_text(args.page, f"{before}{MARKS[0]}\n{markdown(rows)}\n{MARKS[1]}{after}")
+        before, rest = args.page.read_text(encoding="utf-8").split(marks[0])
+        after = rest.split(marks[1])[1]
+        atomic_write_text(args.page, f"{before}{marks[0]}\n{table}\n{marks[1]}{after}")
 
 
 if __name__ == "__main__":
-    main()
+    run(measured, "the camera looks", MARKS, __doc__.splitlines()[0])

@@ -19,6 +19,7 @@ from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
 from app.core.guidance.guide import Phase
 from app.core.guidance.who_moves import Mode
+from app.core.localization.heading import UNSURE
 from app.core.localization.photo_location import PhotoLocation
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.window_model import Step
@@ -171,6 +172,14 @@ def test_lost_says_what_to_do_and_left_behind_too(make: Callable[..., Shown]) ->
     assert column._pages.currentIndex() == 1
     assert column._sentence.text() == TROUBLE[Phase.LOST]
     assert turn_words(shown.rig.goal) in column._advice.text()
+    tracker = shown.rig.presenter._tracker
+    assert tracker.track is not None
+    bare = replace(tracker.track, raw=replace(UNSURE, few_details=True))
+    tracker.track = bare
+    shown.tick()
+    assert column._sentence.text() == TROUBLE[Phase.FEW_DETAILS]
+    assert turn_words(shown.rig.goal) in column._advice.text()
+    assert shown.screen.left.tools.quality.text() == trouble_line(Phase.FEW_DETAILS)
     shown.turn_to(20.0)
     track = shown.rig.presenter._tracker.track
     assert track is not None
@@ -192,6 +201,13 @@ def test_the_frame_is_what_the_camera_sees_and_the_number_the_sitters(
     assert state is not None
     assert state.now_deg == pytest.approx(turn, abs=0.6)
     assert state.frame_deg == pytest.approx(turn - 10.0, abs=0.8)
+    assert shown.screen.left.tools.quality.text() == "Heading likely"
+    track = shown.rig.presenter._tracker.track
+    assert track is not None
+    shown.rig.presenter._tracker.track = replace(
+        track, memory=replace(track.memory, confirmed_s=0.0)
+    )
+    shown.tick()
     assert shown.screen.left.tools.quality.text() == "Heading certain"
 
 

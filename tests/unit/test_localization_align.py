@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.localization.align import align, laid_over, sitter_mask
+from app.core.localization.align import LikelyPose, align, laid_over, sitter_mask
 from app.core.localization.homography import Alignment
 from app.core.localization.views import Lens, goal_lens, goal_view, look
 from tests.helpers.demo_place import demo_panorama
@@ -138,3 +138,21 @@ def test_laying_over() -> None:
     assert (half[:, 41:] == 240).all()
     other = np.full((120, 160, 3), 240, np.uint8)
     assert (laid_over(target, other, None, 1.0) == 240).all()
+
+
+@pytest.mark.parametrize("apart", [-25, -15, 0, 15, 25])
+@pytest.mark.parametrize("turn", [40, 160, 280])
+def test_a_heading_keeps_the_overlay_alive(turn: int, apart: int) -> None:
+    """Of these views, 25 degrees from the goal, a search without the heading finds one in six."""
+    target, fov = goal(turn + apart)
+    pose = LikelyPose(float(apart), zoom=1.25)
+    found = align(target, view(turn), fov_deg=fov, view_fov_deg=60.0, pose=pose)
+    assert found.status == "found"
+    assert found.turn_error_deg == pytest.approx(apart, abs=2.0)
+
+
+@pytest.mark.parametrize("wrong", [-60.0, -20.0, 20.0, 60.0])
+def test_a_wrong_heading_makes_no_overlay(wrong: float) -> None:
+    target, fov = goal(40)
+    pose = LikelyPose(wrong, zoom=1.25)
+    assert align(target, view(40), fov_deg=fov, view_fov_deg=60.0, pose=pose).status == "unsure"

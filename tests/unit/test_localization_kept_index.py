@@ -64,7 +64,7 @@ def test_whatever_is_damaged_is_learnt_again(
     path.write_bytes(whole)
     assert read_index(tmp_path, PANORAMA) is not None
     # Another way of describing points has another name for its files.
-    monkeypatch.setattr(features, "_FORM", b"turnlight background 2")
+    monkeypatch.setattr(features, "_FORM", b"another form")
     assert read_index(tmp_path, PANORAMA) is None
 
 

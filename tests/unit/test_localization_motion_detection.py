@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.localization.live.temporal_filters import ASKED_DEG, STILL, STILL_S, Stillness, watch
 from app.core.localization.sitter import Sitter, background_mask
-from app.core.localization.temporal_filters import ASKED_DEG, STILL, STILL_S, Stillness, watch
 
 Bytes = NDArray[np.uint8]
 SIZE = (240, 320)

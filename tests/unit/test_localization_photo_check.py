@@ -184,17 +184,21 @@ def test_a_known_turn_with_the_sitter_beside_the_middle(turn: float, aim: float)
 
 
 @pytest.mark.slow
-def test_a_cropped_photo_is_found_although_its_focal_length_lies() -> None:
-    view = taken_from(93.0)
-    middle = np.ascontiguousarray(view.picture[:, 250:950])
-    taken = locate_photo(Photo(middle, (700, 900), None, 14.0), demo_index())
-    assert taken.facing_deg is not None
-    assert abs(difference(taken.facing_deg, view.turn_deg)) <= 3.0
+def test_cropped_photos_are_found_although_their_focal_length_lies() -> None:
+    off = []
+    for azimuth in range(8, 368, 72):
+        view = taken_from(float(azimuth))
+        middle = np.ascontiguousarray(view.picture[:, 250:950])
+        taken = locate_photo(Photo(middle, (700, 900), None, 14.0), demo_index())
+        if taken.facing_deg is not None:
+            off.append(abs(difference(taken.facing_deg, view.turn_deg)))
+    assert len(off) >= 4
+    assert max(off) <= 3.0
 
 
 @pytest.mark.slow
 def test_a_crop_is_said_and_a_whole_photo_is_not_called_one() -> None:
-    view = taken_from(93.0)
+    view = taken_from(104.0)
     middle = np.ascontiguousarray(view.picture[:, 250:950])
     cropped = search_photo(Photo(middle, (700, 900), None, 14.0), demo_index())
     (warning,) = photo_warnings(cropped)

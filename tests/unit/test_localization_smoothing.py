@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.localization.temporal_filters import Leash, Steady, steadied
+from app.core.localization.live.temporal_filters import Leash, Steady, steadied
 
 LEASH: Final = Leash(0.95, 4.0)
 JITTER: Final = 0.3

@@ -20,9 +20,9 @@ from app.core.guidance.who_moves import Mode
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import Heading
 from app.core.localization.heading_conversion import Looks, offset_angle
+from app.core.localization.live.temporal_filters import Company, Width, read, update_company
+from app.core.localization.live.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.sitter import Sitter
-from app.core.localization.temporal_filters import Company, Width, read, update_company
-from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.lens_matrix import lens_matrix
@@ -467,3 +467,89 @@ def test_the_guidance_follows_a_track() -> None:
     assert phases[0] is Phase.TURN
     assert Phase.HOLD in phases
     assert phases[-1] is Phase.BEYOND
+
+
+# -- several frames --------------------------------------------------------------------------------
+
+
+class Pan:
+    """A camera that turns on the spot in the demo location. Nobody is visible.
+
+    A test provides `heading`, which receives the true azimuth and returns the search result.
+    """
+
+    def __init__(self, heading: Callable[[float], Heading]) -> None:
+        self.heading = heading
+        self.state: Track = LOST
+        self.now_s = 0.0
+
+    def look(self, azimuth: float) -> Track:
+        frame = look(demo_panorama(), azimuth, Lens(60.0, (320, 240)))
+        seeing = Seeing(lambda *_, **__: self.heading(azimuth), nobody)
+        self.state = track(frame, INDEX, 60.0, self.state, self.now_s, seeing=seeing)
+        self.now_s += 0.3
+        return self.state
+
+
+def sure(azimuth: float, confidence: float = 0.97) -> Heading:
+    return Heading("found", wrap(azimuth), inliers=40, confidence=confidence, fov_deg=60.0)
+
+
+def doubtful(azimuth: float, confidence: float = 0.5) -> Heading:
+    return replace(Heading("unsure", None), candidate=sure(azimuth, confidence))
+
+
+def test_doubtful_headings_count_once_the_camera_has_turned() -> None:
+    pan = Pan(doubtful)
+    assert [pan.look(100.0 + step).heading_deg for step in (0.0, 4.0, 8.0)] == [None] * 3
+    state = pan.look(112.0)
+    assert state.heading_deg == pytest.approx(112.0, abs=0.1)
+    assert state.confirmed
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 0.0, 2.0])
+def test_doubtful_headings_that_do_not_turn_along_stay_doubtful(wrong: float) -> None:
+    pan = Pan(lambda azimuth: doubtful(30.0 + wrong * (azimuth - 100.0)))
+    states = [pan.look(100.0 + 4.0 * step) for step in range(7)]
+    assert all(state.heading_deg is None for state in states)
+
+
+def test_a_certain_heading_is_likely_until_the_camera_has_turned() -> None:
+    pan = Pan(sure)
+    assert not any(pan.look(100.0 + step).confirmed for step in (0.0, 3.0, 6.0))
+    assert pan.state.status == "tracking"
+    assert pan.look(112.0).confirmed
+    assert pan.look(113.0).confirmed, "it stays confirmed while the camera is followed"
+    for _ in range(8):
+        pan.heading = lambda _: Heading("unsure", None)
+        pan.look(200.0)
+    assert not pan.state.confirmed
+
+
+def test_one_wrong_heading_of_several_is_not_shown() -> None:
+    """It drifts by less than a turning camera could, so nothing else contradicts it."""
+    pan = Pan(sure)
+    for step in range(4):
+        pan.look(100.0 + 4.0 * step)
+    pan.heading = lambda azimuth: sure(azimuth + 7.0)
+    pan.now_s += 0.5
+    state = pan.look(118.0)
+    assert state.heading_deg == pytest.approx(118.0, abs=1.5), "carried on from earlier headings"
+
+
+def test_a_heading_is_carried_past_a_bare_wall_for_a_while() -> None:
+    pan = Pan(sure)
+    for step in range(4):
+        pan.look(100.0 + 4.0 * step)
+    pan.heading = lambda _: Heading("unsure", None)
+    for azimuth in (116.0, 122.0, 128.0):
+        state = pan.look(azimuth)
+        assert state.heading_deg == pytest.approx(azimuth, abs=1.5)
+        assert state.confidence < 0.9
+    pan.heading = lambda _: Heading("unsure", None, few_details=True)
+    state = pan.look(140.0)
+    assert state.heading_deg is None, "too far from the last certain heading"
+    assert state.raw is not None
+    assert state.raw.few_details
+    pan.now_s += 6.0
+    assert pan.look(118.0).heading_deg is None, "too long ago"

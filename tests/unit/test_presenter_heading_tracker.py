@@ -20,10 +20,11 @@ from app.core.faces.light_from_face import FaceLight
 from app.core.faces.pose import HeadPose
 from app.core.faces.shot_against_goal import Check
 from app.core.guidance.who_moves import Mode
-from app.core.localization import tracking
+from app.core.localization.align import LikelyPose
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading
 from app.core.localization.homography import UNSURE, Alignment, apply_homography, corners_of
+from app.core.localization.live import tracking
 from app.core.localization.sitter import Sitter
 from app.core.portrait.head import Head
 from app.core.solver.style_signature import Grade
@@ -623,3 +624,23 @@ def face_rig(patch: pytest.MonkeyPatch, **settings: Any) -> Rig:
     patch.setattr(heading_tracker, "find_sitter", before)
     made.start()
     return made
+
+
+def test_the_overlay_starts_from_the_heading(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, poses = Rig(monkeypatch), list[LikelyPose | None]()
+
+    def align(*_: Any, pose: LikelyPose | None, **__: Any) -> Alignment:
+        poses.append(pose)
+        return UNSURE
+
+    monkeypatch.setattr(alignment, "align", align)
+    rig.start()
+    rig.turn_to(20.0)
+    rig.presenter.alignment.toggle()
+    rig.tick(3)
+    assert poses
+    assert poses[-1] is not None
+    assert poses[-1].to_goal_deg == pytest.approx(rig.goal - 20.0, abs=1.0)
+    rig.lose()
+    rig.tick(30)
+    assert poses[-1] is None

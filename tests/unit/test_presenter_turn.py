@@ -16,7 +16,7 @@ from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.guidance.guide import Phase
 from app.core.guidance.who_moves import Mode
-from app.core.localization.tracking import track
+from app.core.localization.live.tracking import track
 from app.core.portrait.head import Head
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import solve_all
@@ -284,7 +284,7 @@ def test_lost_after_a_second_number_and_arrow_go(rig: Rig) -> None:
     goal = rig.goal
     assert turn_words(goal) in state.guidance.advice
     back = rig.turn_to(20.0)
-    assert (back.live.quality, back.guidance.advice) == ("Heading certain", "")
+    assert (back.live.quality, back.guidance.advice) == ("Heading likely", "")
 
 
 def test_the_sitters_place_in_the_picture_counts(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -309,7 +309,7 @@ def test_who_is_in_the_picture_of_a_camera_that_looks_back(
     rig = Rig(monkeypatch, camera_looks="me")
     rig.start()
     state = rig.point(40.0, 15.0)
-    assert (state.scale.now_deg, state.live.quality) == (40.0, "Heading certain")
+    assert (state.scale.now_deg, state.live.quality) == (40.0, "Heading likely")
     rig.presenter.set_mode("selfie")
     rig.point(100.0)
     # In selfie mode they are the sitter.

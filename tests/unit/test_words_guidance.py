@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.core.guidance.guide import Goal, HeadingSource, Phase, Reading, guide
+from app.core.guidance.guide import LOST, Goal, HeadingSource, Phase, Reading, guide
 from app.core.guidance.who_moves import Mode
 from app.words.guidance import HOLD, IN_LIGHT, guide_words, trouble_line
 
@@ -10,8 +10,9 @@ GOAL = Goal(96.0, (79.0, 111.0))
 
 
 def test_trouble_has_a_line_of_one_sentence() -> None:
-    assert {phase for phase in Phase if trouble_line(phase)} == {Phase.LOST, Phase.LEFT, Phase.AWAY}
-    for phase in (Phase.LOST, Phase.LEFT):
+    lines = {phase for phase in Phase if trouble_line(phase)}
+    assert lines == {*LOST, Phase.LEFT, Phase.AWAY}
+    for phase in (*LOST, Phase.LEFT):
         assert trouble_line(phase).count(".") == 1
 
 

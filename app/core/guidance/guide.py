@@ -69,12 +69,17 @@ class Phase(StrEnum):
     STARTING = "starting"
     AWAY = "away"
     LOST = "lost"
+    FEW_DETAILS = "few details"
     LEFT = "left behind"
     TURN = "turn"
     INSIDE = "inside"
     HOLD = "hold"
     BEYOND = "beyond"
     NOSE = "nose"
+
+
+LOST: Final = (Phase.LOST, Phase.FEW_DETAILS)
+"""The phases in which the picture has no heading."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +124,7 @@ class Reading:
         from_deg: Turn to start from if there is no heading, which is 0 at first and later the turn
             of the last photo.
         yaw_deg: Yaw of the face, as in `Goal`, or None if no yaw was read.
+        few_details: Whether the picture shows too little to find a heading, like a bare wall.
     """
 
     turn_deg: float | None
@@ -127,6 +133,7 @@ class Reading:
     left_behind: bool = False
     from_deg: float = 0.0
     yaw_deg: float | None = None
+    few_details: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,7 +284,8 @@ def guide(goal: Goal, reading: Reading, memory: GuideMemory = FRESH) -> tuple[Gu
     since = None if memory.seen_s is None else reading.time_s - memory.seen_s
     if memory.shown_deg is not None and since is not None and since < LOST_AFTER_S:
         return _turning(target, memory, memory.shown_deg)
-    return _silent(target, Phase.LOST), replace(memory, shown_deg=None)
+    phase = Phase.FEW_DETAILS if reading.few_details else Phase.LOST
+    return _silent(target, phase), replace(memory, shown_deg=None)
 
 
 def _target(goal: Goal) -> _Target:

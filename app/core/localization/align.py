@@ -7,7 +7,9 @@ depth, it is the best fit, and the area behind the sitter, which determines the 
 interpolated from its surroundings.
 
 The live heading (`app.core.localization.heading`) is more accurate, covers the whole panorama and
-provides the numbers on screen. The homography is used only for the overlay.
+provides the numbers on screen. The homography is used only for the overlay. If there is a heading,
+it predicts where each point of the view is in the goal view, and only points near that position
+are matched. If they determine no homography but confirm the prediction, the prediction is used.
 """
 
 from __future__ import annotations
@@ -19,20 +21,26 @@ from typing import Final
 import cv2
 import numpy as np
 
-from app.core.base.arrays import Bools, Bytes, Float64
-from app.core.localization.features import describe, pair, shrunk
+from app.core.base import sphere
+from app.core.base.angles import difference
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.localization.features import Features, Pairs, describe, pair, pair_near, shrunk
 from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.homography import (
+    LEAST_INLIERS,
+    LEAST_OVERLAP,
     UNSURE,
     Alignment,
     Size,
     apply_homography,
     corners_of,
     fit_pairs,
+    overlap_of,
     scaled,
     sound,
 )
-from app.core.localization.temporal_filters import Leash, Steady, steadied
+from app.core.localization.live.temporal_filters import Leash, Steady, steadied
+from app.core.localization.rotation import unit_rays
 from app.core.localization.views import Lens
 
 _LEASH: Final = Leash(0.015, 0.10)  # in widths of the goal
@@ -104,6 +112,28 @@ _POINTS: Final = 1500
 _WIDTH: Final = 720
 _PIXELS: Final = 720 * 1280
 _RATIO: Final = 0.8
+_REACH_RAD: Final = math.radians(6.0)  # around the predicted position
+_SAME_RAD: Final = math.radians(0.3)
+_CLOSER_RATIO: Final = 0.85
+_ALIKE_DEG: Final = 2.0
+_LEAST_SHARE: Final = 0.25  # of the points near their predicted position; by chance, it is 0.1
+_CLOSE: Final = 0.03  # of the width: a point that is where the heading predicts it
+_CAMERA_AXES: Final = np.diag([-1.0, -1.0, 1.0])  # right, down, forward, in panorama axes
+
+
+@dataclass(frozen=True, slots=True)
+class LikelyPose:
+    """The pose of a view according to its heading.
+
+    Attributes:
+        to_goal_deg: Azimuth of the goal minus the heading, in degrees.
+        pitch_deg, roll_deg, zoom: As in `app.core.localization.heading.Heading`.
+    """
+
+    to_goal_deg: float
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
+    zoom: float = 1.0
 
 
 def align(
@@ -114,6 +144,7 @@ def align(
     sitter_deg: float = 0.0,
     view_fov_deg: float | None = None,
     mask: Bools | None = None,
+    pose: LikelyPose | None = None,
 ) -> Alignment:
     """Find the homography that maps a view to a target.
 
@@ -128,6 +159,7 @@ def align(
         mask: (h, w) bool. True where the view shows background. By default, everything except the
             usual position of a sitter (`sitter_mask`) is used, or everything if too few points
             remain.
+        pose: Likely pose of the view, or None to search everywhere.
 
     Returns:
         The alignment. It is ``unsure`` if too few points agree, or if the view would be mirrored,
@@ -138,7 +170,8 @@ def align(
     masks = [mask] if mask is not None else [sitter_mask(view.shape[:2]), None]
     best = UNSURE
     for where in masks:
-        alignment = _aligned(target, view, where, (fov_deg, sitter_deg, view_fov_deg or fov_deg))
+        angles = (fov_deg, sitter_deg, view_fov_deg or fov_deg)
+        alignment = _aligned(target, view, where, angles, pose)
         if alignment.status == "found":
             return alignment
         best = max(best, alignment, key=lambda one: one.inliers)
@@ -192,19 +225,29 @@ def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: f
 
 
 def _aligned(
-    target: Bytes, view: Bytes, mask: Bools | None, angles: tuple[float, float, float]
+    target: Bytes,
+    view: Bytes,
+    mask: Bools | None,
+    angles: tuple[float, float, float],
+    pose: LikelyPose | None,
 ) -> Alignment:
     small_target, _ = shrunk(target, _scale(target))
     small_view, small_mask = shrunk(view, _scale(view), mask)
     there = describe(small_target, _POINTS)
     here = describe(small_view, _POINTS, small_mask)
-    pairs = pair(here.descriptors, there.descriptors, there.places, 3.0, _RATIO)
-    start, stop = here.places[pairs.first], there.places[pairs.second]
     sizes = (_size(small_view), _size(small_target))
+    predicted = None if pose is None else _predicted(pose, sizes, angles)
+    if predicted is None:
+        pairs = pair(here.descriptors, there.descriptors, there.places, 3.0, _RATIO)
+    else:
+        pairs = _pairs_near(here, there, predicted, Lens(angles[0], sizes[1]))
+    start, stop = here.places[pairs.first], there.places[pairs.second]
     alignment = fit_pairs(start, stop, sizes)
+    if predicted is not None and not _turns_alike(alignment.homography, predicted, sizes, angles):
+        alignment = _as_predicted(predicted, start, stop, sizes)
     if alignment.homography is None:
         return alignment
-    error = _turn_error(alignment.homography, sizes[0], sizes[1][0], angles)
+    error = _turn_error(alignment.homography, sizes, angles)
     # Sides are whole numbers of pixels, so the two scales of a picture differ slightly.
     (columns, rows), (view_columns, view_rows) = (
         (small.shape[1] / whole.shape[1], small.shape[0] / whole.shape[0])
@@ -215,11 +258,77 @@ def _aligned(
     return replace(alignment, homography=scaled(whole), turn_error_deg=error)
 
 
+def _predicted(
+    pose: LikelyPose, sizes: tuple[Size, Size], angles: tuple[float, float, float]
+) -> Float64:
+    """Return the homography from view to target of a background in one plane."""
+    fov, sitter, view_fov = angles
+    # Seen from the probe, everything is larger by the zoom, measured from the sitter at eye height.
+    middle = np.array([math.tan(math.radians(sitter)), math.tan(math.radians(pose.pitch_deg))])
+    enlarged = np.diag([pose.zoom, pose.zoom, 1.0])
+    enlarged[:2, 2] = middle * (1.0 - pose.zoom)
+    turn = sphere.rotation(-pose.to_goal_deg, pose.pitch_deg, pose.roll_deg)
+    turn = _CAMERA_AXES @ turn @ _CAMERA_AXES
+    view, target = _matrix(Lens(view_fov, sizes[0])), _matrix(Lens(fov, sizes[1]))
+    return scaled(target @ turn @ enlarged @ np.linalg.inv(view))
+
+
+def _matrix(lens: Lens) -> Float64:
+    """Return the matrix that projects rays to the right, down and forward to pixels."""
+    columns, rows = lens.size
+    focal = lens.focal_px
+    return np.array([[focal, 0.0, columns / 2.0], [0.0, focal, rows / 2.0], [0.0, 0.0, 1.0]])
+
+
+def _pairs_near(here: Features, there: Features, predicted: Float64, lens: Lens) -> Pairs:
+    """Match the points of a view with points of the target near their predicted position."""
+    spots, positions = (
+        unit_rays((places - np.array(lens.size) / 2.0) / lens.focal_px).astype(np.float32)
+        for places in (there.places, apply_homography(predicted, here.places.astype(np.float64)))
+    )
+    return pair_near(
+        here.descriptors,
+        there.descriptors,
+        spots,
+        positions,
+        _REACH_RAD,
+        _SAME_RAD,
+        _CLOSER_RATIO,
+    )
+
+
+def _as_predicted(
+    predicted: Float64, start: Float32, stop: Float32, sizes: tuple[Size, Size]
+) -> Alignment:
+    """Return the predicted alignment, if enough points are where it expects them."""
+    miss = np.linalg.norm(apply_homography(predicted, start.astype(np.float64)) - stop, axis=1)
+    count = int((miss < _CLOSE * sizes[1][0]).sum())
+    overlap = overlap_of(predicted, *sizes)
+    few = count < LEAST_INLIERS or count < _LEAST_SHARE * len(miss)
+    if few or overlap < LEAST_OVERLAP or not sound(predicted, *sizes):
+        return replace(UNSURE, inliers=count)
+    return Alignment("found", predicted, count, overlap, None, 1.0 - math.exp(-count / 25.0))
+
+
+def _turns_alike(
+    matrix: Float64 | None,
+    predicted: Float64,
+    sizes: tuple[Size, Size],
+    angles: tuple[float, float, float],
+) -> bool:
+    """Return whether a homography agrees with the heading, which is more accurate."""
+    if matrix is None:
+        return False
+    first, second = (_turn_error(one, sizes, angles) for one in (matrix, predicted))
+    return abs(difference(first, second)) <= _ALIKE_DEG
+
+
 def _turn_error(
-    matrix: Float64, size: tuple[int, int], width: int, angles: tuple[float, float, float]
+    matrix: Float64, sizes: tuple[Size, Size], angles: tuple[float, float, float]
 ) -> float:
     """Return the turn from view to goal, in degrees, at the background behind the sitter."""
     fov, sitter, view_fov = angles
+    size, width = sizes[0], sizes[1][0]
     lens = Lens(view_fov, size)
     column = size[0] / 2.0 + math.tan(math.radians(sitter)) * lens.focal_px
     place = matrix @ np.array([column, size[1] / 2.0, 1.0])

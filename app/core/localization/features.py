@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -33,9 +34,9 @@ _VIEW_DEG: Final = 70.0
 _PITCHES_DEG: Final = (17.0, -17.0)
 _VIEW_SHAPE: Final = (60.0, 70.0)  # degrees, wide and tall: each view includes the horizon
 _PER_DEG: Final = 10.0  # pixels of a view, at most
-_VIEW_POINTS: Final = 900
+_VIEW_POINTS: Final = 1200
 _FILE: Final = "background.points"
-_FORM: Final = b"turnlight background 1"  # version of the file format and of the descriptors
+_FORM: Final = b"turnlight background 2"  # version of the file format and of the descriptors
 _COLUMNS: Final = 128 + 3 + 1  # descriptor, bearing, azimuth
 _MOST_POINTS: Final = 20 * _VIEW_POINTS
 _SEAL: Final = 32  # bytes
@@ -166,6 +167,7 @@ _CLIP_LIMIT: Final = 3.0
 _CONTRAST: Final = 0.02  # lower than the default, as backgrounds are often soft
 _USUAL: Final = 0.75  # similarity of the rival, if none is close
 _AROUND: Final = 0.4  # cosine-like: points further from the middle are outside any picture
+_BLOCK: Final = 256  # points compared at a time
 _RIVALS: Final = 3  # one corner is often described twice, for two directions of its gradient
 
 
@@ -283,7 +285,10 @@ def pair(
     if len(first) == 0 or len(second) < 2:
         nothing = np.zeros(0, np.int64)
         return Pairs(nothing, nothing, np.zeros(0, np.float32))
-    return _told_apart(first @ second.T, spots, apart, limit)
+    blocks = (
+        _told_apart(first[rows] @ second.T, spots, apart, limit) for rows in blocks_of(len(first))
+    )
+    return _joined(blocks)
 
 
 def pair_near(
@@ -308,10 +313,31 @@ def pair_near(
     around = np.flatnonzero(spots @ positions.mean(axis=0) > _AROUND)
     if len(first) == 0 or len(around) < 2:
         return pair(first, second[:0], spots[:0], apart, limit)
-    near = positions @ spots[around].T > math.cos(reach)
-    likeness = np.where(near, first @ second[around].T, np.float32(-1.0))
-    pairs = _told_apart(likeness, spots[around], apart, limit, _USUAL)
+    second, spots = second[around], spots[around]
+
+    def block(rows: slice) -> Pairs:
+        near = positions[rows] @ spots.T > math.cos(reach)
+        likeness = np.where(near, first[rows] @ second.T, np.float32(-1.0))
+        return _told_apart(likeness, spots, apart, limit, _USUAL)
+
+    pairs = _joined(block(rows) for rows in blocks_of(len(first)))
     return Pairs(pairs.first, around[pairs.second], pairs.ratio)
+
+
+def blocks_of(count: int) -> Iterator[slice]:
+    """Divide points into blocks, so that comparing all with all takes little memory."""
+    for start in range(0, count, _BLOCK):
+        yield slice(start, min(start + _BLOCK, count))
+
+
+def _joined(blocks: Iterable[Pairs]) -> Pairs:
+    """Join the matches of consecutive blocks of the first points."""
+    parts = list(blocks)
+    return Pairs(
+        np.concatenate([pairs.first + _BLOCK * number for number, pairs in enumerate(parts)]),
+        np.concatenate([pairs.second for pairs in parts]),
+        np.concatenate([pairs.ratio for pairs in parts]),
+    )
 
 
 def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:

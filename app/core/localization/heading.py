@@ -4,7 +4,7 @@ The picture's feature points are matched with those of the panorama
 (`app.core.localization.features`), either with all of them or with those near the last heading.
 `app.core.localization.rotation` finds the rotation, allowing for the distance between camera and
 probe. This module checks the rotation against the rest of the picture, and
-`app.core.localization.camera_pose` estimates the probability that it is right.
+`app.core.localization.confidence` estimates the probability that it is right.
 
 A heading that cannot be trusted is `unsure` and has no number, because showing no number is better
 than showing a wrong one.
@@ -22,19 +22,13 @@ from app.core.base import sphere
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.localization import rotation
-from app.core.localization.camera_pose import (
-    LEAST_CONFIDENCE,
-    CameraPrior,
-    Evidence,
-    Matches,
-    Stand,
-    find_stand,
-    trust,
-)
+from app.core.localization.camera_pose import CameraPrior, Matches, Stand, find_stand
+from app.core.localization.confidence import LEAST_CONFIDENCE, Evidence, trust
 from app.core.localization.features import (
     Features,
     HeadingIndex,
     Pairs,
+    blocks_of,
     describe,
     pair,
     pair_near,
@@ -77,14 +71,15 @@ def support(
     near = np.flatnonzero(spots @ axis > math.cos(_AROUND_RAD))
     if len(near) < _LEAST or len(rays) < _LEAST:
         return 0.0
-    likeness = own_descriptors @ index_descriptors[near].T
-    ahead = pose.predict(rays)
-    best = _most_alike(ahead, pose.rotation, spots[near], likeness)
-    others = np.full(len(rays), -1.0, np.float32)
-    for up, right in _ASIDE:
-        turn = sphere.from_vector(np.array([up * _ASIDE_RAD, right * _ASIDE_RAD, 0.0]))
-        aside = _most_alike(ahead, pose.rotation @ turn, spots[near], likeness)
-        np.maximum(others, aside, out=others)
+    ahead, near_spots, near_descriptors = pose.predict(rays), spots[near], index_descriptors[near]
+    turns = [np.array([up * _ASIDE_RAD, right * _ASIDE_RAD, 0.0]) for up, right in _ASIDE]
+    rotations = [pose.rotation, *(pose.rotation @ sphere.from_vector(turn) for turn in turns)]
+    alike = np.empty((len(rotations), len(rays)), np.float32)
+    for rows in blocks_of(len(rays)):
+        likeness = own_descriptors[rows] @ near_descriptors.T
+        for number, axes in enumerate(rotations):
+            alike[number, rows] = _most_alike(ahead[rows], axes, near_spots, likeness)
+    best, others = alike[0], alike[1:].max(axis=0)
     comparable = (best > 0.0) & (others > 0.0)
     count = int(comparable.sum())
     if count < _LEAST:
@@ -131,6 +126,7 @@ _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
 _STATED: Final = 0.03  # spread of the logarithm of a lens from EXIF: rounding, stabilisation
 _ABOUT: Final = 0.1  # the same for a field of view set by the user
 _FIELDS: Final = (25.0, 110.0)
+_FEW_DETAILS: Final = 0.4  # of the points that a picture of a furnished room has
 
 
 class Effort(NamedTuple):
@@ -140,7 +136,7 @@ class Effort(NamedTuple):
     points: int
 
 
-SEARCHING: Final = Effort(640 * 480, 1000)
+SEARCHING: Final = Effort(640 * 480, 1400)
 """The effort for a live picture that is searched for in the whole panorama."""
 
 _TRACKING: Final = Effort(320 * 240, 350)  # nearly as accurate, and three times as fast
@@ -163,6 +159,8 @@ class Heading:
         zoom: Angular size of objects near the sitter in the panorama divided by that in the
             picture, or 1 if unsure. It depends on the distance of the background.
         fov_deg: Horizontal field of view, in degrees, either given or estimated, or 0 if unsure.
+        candidate: The most likely heading if unsure, which other pictures may confirm, or None.
+        few_details: Whether the picture has little that could be recognised, like a bare wall.
     """
 
     status: Literal["found", "unsure"]
@@ -173,6 +171,8 @@ class Heading:
     confidence: float = 0.0
     zoom: float = 1.0
     fov_deg: float = 0.0
+    candidate: Heading | None = None
+    few_details: bool = False
 
 
 UNSURE: Final = Heading("unsure", None)
@@ -241,7 +241,8 @@ def find_heading(
         sitter_deg, mask = None, None
     sight = see(frame, mask, effort)
     match = compare(sight, index, fov_deg, near_deg, sitter_deg, away=away)
-    heading = UNSURE if match is None else to_heading(match)
+    few_details = len(sight.features) < _FEW_DETAILS * effort.points
+    heading = replace(UNSURE if match is None else to_heading(match), few_details=few_details)
     if not away or heading.heading_deg is not None or near_deg is not None:
         return heading
     # The holder of the camera is only a hint, and may be a false detection.
@@ -291,22 +292,29 @@ def compare(
         there = spots[pairs.second].astype(np.float64)
         return Matches(rays[pairs.first], there, pairs.ratio, shape)
 
+    def rated(pairs: Pairs, stand: Stand, *, guided: bool) -> HeadingMatch:
+        whole = support(stand.rays(rays), own_descriptors, spots, index_descriptors, stand.pose)
+        evidence = _evidence(stand, pairs, matches(pairs), lens, question, whole)
+        evidence = replace(evidence, guided=guided)
+        return HeadingMatch(stand.pose, evidence, fov_deg or _field(lens, stand.factor))
+
     stand = find_stand(matches(pairs), question)
     if stand is None:
         return None
-    if sight.fine and not away:
-        positions = (stand.pose.predict(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
-        closer = pair_near(
-            own_descriptors, index_descriptors, spots, positions, _REACH, _SAME, _CLOSER_RATIO
-        )
-        closer = thinned(closer, sight.features.places, cell, _MOST)
-        closer_stand = find_stand(matches(closer), question, stand.pose)
-        if closer_stand is not None:
-            pairs, stand = closer, closer_stand
-    whole = support(stand.rays(rays), own_descriptors, spots, index_descriptors, stand.pose)
-    evidence = _evidence(stand, pairs, matches(pairs), lens, question, whole)
-    evidence = evidence if sight.fine else replace(evidence, guided=True)
-    return HeadingMatch(stand.pose, evidence, fov_deg or _field(lens, stand.factor))
+    # A second look takes as long as the first, so a live picture gets one only if it needs it.
+    if away or question.near or not sight.fine:
+        match = rated(pairs, stand, guided=not sight.fine)
+        if away or question.near or trust(match.evidence) >= LEAST_CONFIDENCE:
+            return match
+    positions = (stand.pose.predict(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
+    closer = pair_near(
+        own_descriptors, index_descriptors, spots, positions, _REACH, _SAME, _CLOSER_RATIO
+    )
+    closer = thinned(closer, sight.features.places, cell, _MOST)
+    closer_stand = find_stand(matches(closer), question, stand.pose)
+    if closer_stand is None:
+        return rated(pairs, stand, guided=not sight.fine)
+    return rated(closer, closer_stand, guided=False)
 
 
 def _evidence(
@@ -334,6 +342,7 @@ def _evidence(
         loose_deg=math.degrees(line.loose_rad) if line else 0.0,
         flat=line.flat if line and line.loose_rad else 0.0,
         agree=line.agree if line else 0.0,
+        apart_deg=sphere.angle_of(line.elsewhere.T @ pose.rotation) if line else math.inf,
         away=question.away,
     )
 
@@ -344,12 +353,15 @@ def to_heading(
     """Return a heading if its confidence is sufficient, otherwise an unsure heading."""
     confidence = trust(match.evidence) if confidence is None else confidence
     points = match.evidence.points
-    heading, pitch, roll = match.pose.angles_deg
+    azimuth, pitch, roll = match.pose.angles_deg
     absurd = abs(pitch) > rotation.MOST_PITCH_DEG or abs(roll) > rotation.MOST_ROLL_DEG
-    if absurd or confidence < least:
-        return Heading("unsure", None, inliers=points, confidence=0.0 if absurd else confidence)
+    if absurd:
+        return Heading("unsure", None, inliers=points)
     zoom, fov = match.pose.zoom, round(match.fov_deg, 2)
-    return Heading("found", wrap(heading), pitch, roll, points, confidence, zoom, fov)
+    heading = Heading("found", wrap(azimuth), pitch, roll, points, confidence, zoom, fov)
+    if confidence >= least:
+        return heading
+    return Heading("unsure", None, inliers=points, confidence=confidence, candidate=heading)
 
 
 def _field(lens: Lens, factor: float) -> float:

@@ -24,6 +24,9 @@ Size: TypeAlias = tuple[int, int]
 LEAST_INLIERS: Final = 12
 """Minimum number of agreeing points. Fewer points may agree by chance."""
 
+LEAST_OVERLAP: Final = 0.05
+"""Minimum fraction of the target that the view covers."""
+
 _REPROJECTION: Final = 0.008  # of the picture's width
 _ITERATIONS: Final = 3000
 _CONFIDENCE: Final = 0.999
@@ -39,7 +42,6 @@ _WORST_CONDITION: Final = 1e12
 _CORNERS_KNOWN: Final = 0.05  # of the width: largest standard deviation of a corner
 # of the width: standard deviation in the direction where it is smallest
 _LEAST_SPREAD: Final = 0.04
-_LEAST_OVERLAP: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,12 +93,16 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
     close = _refined(matrix, start[inside], stop[inside], sizes)
     if close is None or not sound(close, *sizes):
         return unsure
-    # Covered fraction of the target, counted on a coarse grid.
-    overlap = len(_back(close, _grid(sizes[1], 64), sizes[0])) / 64.0**2
-    if overlap < _LEAST_OVERLAP:
+    overlap = overlap_of(close, *sizes)
+    if overlap < LEAST_OVERLAP:
         return unsure
     confidence = (1.0 - math.exp(-count / 25.0)) * min(1.0, share / 0.5)
     return Alignment("found", close, count, overlap, None, confidence)
+
+
+def overlap_of(matrix: Float64, size: Size, target: Size) -> float:
+    """Return the fraction of the target that the view covers, counted on a coarse grid."""
+    return len(_back(matrix, _grid(target, 64), size)) / 64.0**2
 
 
 def sound(matrix: Float64, size: Size, target: Size) -> bool:

@@ -63,6 +63,15 @@ class Aim(NamedTuple):
     unlikely: float = 0.0
 
 
+class Doubts(NamedTuple):
+    """The evidence against a line, as in `Line`."""
+
+    gain: float
+    aside: float
+    loose_rad: float
+    flat: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
     """A camera on the line to the sitter.
@@ -81,6 +90,7 @@ class Line:
             radians, or 0 if there is no parallax, in which case the direction does not matter.
         flat: Fraction of the agreeing points that are in one plane, 0 to 1. A camera elsewhere with
             another lens could show the same plane.
+        elsewhere: (3, 3) float64. Rotation of the camera that explains most points, wherever it is.
         open_line: The same without the sitter's position: the direction of the probe is measured,
             within about 15 degrees of the axis.
     """
@@ -95,6 +105,7 @@ class Line:
     aside: float
     loose_rad: float
     flat: float
+    elsewhere: Float64
     open_line: Line | None = None
 
 
@@ -184,17 +195,38 @@ def lined_up(
         gain = max(most.points - best_way.points, 0.0)
     axis = 0.0 if math.cos(aims[0].angle) > 0.0 else math.pi
     open_way = max(_aimed(pairs, [], [best_way, *_best(free)], Aim(axis, _OPEN)), key=_worth)
+    more = max(most.points - open_way.points, 0.0)
+    open_line = _line(open_way, most, ahead, Doubts(more, 0.0, loose, flat))
+    line = _line(best_way, most, ahead, Doubts(gain, aside, loose, flat))
+    return replace(line, open_line=open_line)
 
-    def line(way: _Solution, gain: float, aside: float, open_line: Line | None = None) -> Line:
-        inside = np.zeros(len(rays), bool)
-        inside[ahead] = way.agree > 0.3
-        error = math.sqrt(max(float(np.linalg.inv(way.normal)[1, 1]), 0.0))
-        probe = way.way[:2] / _depth(way.way)
-        numbers = (error, way.points, gain, aside, loose, flat)
-        return Line(way.rotation, way.lens, probe, inside, *numbers, open_line)
 
-    open_line = line(open_way, max(most.points - open_way.points, 0.0), 0.0)
-    return line(best_way, gain, aside, open_line)
+def open_line_near(
+    pose: CameraPose, rays: Float64, bearings: Float64, scale: float, *, away: bool
+) -> Line | None:
+    """Measure the direction of the probe, starting from a pose that is nearly right.
+
+    Args:
+        rays, bearings, scale: As in `lined_up`.
+        away: Whether the camera looks away from the probe.
+    """
+    ahead = bearings @ pose.rotation[:, 2] > _AHEAD
+    if int(ahead.sum()) < _LEAST:
+        return None
+    pairs = _Pairs(rays[ahead], bearings[ahead], scale)
+    start = _Solution(pose.rotation, np.zeros(3), _unit(np.append(pose.sitter, 1.0)))
+    way = _aimed(pairs, [start], [], Aim(math.pi if away else 0.0, _OPEN))[0]
+    most = _settled(pairs, way)
+    flat, _ = _mirrored(pairs, way)
+    return _line(way, most, ahead, Doubts(max(most.points - way.points, 0.0), 0.0, 0.0, flat))
+
+
+def _line(way: _Solution, most: _Solution, ahead: Bools, doubts: Doubts) -> Line:
+    inside = np.zeros(len(ahead), bool)
+    inside[ahead] = way.agree > 0.3
+    error = math.sqrt(max(float(np.linalg.inv(way.normal)[1, 1]), 0.0))
+    probe = way.way[:2] / _depth(way.way)
+    return Line(way.rotation, way.lens, probe, inside, error, way.points, *doubts, most.rotation)
 
 
 def _depth(way: Float64) -> float:

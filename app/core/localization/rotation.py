@@ -32,6 +32,7 @@ _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panoram
 
 _LEAST_PAIRS: Final = 6
 _SPREAD: Final = 0.06  # radians: closer pairs do not determine a rotation
+_BLOCK: Final = 128  # rotations tried at a time, which takes little memory
 _LOOSE: Final = 0.05  # radians, about 3 degrees, for a hypothesis
 
 _ACROSS: Final = 0.0035  # radians: noise of a point across the line to the sitter
@@ -217,11 +218,23 @@ def _best(
     rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64
 ) -> tuple[Float64, float, Bools]:
     """Choose the rotation with the most points that agree."""
+    scores = [
+        np.maximum(1.0 - _away_squared(axes, zooms, rays, bearings) / _LOOSE**2, 0.0).sum(axis=1)
+        for axes, zooms in (
+            (rotations[start : start + _BLOCK], zoom[start : start + _BLOCK])
+            for start in range(0, len(zoom), _BLOCK)
+        )
+    ]
+    best = int(np.argmax(np.concatenate(scores)))
+    only = slice(best, best + 1)
+    away_squared = _away_squared(rotations[only], zoom[only], rays, bearings)[0]
+    return rotations[best], float(zoom[best]), away_squared < _LOOSE**2
+
+
+def _away_squared(rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64) -> Float64:
+    """Return the squared distances of the points, (K, N), for K rotations and zooms."""
     zoomed = unit_rays(rays[None], zoom[:, None])
-    away_squared = 2.0 - 2.0 * (zoomed * (bearings[None] @ rotations)).sum(axis=2)
-    scores = np.maximum(1.0 - away_squared / _LOOSE**2, 0.0).sum(axis=1)
-    best = int(np.argmax(scores))
-    return rotations[best], float(zoom[best]), away_squared[best] < _LOOSE**2
+    return np.asarray(2.0 - 2.0 * (zoomed * (bearings[None] @ rotations)).sum(axis=2))
 
 
 def _refine(

@@ -233,14 +233,20 @@ def likeness_words(match: int, best: int) -> str:
     return tr("match {match} of a possible {best}", match=match, best=best)
 
 
-def sureness_words(confidence: float) -> str:
+def sureness_words(confidence: float, *, confirmed: bool = True) -> str:
     """Describe the confidence in a heading, which is given from 0 to 1.
+
+    Args:
+        confirmed: Whether several pictures agree. Until they do, no heading is certain.
 
     Examples:
         >>> sureness_words(0.999), sureness_words(0.84), sureness_words(0.4)
         ('certain', 'likely', 'doubtful')
+        >>> sureness_words(0.999, confirmed=False)
+        'likely'
     """
-    return next(words for least, words in _SURENESS if confidence >= least)
+    levels = _SURENESS if confirmed else _SURENESS[1:]
+    return next(words for least, words in levels if confidence >= least)
 
 
 def _beside(to_go: int, goal: int) -> _Beside:

@@ -27,8 +27,8 @@ from app.core.faces.pose import head_pose
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading_conversion import offset_angle
+from app.core.localization.live.tracking import LOST, SEEING, Seeing, Track, track
 from app.core.localization.sitter import Sitter
-from app.core.localization.tracking import LOST, SEEING, Seeing, Track, track
 from app.core.localization.views import Lens
 from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.head_views import YAWS

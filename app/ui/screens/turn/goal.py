@@ -41,6 +41,13 @@ class TurnScene:
     strip: tuple[int, int]
 
     @property
+    def azimuth_deg(self) -> float:
+        """Panorama azimuth of the camera's axis at the goal, in degrees."""
+        return heading_of_turn(
+            self.goal_deg, looks=self.looks, mode=self.mode, front_deg=self.front_deg
+        )
+
+    @property
     def panorama_fov_deg(self) -> float:
         """Horizontal angle of the panorama that fills the camera's picture, in degrees."""
         lens = Lens(self.fov_deg, (self.well[1], self.well[0]))
@@ -71,11 +78,8 @@ def views_of(light: PlaceLight, scene: TurnScene) -> GoalViews:
     rows, columns = scene.well
     goal = _goal(light, scene, (columns, rows))
     target = _goal(light, scene, (TARGET_WIDTH, max(round(TARGET_WIDTH * rows / columns), 1)))
-    azimuth = heading_of_turn(
-        scene.goal_deg, looks=scene.looks, mode=scene.mode, front_deg=scene.front_deg
-    )
     size = (scene.strip[1], scene.strip[0])
-    strip = mirrored(strip_view(light.display, azimuth, size, STRIP_DEG), scene.mode)
+    strip = mirrored(strip_view(light.display, scene.azimuth_deg, size, STRIP_DEG), scene.mode)
     return GoalViews(scene, goal, mirrored(goal, scene.mode), target, strip)
 
 

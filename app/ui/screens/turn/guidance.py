@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.guide import FRESH, Goal, Guide, HeadingSource, Phase, Reading, guide
+from app.core.guidance.guide import FRESH, LOST, Goal, Guide, HeadingSource, Phase, Reading, guide
 from app.core.guidance.who_moves import Mode
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
@@ -17,7 +17,7 @@ from app.words.guidance import DIRECTIONS, HOLD, guide_words
 from app.words.phrases.turns import turn_words
 
 if TYPE_CHECKING:
-    from app.core.localization.tracking import Track
+    from app.core.localization.live.tracking import Track
     from app.ui.screens.turn.live.camera import LiveCamera
     from app.ui.screens.turn.live.heading_tracker import HeadingTracker
 
@@ -39,7 +39,12 @@ PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
 }
 TAKE: Final = tr("Take the picture")
 FROM_PHOTO: Final = tr("From where the photo was taken")
-_ICONS: Final = {Phase.LOST: "target", Phase.LEFT: "walk", Phase.AWAY: "warning"}
+_ICONS: Final = {
+    Phase.LOST: "target",
+    Phase.FEW_DETAILS: "target",
+    Phase.LEFT: "walk",
+    Phase.AWAY: "warning",
+}
 _LEFT: Final = tr("The best light is a little to your left.")
 _RIGHT: Final = tr("The best light is a little to your right.")
 REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
@@ -178,7 +183,10 @@ class GuidanceController:
             why: Hindrance = "learning" if self._tracker.learning else "looking"
             return why, Reading(None, now, HeadingSource.STARTING, from_deg=self.from_deg)
         left_behind = track is not None and track.left_behind
-        return "none", Reading(self._turn(), now, source, left_behind, self.from_deg)
+        few_details = track is not None and track.raw is not None and track.raw.few_details
+        return "none", Reading(
+            self._turn(), now, source, left_behind, self.from_deg, few_details=few_details
+        )
 
     def _turn(self) -> float | None:
         track = self.track
@@ -243,7 +251,7 @@ class GuidanceController:
     def _sentence(self, guidance: Guide) -> Guidance:
         """Build the column with a sentence instead of a number. Camera problems come first."""
         error = self._camera.error
-        if error is not None and guidance.phase is Phase.LOST:
+        if error is not None and guidance.phase in LOST:
             message, icon = str(error), "warning"
         else:
             is_away = guidance.phase is Phase.AWAY
@@ -278,7 +286,7 @@ class GuidanceController:
         """Return advice for when the heading is lost. It is usually to compare Live with Goal."""
         if guidance.phase is Phase.LEFT:
             return tr("This camera isn't moving with you, so the turn can't be measured.")
-        if guidance.phase is not Phase.LOST:
+        if guidance.phase not in LOST:
             return ""
         turn = turn_words(float(guidance.goal))
         by_eye = tr("Or go by eye until Live looks like Goal: {turn} from the start.", turn=turn)

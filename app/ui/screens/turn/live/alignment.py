@@ -11,10 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.guidance.guide import HeadingSource, Phase
-from app.core.localization.align import BARE, SteadyOverlay, align, steady_overlay
+from app.core.guidance.guide import LOST, HeadingSource, Phase
+from app.core.localization.align import BARE, LikelyPose, SteadyOverlay, align, steady_overlay
 from app.core.localization.homography import Alignment
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.text import tr
@@ -22,6 +23,7 @@ from app.ui.presenters.services import Services
 from app.ui.screens.turn.live.overlay import LiveOverlay
 
 if TYPE_CHECKING:
+    from app.core.localization.live.tracking import Track
     from app.ui.screens.turn.goal import GoalViews
     from app.ui.screens.turn.guidance import GuidanceController
     from app.ui.screens.turn.live.camera import LiveCamera
@@ -109,7 +111,8 @@ class AlignmentPanel:
         frame = self._camera.frame
         if views is not None and frame is not None and self.on:
             fovs = (views.scene.panorama_fov_deg, self._camera.fov_guess_deg)
-            self._aligner.look(frame.picture, views.target, fovs)
+            pose = _likely_pose(self._guidance.track, views.scene.azimuth_deg)
+            self._aligner.look(frame.picture, views.target, fovs, pose)
 
     def overlay(self, views: GoalViews | None) -> LiveOverlay | None:
         """Return the overlay of Live on Goal, or None if Live is shown alone."""
@@ -149,7 +152,7 @@ class AlignmentPanel:
     def _unaligned(self) -> bool:
         """Whether Live cannot be placed over Goal, because heading and alignment are both lost."""
         guide = self._guidance.guide
-        lost = guide is not None and guide.phase in (Phase.LOST, Phase.LEFT)
+        lost = guide is not None and guide.phase in (*LOST, Phase.LEFT)
         return lost and not self._is_aligned
 
     @property
@@ -189,13 +192,20 @@ class Aligner:
         if not on:
             self.services.runner.cancel(_ALIGN)
 
-    def look(self, picture: Bytes, target: Bytes, fovs_deg: tuple[float, float]) -> None:
+    def look(
+        self,
+        picture: Bytes,
+        target: Bytes,
+        fovs_deg: tuple[float, float],
+        pose: LikelyPose | None = None,
+    ) -> None:
         """Align a picture with the goal, unless an alignment is already running.
 
         Args:
             picture: The camera's picture, (H, W, 3) uint8 sRGB, not mirrored.
             target: The view at the goal, (H, W, 3) uint8 sRGB, not mirrored.
             fovs_deg: Horizontal fields of view of the target and the camera, in degrees.
+            pose: Pose of the camera according to its heading, or None if it is unknown.
         """
         before, pictures = self._state, self._pictures
         same = pictures is not None and pictures[0] is picture and pictures[1] is target
@@ -207,7 +217,7 @@ class Aligner:
         self._pictures, now_s = (picture, target), self.services.clock.now()
         self.services.runner.submit(
             _ALIGN,
-            lambda token, report: _aligned(picture, target, fovs_deg, before, now_s),
+            lambda token, report: _aligned(picture, target, fovs_deg, pose, before, now_s),
             done=self._set_state,
             failed=lambda error: self._set_state((BARE, None)),
         )
@@ -218,10 +228,24 @@ class Aligner:
             self.changed()
 
 
+def _likely_pose(track: Track | None, goal_deg: float) -> LikelyPose | None:
+    """Return the camera's pose according to its last heading, or None if there is none.
+
+    Args:
+        goal_deg: Panorama azimuth of the camera's axis at the goal, in degrees.
+    """
+    heading = None if track is None else track.raw
+    if heading is None or heading.heading_deg is None:
+        return None
+    to_goal = difference(goal_deg, heading.heading_deg)
+    return LikelyPose(to_goal, heading.pitch_deg, heading.roll_deg, heading.zoom)
+
+
 def _aligned(
     picture: Bytes,
     target: Bytes,
     fovs_deg: tuple[float, float],
+    pose: LikelyPose | None,
     before: tuple[SteadyOverlay, Sitter | None],
     now_s: float,
 ) -> tuple[SteadyOverlay, Sitter | None]:
@@ -238,6 +262,7 @@ def _aligned(
         view_fov_deg=fovs_deg[1],
         sitter_deg=0.0 if sitter is None else sitter.angle_deg,
         mask=None if sitter is None else background_mask(sitter, picture.shape[:2]),
+        pose=pose,
     )
     sizes = ((picture.shape[1], picture.shape[0]), (target.shape[1], target.shape[0]))
     return steady_overlay(overlay, alignment, sizes, now_s), sitter

@@ -19,8 +19,8 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.localization.features import HeadingIndex, build_index, keep_index, read_index
 from app.core.localization.heading import UNSURE, find_heading
+from app.core.localization.live.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.sitter import find_sitter
-from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
 from app.ui.presenters.services import Services

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.guidance.guide import Guide, HeadingSource, Phase
+from app.core.guidance.guide import LOST, Guide, HeadingSource, Phase
 from app.core.guidance.who_moves import Mode
 from app.core.text import tr
 from app.ui.screens.turn.live.source_words import source_words
@@ -146,12 +146,12 @@ class LivePanel:
             return str(tracker.error), "warning"
         if tracker.learning:
             return tr("Learning the background of this place…"), "refresh"
-        if guide.phase in (Phase.LOST, Phase.LEFT):
+        if guide.phase in (*LOST, Phase.LEFT):
             error = self._camera.error
             return trouble_line(guide.phase) if error is None else error.message, "target"
         if track is None or track.heading_deg is None:
             return tr("Looking for the background"), "target"
-        sureness = sureness_words(track.confidence)
+        sureness = sureness_words(track.confidence, confirmed=track.confirmed)
         if self._guidance.sees_sitter and track.sitter is None:
             return tr("Heading {sureness}, no sitter seen", sureness=sureness), "target"
         return tr("Heading {sureness}", sureness=sureness), "target"

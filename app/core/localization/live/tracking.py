@@ -3,10 +3,11 @@
 `track` takes a picture and the `Track` of the previous picture. While tracking, only the area
 around the last heading is searched. After three pictures without a heading, the whole panorama is
 searched. A heading that does not follow from the last one must be *seen twice*, unless the picture
-leaves no doubt and nothing contradicts it. The results are steadied
-(`app.core.localization.temporal_filters`), with the background behind the sitter as a single value:
-a camera that only pans changes the heading and the sitter's angle in opposite directions, but not
-the turn.
+leaves no doubt and nothing contradicts it, or a picture of another direction confirms it
+(`app.core.localization.live.several_frames`). Until then, it is only likely. The results are
+steadied (`app.core.localization.live.temporal_filters`), with the background behind the sitter as a
+single value: a camera that only pans changes the heading and the sitter's angle in opposite
+directions, but not the turn.
 
 A picture without a heading has no number. The display decides how long the old number stays
 (`app.core.guidance.guide` keeps it for a second).
@@ -26,15 +27,21 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.guidance.who_moves import Mode
 from app.core.localization.features import HeadingIndex
-from app.core.localization.heading import Heading, find_heading
+from app.core.localization.heading import UNSURE, Heading, find_heading
 from app.core.localization.heading_conversion import (
     Looks,
     assumed_fov,
     offset_angle,
     turn_of_heading,
 )
-from app.core.localization.sitter import Sitter, background_mask, find_sitter
-from app.core.localization.temporal_filters import (
+from app.core.localization.live.background_texture import background_of
+from app.core.localization.live.several_frames import (
+    Clue,
+    agreement,
+    carried_on,
+    remember,
+)
+from app.core.localization.live.temporal_filters import (
     STILL,
     Company,
     Leash,
@@ -46,6 +53,7 @@ from app.core.localization.temporal_filters import (
     update_company,
     watch,
 )
+from app.core.localization.sitter import Sitter, background_mask, find_sitter
 
 Status: TypeAlias = Literal["lost", "searching", "tracking"]
 
@@ -56,6 +64,10 @@ _STEP_DEG: Final = 8.0  # how far a heading may be from its prediction,
 _STEP_PER_S: Final = 45.0  # and how much more for each second since
 _CERTAIN: Final = 0.9
 _CONFIDENCE_S: Final = 0.4
+_CHECK_S: Final = 0.5  # between two comparisons of a heading that is already confirmed
+_LEAST_CLUE: Final = 0.05  # confidence of a heading that another picture may confirm
+_CONFIRMED: Final = 0.9  # confidence of a doubtful heading that another picture confirms
+_CARRIED: Final = 0.8  # confidence of a heading that is carried on from earlier pictures
 _NO_SITTER: Final = 0.7  # factor for the confidence: the sitter may be anywhere in the picture
 
 
@@ -81,11 +93,17 @@ class TrackMemory:
         misses: Number of pictures since the last heading.
         rival: Heading that awaits confirmation, in degrees, and its time in seconds, or None if
             there is no such heading.
+        clues: Headings of earlier pictures, certain or doubtful.
+        checked_s: Time of the last comparison with them, in seconds.
+        confirmed_s: Time at which they last confirmed the current heading, in seconds, or None.
     """
 
     steady: Steady | None = None
     misses: int = 0
     rival: tuple[float, float] | None = None
+    clues: tuple[Clue, ...] = ()
+    checked_s: float = -math.inf
+    confirmed_s: float | None = None
     width: Width = field(default_factory=Width)
     company: Company = field(default_factory=Company)
     stillness: Stillness = STILL
@@ -106,7 +124,6 @@ class Track:
             no person is reliably detected, and 0 unless tracking.
         fov_deg: The camera's horizontal field of view, in degrees, either given or estimated, or
             None if unknown.
-            unknown.
         left_behind: Whether the camera was left behind while the photographer walks.
         background_deg: Steadied panorama azimuth of the background behind the sitter, in degrees
             within (-180, 180], or None unless tracking.
@@ -122,6 +139,11 @@ class Track:
     since_s: float = 0.0
     background_deg: float | None = None
     memory: TrackMemory = field(default_factory=TrackMemory, repr=False)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether pictures at least 10 degrees apart agree on the heading."""
+        return self.status == "tracking" and self.memory.confirmed_s is not None
 
     @property
     def pending(self) -> bool:
@@ -173,7 +195,7 @@ def track(
             `app.core.localization.heading_conversion.sees_sitter`). A person never counts as
             background.
         asked_deg: Distance to the light, in degrees, as in
-            `app.core.localization.temporal_filters.watch`, or None if no turn is requested.
+            `app.core.localization.live.temporal_filters.watch`, or None if no turn is requested.
     """
     memory = state.memory
     lens_deg = memory.width.known_deg if fov_deg is None else fov_deg
@@ -181,9 +203,13 @@ def track(
     company = _company(frame, guess, state, now_s, seeing)
     memory = replace(memory, company=company)
     search_deg = None if fov_deg is None and _width_due(memory, now_s) else lens_deg
-    heading = _look(frame, index, search_deg, memory, now_s, sees_sitter, seeing)
-    if search_deg is None and heading.heading_deg is not None:
-        memory = replace(memory, width=read(memory.width, heading.fov_deg, now_s))
+    match = _look(frame, index, search_deg, memory, now_s, sees_sitter, seeing)
+    heading, memory = _checked(
+        match, frame, guess, replace(state, memory=memory), now_s, sees_sitter
+    )
+    is_shown = match.heading_deg is not None and heading.heading_deg == match.heading_deg
+    if search_deg is None and is_shown:
+        memory = replace(memory, width=read(memory.width, match.fov_deg, now_s))
     stillness = watch(
         memory.stillness,
         frame,
@@ -209,7 +235,8 @@ def missed(state: Track, now_s: float) -> Track:
     misses = state.memory.misses + 1
     steady = state.memory.steady
     recently = steady is not None and now_s - steady.time_s <= _FORGET_S
-    memory = replace(state.memory, misses=misses, rival=None)
+    confirmed_s = state.memory.confirmed_s if recently else None
+    memory = replace(state.memory, misses=misses, rival=None, confirmed_s=confirmed_s)
     status: Status = "searching" if recently else "lost"
     return _without_heading(replace(state, memory=memory), status, now_s)
 
@@ -257,6 +284,50 @@ def _predict(steady: Steady, now_s: float) -> float:
     return float(steady.measured[0] + steady.speed[0] * pause)
 
 
+# -- comparing with earlier pictures ---------------------------------------------------------------
+
+
+def _checked(
+    heading: Heading,
+    frame: Bytes,
+    fov_deg: float,
+    state: Track,
+    now_s: float,
+    sees_sitter: bool,
+) -> tuple[Heading, TrackMemory]:
+    """Confirm a doubtful heading, doubt a certain one, or carry one on from earlier pictures."""
+    memory = state.memory
+    just_checked = memory.confirmed_s is not None and now_s - memory.checked_s < _CHECK_S
+    if heading.heading_deg is not None and just_checked:
+        return heading, memory
+    person, earlier = memory.company.latest, memory.clues
+    sitter_deg = _sitter_deg(person, fov_deg) if sees_sitter else None
+    background = background_of(frame, person, fov_deg)
+    memory = replace(memory, checked_s=now_s)
+    candidate = heading.candidate if heading.heading_deg is None else heading
+    if candidate is not None and candidate.confidence >= _LEAST_CLUE:
+        azimuth, confidence = candidate.heading_deg or 0.0, candidate.confidence
+        clue = Clue(azimuth, confidence, candidate.zoom, sitter_deg, background, now_s)
+        result = agreement(clue, earlier)
+        if result.confirmed:
+            confidence = max(confidence, _CONFIRMED)
+            clues = remember(earlier, replace(clue, confidence=confidence))
+            memory = replace(memory, clues=clues, confirmed_s=now_s)
+            return replace(candidate, confidence=confidence), memory
+        memory = replace(memory, clues=remember(earlier, clue))
+        if candidate is heading and not result.doubted:
+            return heading, memory
+        if result.doubted:
+            memory = replace(memory, confirmed_s=None)
+    carried_deg = carried_on(background, sitter_deg, now_s, earlier)
+    if carried_deg is None:
+        # Either there was no heading, or it is doubted.
+        return heading if heading.heading_deg is None else Heading("unsure", None), memory
+    last = state.raw if state.raw is not None and state.raw.heading_deg is not None else UNSURE
+    carried = replace(last, status="found", heading_deg=carried_deg, inliers=0)
+    return replace(carried, confidence=_CARRIED, fov_deg=fov_deg), memory
+
+
 # -- believing -------------------------------------------------------------------------------------
 
 
@@ -266,9 +337,16 @@ def _judge(heading: Heading, state: Track, now_s: float, sees_sitter: bool) -> T
     memory = state.memory
     if _follows(heading.heading_deg, memory, now_s):
         return _believe(heading.heading_deg, state, now_s, sees_sitter, afresh=False)
-    if _seen_twice(heading.heading_deg, memory, now_s) or _beyond_doubt(heading, memory, now_s):
+    confirmed = memory.confirmed_s == now_s
+    if not confirmed:
+        state = replace(state, memory=replace(memory, confirmed_s=None))
+    if (
+        confirmed
+        or _seen_twice(heading.heading_deg, memory, now_s)
+        or _beyond_doubt(heading, memory, now_s)
+    ):
         return _believe(heading.heading_deg, state, now_s, sees_sitter, afresh=True)
-    memory = replace(memory, rival=(heading.heading_deg, now_s))
+    memory = replace(state.memory, rival=(heading.heading_deg, now_s))
     return _without_heading(replace(state, memory=memory), "searching", now_s)
 
 

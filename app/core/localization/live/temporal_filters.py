@@ -34,7 +34,8 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.base.arrays import Bytes, Float32, Float64
-from app.core.localization.sitter import Sitter, background_mask
+from app.core.localization.live.background_texture import texture_of
+from app.core.localization.sitter import Sitter
 
 _ESTIMATES: Final = 9
 _ENOUGH: Final = 3
@@ -209,13 +210,10 @@ ASKED_DEG: Final = 8.0
 STILL_S: Final = 4.0
 """Time for which the camera must have been still, in seconds."""
 
-_SIDE: Final = 160  # longer side of the compared picture, in pixels
 _SEARCHED_PX: Final = 3
 _STEADY_PX: Final = 0.25  # 0.1 degrees with a field of view of 60 degrees
 _LIKENESS: Final = 0.5
 _HEADING_DEG: Final = 4.0  # beyond the noise between two headings from the same position
-_WINDOW: Final = 15
-_FLOOR: Final = 4.0  # grey levels
 
 _SMOOTH_S: Final = 1.0
 _WALK: Final = 1.5  # widths of the head
@@ -273,7 +271,7 @@ def watch(
     """
     if asked_deg is None or abs(asked_deg) < ASKED_DEG or min(frame.shape[:2]) < 4 * _SEARCHED_PX:
         return STILL
-    picture = _marks(frame, sitter)
+    picture = texture_of(frame, sitter)
     if not _same(state, picture, heading_deg):
         start = Stillness(False, now_s, picture, heading_deg)
         return replace(start, _walk=_walked(None, sitter, now_s))
@@ -299,20 +297,6 @@ def _has_turned(before_deg: float | None, now_deg: float | None) -> bool:
     if before_deg is None or now_deg is None:
         return False
     return abs(difference(now_deg, before_deg)) > _HEADING_DEG
-
-
-def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
-    """Return the background's texture at any exposure, with 0 where it is flat or on a person."""
-    scale = _SIDE / max(frame.shape[:2])
-    size = (max(round(frame.shape[1] * scale), 16), max(round(frame.shape[0] * scale), 16))
-    small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)
-    grey = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    mean = cv2.blur(grey, (_WINDOW, _WINDOW))
-    square = cv2.blur(grey * grey, (_WINDOW, _WINDOW)) - mean * mean
-    marks = (grey - mean) / (np.sqrt(np.maximum(square, 0.0)) + np.float32(_FLOOR))
-    if sitter is not None:
-        marks *= background_mask(sitter, marks.shape)
-    return np.asarray(marks, np.float32)
 
 
 def _shift(before: Float32, now: Float32) -> tuple[float, float]:

@@ -1,0 +1,1 @@
+"""Follow a live camera from picture to picture."""
