@@ -123,8 +123,9 @@ _MOST: Final = 6  # largest number of matches from one part
 _NEAR_DEG: Final = 60.0
 _CARRIER_DEG: Final = 25.0  # a person further to the side is not the holder of the camera
 _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
+_STEEP: Final = 0.55  # slope of a wall that is seen at a slant, perhaps from beside the sitter's line
 _STATED: Final = 0.03  # spread of the logarithm of a lens from EXIF: rounding, stabilisation
-_ABOUT: Final = 0.1  # the same for a field of view set by the user
+_ABOUT: Final = 0.07  # the same for a field of view set by the user
 _FIELDS: Final = (25.0, 110.0)
 _FEW_DETAILS: Final = 0.4  # of the points that a picture of a furnished room has
 
@@ -304,7 +305,8 @@ def compare(
     # A second look takes as long as the first, so a live picture gets one only if it needs it.
     if away or question.near or not sight.fine:
         match = rated(pairs, stand, guided=not sight.fine)
-        if away or question.near or trust(match.evidence) >= LEAST_CONFIDENCE:
+        steep = question.lens_known and float(np.linalg.norm(stand.pose.plane[1:])) > _STEEP
+        if away or question.near or (trust(match.evidence) >= LEAST_CONFIDENCE and not steep):
             return match
     positions = (stand.pose.predict(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
     closer = pair_near(

@@ -46,6 +46,8 @@ _BEST: Final = 3
 _ALIKE_RAD: Final = 0.005
 # fraction of the points without parallax, even if another distortion has to explain the rest
 _UNMOVED: Final = 0.75
+# in standard deviations of a known lens: a larger error is the enlargement of a flat wall
+_ZOOMED: Final = 0.5
 _MOST_TURN: Final = 0.3
 
 
@@ -182,7 +184,9 @@ def lined_up(
     free = [*free, *(_settled(pairs, one) for one in (best_way, *mirrored))]
     most = max(free, key=_worth)
     still = max((_unmoved(pairs, one, lens_known) for one in (best_way, *free[:_BEST])), key=_worth)
-    if still.points > _UNMOVED * max(best_way.points, most.points):
+    toward = math.cos(aims[0].angle) > 0.0
+    zoomed = toward and lens_known and abs(float(still.lens[0])) > _ZOOMED * scale
+    if not zoomed and still.points > _UNMOVED * max(best_way.points, most.points):
         # No parallax: the camera is at the probe's own position, and any distortion is not
         # parallax.
         best_way, loose, gain, aside = replace(still, way=best_way.way), 0.0, 0.0, 0.0
@@ -193,7 +197,7 @@ def lined_up(
         loose = math.sqrt(max(float(np.linalg.inv(unaimed)[6, 6]), 0.0))
         aside = max(best_way.cost - most.cost, 0.0)
         gain = max(most.points - best_way.points, 0.0)
-    axis = 0.0 if math.cos(aims[0].angle) > 0.0 else math.pi
+    axis = 0.0 if toward else math.pi
     open_way = max(_aimed(pairs, [], [best_way, *_best(free)], Aim(axis, _OPEN)), key=_worth)
     more = max(most.points - open_way.points, 0.0)
     open_line = _line(open_way, most, ahead, Doubts(more, 0.0, loose, flat))
