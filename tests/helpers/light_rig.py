@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import wrap
+from app.core.second_light.in_hand import InHand, LampHead
+from app.core.second_light.lamp_answers import Answers, LampPosition, LampQuestion
 from app.core.second_light.search import LampPlacement
 from app.core.second_light.visible_change import VISIBLE, VisibleChange
 from app.core.solver.head_shape import load_shape_of
@@ -21,7 +23,6 @@ from app.core.solver.turn_choice import LIMITS
 from app.ui.screens.light.own_lamp.mask import MaskEdit
 from app.ui.screens.light.own_lamp.sheets import CaptureAsk, WordsAsk
 from app.ui.screens.light.placement import jobs as work
-from app.ui.screens.light.placement.answers import Answers, InHand, LampPosition, LampQuestion
 from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.screen import LightPresenter, LightState
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
@@ -121,6 +122,7 @@ class LightRig:
         self.power = 1.0
         self.weak: set[str] = set()
         self.same: set[str] = set()  # styles whose picture the lamp does not change
+        patch.setattr(work, "prepare_head", self._prepare)
         patch.setattr(work, "take_in_hand", self.take)
         patch.setattr(work, "ask", self._ask)
         patch.setattr(work, "look", self._look)
@@ -147,12 +149,17 @@ class LightRig:
         return self.presenter.resolve()
 
     def take(
-        self, of: Any, lamp: Any, known: Any, token: Any, report: Any, grey: bool = False
+        self, base: LampHead, lamp: Any, token: Any, report: Any, grey: bool = False
     ) -> InHand:
-        del known, token, report
+        del token, report
         self.hands.append(lamp)
         nothing: Any = SimpleNamespace(distance_m=lamp.distance_m)
-        return InHand(of, self.shape, nothing, nothing, lamp, nothing, nothing, grey)
+        return InHand(base, lamp, nothing, nothing, grey)
+
+    def _prepare(self, of: Any, token: Any) -> LampHead:
+        del token
+        nothing: Any = None
+        return LampHead(of, self.shape, nothing, nothing)
 
     def _ask(self, hand: InHand, question: LampQuestion, styles: Any = None) -> Answers:
         del styles

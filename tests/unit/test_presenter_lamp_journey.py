@@ -13,11 +13,12 @@ from app.core.base.colour import luminance
 from app.core.base.progress import Token, silent
 from app.core.guidance.guide import Phase
 from app.core.second_light.added_light import near_picture
+from app.core.second_light.in_hand import InHand, prepare_head, take_in_hand
+from app.core.second_light.lamp_answers import Answers, LampPosition
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
 from app.ui.presenters.window_model import LampPlan, Step
 from app.ui.screens.light.placement import jobs as work
-from app.ui.screens.light.placement.answers import Answers, InHand, LampPosition, take_in_hand
 from app.ui.screens.light.placement.pictures import portrait_with
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.registry import screen
@@ -32,7 +33,7 @@ from tests.helpers.turn_rig import Rig
 @cache
 def _in_hand(kind: str, distance_m: float, lamp: Any) -> InHand:
     del kind, distance_m
-    return take_in_hand(head(), lamp, None, Token(), silent)
+    return take_in_hand(prepare_head(head(), Token()), lamp, Token(), silent)
 
 
 class Journey:
@@ -181,7 +182,7 @@ def test_match_at_other_turns_is_that_of_the_whole_picture(way: Journey) -> None
     transport = hand.head.transport
     region = hand.head.pack.region_on(transport)
     target = luminance(hand.head.pack.target("badger").reshape(-1, 3)[transport.pixels])
-    lamp = near_picture(hand.near, hand.lamp, *held[:2]) * held.power  # type: ignore[arg-type]
+    lamp = near_picture(hand.base.near, hand.lamp, *held[:2]) * held.power  # type: ignore[arg-type]
     for index in (0, 9, 22, 40, 57):
         place = turned(question.light, wrap(5.625 * index)) * question.gain
         seen = luminance(render(transport, place) + lamp)

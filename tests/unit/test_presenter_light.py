@@ -12,6 +12,8 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
+from app.core.second_light import lamp_answers as placed
+from app.core.second_light.lamp_answers import Answers, LampPosition
 from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import LampPlacement
 from app.core.second_light.visible_change import VisibleChange
@@ -20,9 +22,7 @@ from app.ui.presenters.window_model import Step
 from app.ui.screens.light.brightness import BRIGHTNESS, STATED
 from app.ui.screens.light.detail import verdict_at
 from app.ui.screens.light.lamp import DISTANCES_M
-from app.ui.screens.light.placement import answers as placed
 from app.ui.screens.light.placement import jobs as work
-from app.ui.screens.light.placement.answers import Answers, LampPosition
 from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.screen import STILL_SHOWING, TRYING, LightPresenter
 from app.ui.screens.light.style_list import (

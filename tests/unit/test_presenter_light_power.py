@@ -9,16 +9,17 @@ from typing import cast
 import numpy as np
 import pytest
 
-from app.core.second_light.lamp_presets import KINDS, at_distance, powers_of
-from app.core.solver.transport import render
-from app.ui.screens.light.placement import answers, pictures
-from app.ui.screens.light.placement.answers import (
+from app.core.second_light import lamp_answers as answers
+from app.core.second_light.in_hand import InHand, prepare_head, take_in_hand
+from app.core.second_light.lamp_answers import (
     LampPosition,
     LampQuestion,
     ask,
     best_held,
-    take_in_hand,
 )
+from app.core.second_light.lamp_presets import KINDS, at_distance, powers_of
+from app.core.solver.transport import render
+from app.ui.screens.light.placement import pictures
 from app.ui.screens.light.placement.pictures import look
 from tests.helpers.light_rig import LightRig
 from tests.helpers.styles_screen import head, scene_light
@@ -96,7 +97,7 @@ def test_the_search_is_given_the_powers_of_the_lamp(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(answers, "place_all", place)
     hand = cast(
-        answers.InHand,
+        InHand,
         type("Hand", (), {"head": head(), "lamp": at_distance(KINDS["flash"]), "lamp_light": None,
                           "tables": None})(),
     )  # fmt: skip
@@ -112,7 +113,9 @@ def test_the_picture_is_of_the_power_and_its_match_that_of_the_search() -> None:
     who = head()
     from app.core.base.progress import Token, silent
 
-    hand = take_in_hand(who, at_distance(KINDS["panel"], 0.5), None, Token(), silent)
+    hand = take_in_hand(
+        prepare_head(who, Token()), at_distance(KINDS["panel"], 0.5), Token(), silent
+    )
     answers = ask(hand, LampQuestion(scene_light(), 40.0), ["badger", "left-split"])
     for one in answers.placements:
         assert one.power in powers_of("panel")

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from app.core.environment.environment import from_radiance
+from app.core.second_light.lamp_answers import LampPosition
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.solver.place_light import PlaceLight, main_light, prepare
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import StyleLamp
-from app.ui.screens.light.placement.answers import LampPosition
 from app.ui.screens.light.placement.sky import sky_of
 from app.ui.screens.light.two_steps import move_words, place_words
 

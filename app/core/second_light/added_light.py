@@ -15,6 +15,7 @@ from the cheek to the nose, between points that the lamp lights differently.
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
@@ -53,6 +54,8 @@ _DOTS: Final = (128, 512)  # least and most dots along each side
 _GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 _PIXELS: Final = 256
 _ROWS: Final = 1 << 19
+_AT_ONCE: Final = 8  # pieces of a lamp, so that threads seldom wait for the interpreter
+_THREADS: Final = 2
 _BLACK: Final = 2.0**-14  # the smallest normal half float; fainter responses count as zero
 _HALF_TO_SINGLE: Final = np.float32(2.0**112)
 
@@ -113,19 +116,20 @@ def near_luminances(
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
     columns = _weighed(near.columns, weights.astype(np.float32))
     twins = _twins(transport) if transport.header.symmetric else None
+    numbers = [n for n in range(COUNT) if twins is None or n <= MIRRORED[n]]
     result = np.empty((COUNT, len(near.positions)), np.float32)
-    ready = np.zeros(COUNT, bool)
-    for number in range(COUNT):
-        if ready[number]:
-            continue
-        if token is not None:
-            token.check()
-        report(number / COUNT, Progress(Task.TRYING_LAMP))
-        result[number] = _picture(near, columns, lamp, *placement(number))[0]
-        ready[number] = True
-        if twins is not None:
-            other = MIRRORED[number]
-            result[other], ready[other] = result[number][twins], True
+    pool = ThreadPoolExecutor(_THREADS)
+    try:
+        pictures = pool.map(lambda n: _picture(near, columns, lamp, *placement(n))[0], numbers)
+        for done, (number, picture) in enumerate(zip(numbers, pictures, strict=True)):
+            if token is not None:
+                token.check()
+            report(done / len(numbers), Progress(Task.TRYING_LAMP))
+            result[number] = picture
+            if twins is not None and MIRRORED[number] != number:
+                result[MIRRORED[number]] = picture[twins]
+    finally:
+        pool.shutdown(cancel_futures=True)
     report(1.0, Progress(Task.TRYING_LAMP))
     return result
 
@@ -166,21 +170,25 @@ def _picture(
     Args:
         columns: (C, P * H * W). T per steradian.
     """
+    places, normal = _pieces(lamp, azimuth_deg, altitude_deg)
+    positions = np.ascontiguousarray(near.positions.T)
     picture = np.zeros((len(columns), len(near.positions)), np.float32)
-    for (place, normal), share in _pieces(lamp, azimuth_deg, altitude_deg):
-        toward = place.astype(np.float32) - near.positions
-        squared = np.einsum("pk,pk->p", toward, toward)
+    strength = np.float32(lamp.lux_at_1m / len(places))
+    for start in range(0, len(places), _AT_ONCE):
+        toward = places[start : start + _AT_ONCE, :, None] - positions
+        squared = np.square(toward).sum(axis=1)
         toward /= np.sqrt(squared)[:, None]
-        facing = np.maximum(toward @ -normal.astype(np.float32), 0.0)
-        strength = np.float32(share * lamp.lux_at_1m) * facing / squared
-        picture += _answers(columns, near.transport.environment_shape, toward) * strength
+        facing = np.maximum(np.einsum("kcp,c->kp", toward, -normal), 0.0)
+        facing *= strength
+        facing /= squared
+        taps = _taps(near.transport.environment_shape, toward)
+        for row, column in zip(picture, columns, strict=True):
+            row += (_interpolated(column, taps) * facing).sum(axis=0)
     return picture
 
 
-def _pieces(
-    lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
-) -> list[tuple[tuple[Float64, Float64], float]]:
-    """Return each piece's centre (in metres), its normal, and its fraction of the lamp's light."""
+def _pieces(lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float) -> tuple[Float32, Float32]:
+    """Return the centres of a lamp's pieces, (K, 3) in metres, and their normal, (3,)."""
     toward, side, over = _axes(azimuth_deg, altitude_deg)
     middle = toward * lamp.distance_m
     away = max(lamp.distance_m - _SKIN_M, _SKIN_M)
@@ -192,8 +200,8 @@ def _pieces(
         within = [(x, y) for x, y in places if math.hypot(x, y) <= 0.5]
         places = within or places
     width, height = lamp.size_m
-    share = 1.0 / len(places)
-    return [((middle + side * x * width + over * y * height, -toward), share) for x, y in places]
+    centres = [middle + side * x * width + over * y * height for x, y in places]
+    return np.asarray(centres, np.float32), (-toward).astype(np.float32)
 
 
 def _count(size_m: float, away_m: float) -> int:
@@ -209,25 +217,45 @@ def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Fl
     return toward, side, np.cross(toward, side)
 
 
-def _answers(columns: Float16, shape: tuple[int, int], toward: Float32) -> Float32:
-    """Return T per steradian, (P, C), for one direction per pixel, interpolated linearly."""
+def _taps(shape: tuple[int, int], toward: Float32) -> list[tuple[Int64, Float32]]:
+    """Return the four texels around each direction, and their shares.
+
+    Args:
+        shape: Number of rows and columns of the environment.
+        toward: (K, 3, P) float32. Unit vectors from each pixel's skin.
+
+    Returns:
+        For each of the four, the position in a column of T, (K, P), and the share, (K, P).
+    """
     height, width = shape
     x = np.arctan2(-toward[:, 0], toward[:, 2]) * np.float32(width / (2 * math.pi))
     x += np.float32(width / 2 - 0.5)
     y = np.arcsin(np.clip(toward[:, 1], -1.0, 1.0)) * np.float32(-height / math.pi)
     y = np.clip(y + np.float32(height / 2 - 0.5), 0.0, np.float32(height - 1))
     left, upper = np.floor(x).astype(np.int64), np.minimum(y.astype(np.int64), height - 2)
-    right_share, lower_share = x - left, y - upper
-    start = np.arange(len(toward)) * (height * width) + upper * width
+    right_share = x - left.astype(np.float32)
+    lower_share = y - upper.astype(np.float32)
+    left_share, upper_share = 1 - right_share, 1 - lower_share
+    start = np.arange(toward.shape[2]) * (height * width) + upper * width
     first, second = start + left % width, start + (left + 1) % width
-    texels = np.stack([first, second, first + width, second + width])
-    both = np.stack([1 - right_share, right_share])
-    shares = np.concatenate([both * (1 - lower_share), both * lower_share]).astype(np.float32)
-    # Shifted, the bits of a half are those of a single 2^-112 times as large; numpy's own
-    # conversion takes longer than all the rest. No value is negative.
-    halves = columns.take(texels, axis=1).view(np.uint16)
-    values = (halves.astype(np.uint32) << 13).view(np.float32)
-    return np.asarray((values * (shares * _HALF_TO_SINGLE)).sum(axis=1))
+    return [
+        (first, left_share * upper_share),
+        (second, right_share * upper_share),
+        (first + width, left_share * lower_share),
+        (second + width, right_share * lower_share),
+    ]
+
+
+def _interpolated(column: Float16, taps: list[tuple[Int64, Float32]]) -> Float32:
+    """Return a column of T at each direction, (K, P)."""
+    result = np.zeros(taps[0][0].shape, np.float32)
+    for texels, shares in taps:
+        # Shifted, the bits of a half are those of a single 2^-112 times as large; numpy's own
+        # conversion takes longer than all the rest. No value is negative.
+        halves = column.take(texels).view(np.uint16)
+        result += (halves.astype(np.uint32) << 13).view(np.float32) * shares
+    result *= _HALF_TO_SINGLE
+    return result
 
 
 def _twins(transport: Transport) -> Int64:

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Literal, TypeAlias
 
 from app.core.base.arrays import Bytes
+from app.core.second_light.lamp_answers import best_held, kind_of, powers_for
 from app.core.second_light.search import LampPlacement
 from app.core.solver.shortfall import LensShortfall
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
-from app.ui.screens.light.placement.answers import best_held, kind_of, powers_for
 from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.two_steps import move_words

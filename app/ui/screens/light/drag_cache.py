@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
+from app.core.second_light.lamp_answers import best_held
 from app.core.solver.place_light import main_light
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
-from app.ui.screens.light.placement.answers import best_held
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.placement.sky import SkyState, sky_of
 from app.ui.screens.light.style_list import Section, sections_of
@@ -53,7 +53,7 @@ class Resolver:
         )
         where, far, skin = result.spot
         return HeadsState(
-            shape=result.answers.hand.shape,
+            shape=result.answers.hand.base.shape,
             distance_m=result.distance_m,
             azimuth_deg=result.position.azimuth_deg,
             altitude_deg=result.position.altitude_deg,

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp
+from app.core.second_light.in_hand import Lamp
+from app.core.second_light.lamp_answers import LampQuestion
 from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.second_light.place_brightness import Comparison, compare
 from app.core.text import tr
 from app.ui.presenters.services import Services
 from app.ui.screens.light.brightness import PlaceScale
 from app.ui.screens.light.lamp_list import LampList
-from app.ui.screens.light.placement.answers import Lamp, LampQuestion
 from app.words.lamps import lamp_title
 
 _USUAL_M: Final = 0.3

@@ -7,6 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Protocol
 
 from app.core.base.angles import wrap
+from app.core.second_light.lamp_answers import (
+    LampPosition,
+    best_held,
+    powers_for,
+)
 from app.core.second_light.place_brightness import compare
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.search import LampPlacement
@@ -22,11 +27,6 @@ from app.ui.screens.light.lamp import DISTANCES_M, LampHold, LampState, lamp_nam
 from app.ui.screens.light.lamp_list import LampList
 from app.ui.screens.light.own_lamp.actions import LampActions
 from app.ui.screens.light.own_lamp.sheets import LampSheets
-from app.ui.screens.light.placement.answers import (
-    LampPosition,
-    best_held,
-    powers_for,
-)
 from app.ui.screens.light.placement.jobs import LightWork
 from app.ui.screens.light.placement.pictures import Size
 from app.ui.screens.light.placement.result import LampResult
@@ -365,6 +365,8 @@ class LightPresenter(Presenter[LightView]):
             )
             if head is not None:
                 self.work.make_rows(head, self._sizes.row)
+            if head is not None and self._services.model.light is not None:
+                self.work.make_ready(head)
             if head is not None and lamp is not None and question is not None:
                 self.work.place(head, lamp, question)
             self._pursue_view()

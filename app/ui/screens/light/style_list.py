@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from app.core.base.arrays import Bytes
+from app.core.second_light.lamp_answers import Answers, Nearer, kind_of, powers_for
 from app.core.second_light.search import LampPlacement
 from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.style import Style
 from app.core.text import tr
 from app.ui.screens.light.lamp import lamp_words
-from app.ui.screens.light.placement.answers import Answers, Nearer, kind_of, powers_for
 from app.ui.screens.styles.cards import side_line
 from app.words.lamps import HARDLY_CHANGES, power_share
 from app.words.phrases.quantities import lower_first, metres

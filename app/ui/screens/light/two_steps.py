@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from app.core.base.angles import direction_of, whole, wrap
+from app.core.second_light.lamp_answers import LampPosition, kind_of
 from app.core.second_light.lamp_presets import part_of
 from app.core.solver.head_shape import HeadShape
 from app.core.text import tr
 from app.ui.screens.light.lamp import lamp_name
-from app.ui.screens.light.placement.answers import LampPosition, kind_of
 from app.ui.screens.light.placement.result import LampResult
 from app.words.lamps import power_share, power_words
 from app.words.phrases.directions import lens_words
@@ -125,7 +125,7 @@ def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
         kind: Kind of the lamp, which determines the names of its powers.
 
     Examples:
-        >>> from app.ui.screens.light.placement.answers import LampPosition
+        >>> from app.core.second_light.lamp_answers import LampPosition
         >>> move_words(LampPosition(107.0, 20.0), LampPosition(107.2, 0.0))
         'Lower the lamp by 20°.'
         >>> move_words(LampPosition(107.0, 0.0, 1.0), LampPosition(80.0, 5.0, 0.5))

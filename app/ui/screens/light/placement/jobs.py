@@ -5,11 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from threading import Lock
 from typing import Final
 
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token
 from app.core.portrait.head import Head
+from app.core.second_light.in_hand import (
+    InHand,
+    Lamp,
+    LampHead,
+    prepare_head,
+    take_in_hand,
+)
+from app.core.second_light.lamp_answers import (
+    Answers,
+    LampPosition,
+    LampQuestion,
+    Nearer,
+    ask,
+    closer,
+    seen_from,
+)
 from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.search import LampPlacement
 from app.core.solver.lens.lens_wish import STRAIGHT
@@ -17,18 +35,6 @@ from app.core.text import tr
 from app.ui.presenters.services import Services
 from app.ui.presenters.window_model import LampPlan
 from app.ui.screens.light.lamp import DISTANCES_M, lamp_name, nearest_stop
-from app.ui.screens.light.placement.answers import (
-    Answers,
-    InHand,
-    Lamp,
-    LampPosition,
-    LampQuestion,
-    Nearer,
-    ask,
-    closer,
-    seen_from,
-    take_in_hand,
-)
 from app.ui.screens.light.placement.pictures import (
     LampView,
     Size,
@@ -40,6 +46,8 @@ from app.ui.screens.light.placement.pictures import (
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.style_list import rescued
 from app.ui.screens.light.two_steps import HoldState
+
+_HEAD: Final = "light-head"
 
 _LAMP: Final = "light-lamp"
 
@@ -56,6 +64,20 @@ _PLAN: Final = "light-plan"
 _LENS: Final = "light-lens"
 
 _LITTLE_M: Final = 0.02
+
+
+class _LampHeads:
+    """Prepares a head for lamps once, for whichever job needs it first."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._latest: LampHead | None = None
+
+    def of(self, head: Head, token: Token) -> LampHead:
+        with self._lock:
+            if self._latest is None or self._latest.head is not head:
+                self._latest = prepare_head(head, token)
+            return self._latest
 
 
 class LightWork:
@@ -78,6 +100,8 @@ class LightWork:
         self.version = 0
         self.trouble = ""
         self._nearer: Nearer | None = None
+        self._heads = _LampHeads()
+        self._ready: Head | None = None
         self._hand: InHand | None = None
         self._rows_key: tuple[object, ...] = ()
         self._asked_lamp: tuple[object, ...] = ()
@@ -139,6 +163,14 @@ class LightWork:
 
     # -- lamp and positions --------------------------------------------------------------------
 
+    def make_ready(self, head: Head) -> None:
+        """Prepare a head for lamps before a lamp is selected."""
+        if self._ready is not head:
+            self._ready = head
+            self._services.runner.submit(
+                _HEAD, lambda token, _: self._heads.of(head, token), failed=lambda _: None
+            )
+
     def place(self, head: Head, lamp: Lamp, question: LampQuestion) -> None:
         """Place a lamp, first preparing the lamp if necessary."""
         # Lamps defined by specifications are white.
@@ -152,11 +184,14 @@ class LightWork:
     def _try(self, head: Head, lamp: Lamp, grey: bool) -> None:
         self._asked_lamp, self._asked_places = (head, lamp, grey), ()
         self.trouble = ""
-        hand = self._hand
+
+        def work(token: Token, report: Report) -> InHand:
+            return take_in_hand(self._heads.of(head, token), lamp, token, report, grey)
+
         self._services.runner.cancel(_CLOSER)
         self._services.runner.submit(
             _LAMP,
-            lambda token, report: take_in_hand(head, lamp, hand, token, report, grey),
+            work,
             title=tr("Trying {lamp} all around the head", lamp=lamp_name(lamp)),
             done=self._in_hand,
             failed=self._failed,

@@ -16,6 +16,13 @@ from app.core.portrait.head import Head
 from app.core.second_light.added_light import near_picture
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, placed_at
 from app.core.second_light.contrast import less_mean
+from app.core.second_light.in_hand import InHand
+from app.core.second_light.lamp_answers import (
+    Answers,
+    LampPosition,
+    LampQuestion,
+    best_held,
+)
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.search import LampPlacement
 from app.core.second_light.visible_change import VisibleChange, visible_change
@@ -28,13 +35,6 @@ from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import StyleLamp
-from app.ui.screens.light.placement.answers import (
-    Answers,
-    InHand,
-    LampPosition,
-    LampQuestion,
-    best_held,
-)
 
 Size: TypeAlias = tuple[int, int]
 """Size of a picture, in rows and columns of device pixels."""
@@ -250,7 +250,7 @@ def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
     if isinstance(lamp, CapturedLamp):
         light, hidden = placed_at(lamp, *spot)
         return render(hand.head.transport, light) * np.float32(position.power), hidden
-    picture = near_picture(hand.near, lamp, *spot) * np.float32(position.power)
+    picture = near_picture(hand.base.near, lamp, *spot) * np.float32(position.power)
     return picture, _hidden(hand.lamp_light.alpha, spot)
 
 

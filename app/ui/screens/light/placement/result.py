@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.core.base.angles import whole, wrap
+from app.core.second_light.lamp_answers import Answers, LampPosition, best_held, powers_for
 from app.core.second_light.placements import direction
 from app.core.second_light.search import LampPlacement
-from app.ui.screens.light.placement.answers import Answers, LampPosition, best_held, powers_for
 from app.ui.screens.light.placement.pictures import LampView
 from app.words.phrases.directions import placement_words
 from app.words.phrases.quantities import metres
@@ -63,7 +63,7 @@ class LampResult:
     def spot(self) -> tuple[str, str, str]:
         """Position of the lamp as text: the direction and the distances from head and skin."""
         place = direction(*self.position[:2]) * self.distance_m
-        skin = self.answers.hand.shape.distance_to_skin(place)
+        skin = self.answers.hand.base.shape.distance_to_skin(place)
         azimuth, altitude = (float(whole(angle)) for angle in self.position[:2])
         where = placement_words(azimuth, altitude)
         return where, metres(self.distance_m), metres(skin, rough=True)

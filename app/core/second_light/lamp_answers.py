@@ -4,28 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.progress import Report, Token, span
-from app.core.portrait.head import Head
-from app.core.second_light import added_light as added_lights
-from app.core.second_light.added_light import AddedLight, NearField, prepare_near
-from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, grey_lamp, place_lamp
-from app.core.second_light.contrast import FaceBasis, prepare_face
+from app.core.base.progress import Report, Token
+from app.core.second_light.in_hand import InHand, Lamp, take_in_hand
 from app.core.second_light.lamp_on_turned_head import seen_aside
 from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
-from app.core.second_light.lamp_tables import LampTables, lamp_tables
 from app.core.second_light.placements import COUNT, above_floor, within_arm
 from app.core.second_light.search import LampPlacement, place_all
-from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.turn_choice import Objective
-
-Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
 
 
 class LampPosition(NamedTuple):
@@ -34,20 +26,6 @@ class LampPosition(NamedTuple):
     azimuth_deg: float
     altitude_deg: float
     power: float = 1.0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class InHand:
-    """A lamp prepared for placement around a head."""
-
-    head: Head
-    shape: HeadShape = field(repr=False)
-    near: NearField = field(repr=False)
-    face: FaceBasis = field(repr=False)
-    lamp: Lamp
-    lamp_light: AddedLight = field(repr=False)
-    tables: LampTables = field(repr=False)
-    grey: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,44 +118,6 @@ def kind_of(answers: Answers) -> str:
     return lamp.kind if isinstance(lamp, NumbersLamp) else ""
 
 
-def take_in_hand(
-    head: Head,
-    lamp: Lamp,
-    hand: InHand | None,
-    token: Token,
-    report: Report,
-    grey: bool = False,
-) -> InHand:
-    """Prepare a lamp for placement, reusing the head's data from `hand` if possible.
-
-    Args:
-        grey: Whether to ignore the lamp's colours in the search, as the paper does.
-
-    Raises:
-        CoreError: If the head's shape is missing or the lamp cannot be used.
-        Cancelled: If the token is cancelled.
-    """
-    if hand is not None and hand.head is head:
-        shape, near, face = hand.shape, hand.near, hand.face
-    else:
-        shape = load_shape_of(head.transport, head.name)
-        token.check()
-        near = prepare_near(head.transport, shape)
-        token.check()
-        face = prepare_face(head.transport, head.pack.region_on(head.transport))
-    token.check()
-    if isinstance(lamp, NumbersLamp):
-        lamp_light = added_lights.from_numbers(
-            head.transport, shape, lamp, token, report, near=near, face=face
-        )
-    else:
-        capture = grey_lamp(lamp) if grey else lamp
-        around = place_lamp(capture, token=token, report=span(report, 0.0, 0.3))
-        lamp_light = added_lights.from_captured(head.transport, around, token, report, face=face)
-    tables = lamp_tables(head.pack, head.transport, lamp_light)
-    return InHand(head, shape, near, face, lamp, lamp_light, tables, grey)
-
-
 def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
     """Find the best position of a lamp for each of the given styles, or for all by default."""
     is_open = _open_spots(question)
@@ -214,7 +154,7 @@ def closer(
     Returns:
         The best placement, preferably one that brings a style within reach, or None.
     """
-    hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
+    hand = take_in_hand(answers.hand.base, lamp, token, report)
     placements = ask(hand, answers.question, names).placements
     return max(
         placements, key=lambda one: (one.rescued, one.grade != "soft", one.match), default=None
