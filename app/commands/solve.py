@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -102,14 +103,18 @@ def run(args: argparse.Namespace) -> int:
             tr("The sheet shows built-in styles only."),
             tr("Save the set sheet of your own style in the window."),
         )
-    environment = _light_of(args.environment, args.layer)
+    # Loading the views and looking for cautions take longer than all else together.
+    with ThreadPoolExecutor(2) as pool:
+        loading = pool.submit(_views_of, pack, args)
+        environment = _light_of(args.environment, args.layer)
+        looking = pool.submit(find_cautions, environment, pack, args.objective)
+        views, cautions = loading.result(), looking.result()
     say(*sentences(environment.warnings))
     radiance = reduce(environment, pack.header.environment)
     light = luminance_of(radiance) if args.grey else radiance
     names = [style.name for style in built_in]
     # Packs contain everything needed for solving except for painted strokes and pictures.
     head = _head_of(pack, args) if own or args.sheet else None
-    views = _views_of(pack, args)
     results = _solve(pack, views, light, names, own, head, args)
     verdict = place_verdict(results, light, args.front)
     sentence = "" if verdict is None else place_verdict_words(verdict, results)
@@ -118,7 +123,6 @@ def run(args: argparse.Namespace) -> int:
     seconds = time.perf_counter() - start
     facts = _as_json(results, args, pack, seconds)
     diagnoses = diagnose_place(pack, views, environment, light, results, args)
-    cautions = find_cautions(environment, pack, args.objective)
     facts["cautions"] = [asdict(each) for each in cautions]
     facts["verdict"] = None if verdict is None else _verdict_json(verdict, sentence)
     facts["styles"] = [

@@ -21,6 +21,7 @@ from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import StyleLamp
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of
+from app.ui.presenters.backgrounds import Backgrounds
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
@@ -100,10 +101,19 @@ class HoldingRunner:
         return key in self.waiting
 
 
+class LearntBackgrounds(Backgrounds):
+    """Has every background at hand: learning one takes a second."""
+
+    def at_hand(self, light: PlaceLight) -> Any:
+        return light
+
+
 class Table:
     """Everything that the presenter needs, in a folder of the test's own."""
 
-    def __init__(self, folder: Path, runner: Any = None) -> None:
+    def __init__(
+        self, folder: Path, runner: Any = None, backgrounds: Backgrounds | None = None
+    ) -> None:
         self.runner = HoldingRunner() if runner is None else runner
         self.told = Told()
         self.model = Model()
@@ -119,6 +129,7 @@ class Table:
             folders=Folders(
                 folder, folder / "places", folder / "styles", folder / "drafts", folder / "demo"
             ),
+            backgrounds=backgrounds or LearntBackgrounds(),
         )
         self.desk = PlaceController(self.services)
         self.presenter = StylesPresenter(self.services, self.desk)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.environment.environment import Environment
+from app.core.localization import features
 from app.core.localization.heading import Heading
 from app.core.localization.sitter import Sitter
 from app.core.portrait.head import Head
@@ -97,7 +98,7 @@ def see_what_is_written(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(heading_tracker, "find_heading", read_heading)
     patch.setattr(heading_tracker, "find_sitter", read_sitter)
     patch.setattr(alignment, "find_sitter", read_sitter)
-    patch.setattr(heading_tracker, "build_index", lambda *_: object())
+    patch.setattr(features, "build_index", lambda *_: object())
     patch.setattr(heading_tracker, "keep_index", lambda *_: None)
 
 
@@ -142,7 +143,7 @@ class Rig:
         **settings: Any,
     ) -> None:
         see_what_is_written(patch)
-        patch.setattr(heading_tracker, "build_index", self._index)
+        patch.setattr(features, "build_index", self._index)
         values = {"camera_looks": "sitter", "sounds": False, **settings}
         self.model = Model(Settings(**values))
         self.clock = VirtualClock(100.0)

@@ -20,6 +20,7 @@ from app.core.faces.light_from_face import FaceLight
 from app.core.faces.pose import HeadPose
 from app.core.faces.shot_against_goal import Check
 from app.core.guidance.who_moves import Mode
+from app.core.localization import features
 from app.core.localization.align import LikelyPose
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading
@@ -30,6 +31,7 @@ from app.core.portrait.head import Head
 from app.core.solver.style_signature import Grade
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
+from app.ui.presenters.backgrounds import Backgrounds
 from app.ui.screens.turn.guidance import TAKE
 from app.ui.screens.turn.live import alignment, face, heading_tracker
 from app.ui.screens.turn.live.alignment import Aligner
@@ -86,11 +88,12 @@ class Bench:
         self.runner, self.clock, self.count = LaterRunner(), VirtualClock(10.0), 0
         self.services, self.changed = MagicMock(), MagicMock()
         self.services.runner, self.services.clock = self.runner, self.clock
+        self.services.backgrounds = Backgrounds()
         self.built: list[Bytes] = []
         self.index: Any = None
         self.asked: list[float | None] = []
         self.sitter: Sitter | None = None
-        patch.setattr(heading_tracker, "build_index", self._build)
+        patch.setattr(features, "build_index", self._build)
         patch.setattr(heading_tracker, "find_heading", self._find)
         patch.setattr(heading_tracker, "find_sitter", lambda *_: self.sitter)
         self.sight = HeadingTracker(self.services, self.changed)
@@ -346,7 +349,7 @@ def test_a_blank_panorama(bench: Bench) -> None:
 
 
 def test_learning_that_fails_or_is_stopped(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heading_tracker, "build_index", MagicMock(side_effect=ValueError))
+    monkeypatch.setattr(features, "build_index", MagicMock(side_effect=ValueError))
     bench.ready(1)
     assert isinstance(bench.sight.error, CoreError)
     bench.services.notify.tell_error.assert_called_once()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.progress import Handlers, PhraseReport, Token
 from app.core.text import tr
+from app.ui.presenters.backgrounds import Backgrounds
 
 if TYPE_CHECKING:
     import numpy as np
@@ -165,6 +166,7 @@ class Services:
     devices: Devices
     folders: Folders
     sounds: Sounds = field(default_factory=Sounds)
+    backgrounds: Backgrounds = field(default_factory=Backgrounds)
 
 
 class View(Protocol):

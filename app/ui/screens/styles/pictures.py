@@ -20,6 +20,7 @@ from app.ui.screens.styles.reason.reason import NO_REASON, AreaReason, Elsewhere
 _JOB: Final = "styles-pictures"
 _LARGER_JOB: Final = "styles-pictures-larger"
 _DETAIL_JOB: Final = "styles-detail-larger"
+_BACKGROUND: Final = "styles-background"
 _REASON_JOB: Final = "styles-detail-reason"
 
 
@@ -99,8 +100,13 @@ class StylesPictures:
         if before is not None and before.question.light is model.light and model.computing:
             # New pictures will arrive with the new answers.
             return
-        same = before is not None and before.question.head is question.head
-        same = same and before is not None and before.question.light is question.light
+        # A gallery that was made before there were answers has no pictures of this place.
+        same = (
+            before is not None
+            and before.question.head is question.head
+            and before.question.light is question.light
+            and bool(before.results or not question.results)
+        )
         style, needle, detail = model.chosen, model.needle_deg, DetailResolver(self._detail)
 
         def work(token: Token, _report: Report) -> tuple[Snapshot, DetailResolver]:
@@ -129,7 +135,21 @@ class StylesPictures:
         self.snapshot, self._detail = answer
         if self.snapshot.quick and self.snapshot.question.head.may_be_full_at(self.sizes.card):
             self.ask(larger=True)
+        else:
+            self._expect_turn()
         self._changed(True)
+
+    def _expect_turn(self) -> None:
+        """Learn the background of the place while the gallery is being looked at."""
+        model, backgrounds = self._services.model, self._services.backgrounds
+        light, folder = model.light, model.place_folder
+        if light is not None and backgrounds.at_hand(light) is None:
+            self._services.runner.submit(
+                _BACKGROUND,
+                lambda token, report: backgrounds.find(light, folder, token, report),
+                # Turn reports any trouble.
+                failed=lambda _: None,
+            )
 
     # -- the detail ----------------------------------------------------------------------------
 

@@ -6,18 +6,14 @@ The `Track` is passed to the job and returned with its result, so the threads sh
 
 from __future__ import annotations
 
-import hashlib
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.localization.features import HeadingIndex, build_index, keep_index, read_index
+from app.core.localization.features import HeadingIndex, keep_index
 from app.core.localization.heading import UNSURE, find_heading
 from app.core.localization.live.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.sitter import find_sitter
@@ -33,8 +29,6 @@ _INDEX: Final = "turn-index"
 _KEEP: Final = "turn-index-keep"
 _HEADING: Final = "turn-heading"
 _LEARNING: Final = tr("Learning the background")
-_PLACES: Final = 3  # number of indexes kept in memory, about 5 MB each
-_COARSE: Final = 4
 
 
 class HeadingTracker:
@@ -51,7 +45,6 @@ class HeadingTracker:
         self._changed = changed
         self._light: PlaceLight | None = None
         self._folder: Path | None = None
-        self._indexes: OrderedDict[bytes, HeadingIndex] = OrderedDict()
         self._frame: Bytes | None = None
         self._on = False
         self._round = 0
@@ -77,22 +70,18 @@ class HeadingTracker:
             return
         self._light, self.error = light, None
         self.forget()
-        key = _key(light)
-        self.index = self._indexes.get(key)
+        backgrounds = self._services.backgrounds
+        self.index = backgrounds.at_hand(light)
         if self.index is not None:
-            self._indexes.move_to_end(key)
             self._services.runner.cancel(_INDEX)
             self._keep()
             self._changed()
             return
         self._services.runner.submit(
             _INDEX,
-            lambda token, report: (
-                (None if folder is None else read_index(folder, light.display))
-                or build_index(light.display, token, report)
-            ),
+            lambda token, report: backgrounds.find(light, folder, token, report),
             title=_LEARNING,
-            done=lambda index: self._learnt(light, key, index),
+            done=lambda index: self._learnt(light, index),
             failed=lambda error: self._not_learnt(light, error),
             cancelled=lambda: self._cancelled(light),
         )
@@ -160,10 +149,7 @@ class HeadingTracker:
             self.track = track
             self._changed()
 
-    def _learnt(self, light: PlaceLight, key: bytes, index: HeadingIndex) -> None:
-        self._indexes[key] = index
-        while len(self._indexes) > _PLACES:
-            self._indexes.popitem(last=False)
+    def _learnt(self, light: PlaceLight, index: HeadingIndex) -> None:
         if light is self._light:
             self.index = index
             self._keep()
@@ -197,9 +183,3 @@ class HeadingTracker:
             )
             self._light = None
             self._changed()
-
-
-def _key(light: PlaceLight) -> bytes:
-    """Return a hash of the panorama, which stays the same when the place is reopened."""
-    coarse = np.ascontiguousarray(light.display[::_COARSE, ::_COARSE])
-    return hashlib.blake2b(coarse.tobytes(), digest_size=16).digest()
