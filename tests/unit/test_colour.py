@@ -171,3 +171,22 @@ class TestOtherPrimaries:
     def test_what_is_no_colour(self, junk: tuple[float, ...]) -> None:
         with pytest.raises(ValueError, match=r"chromaticities|white|primaries"):
             colour.rec709_from(junk)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.float16, np.float32])
+def test_largest_and_smallest_channel_are_those_of_numpy(kind: type) -> None:
+    picture: np.ndarray = np.random.default_rng(1).integers(0, 256, (5, 7, 3)).astype(kind)
+    before = picture.copy()
+    largest, smallest = colour.largest_channel(picture), colour.smallest_channel(picture)
+    assert largest.dtype == smallest.dtype == kind
+    np.testing.assert_array_equal(largest, picture.max(axis=-1))
+    np.testing.assert_array_equal(smallest, picture.min(axis=-1))
+    np.testing.assert_array_equal(picture, before)
+
+
+def test_a_channel_that_is_no_number_is_not_lost() -> None:
+    for channel in range(3):
+        picture = np.ones((1, 3), np.float32)
+        picture[0, channel] = np.nan
+        assert np.isnan(colour.largest_channel(picture)).all()
+        assert np.isnan(colour.smallest_channel(picture)).all()

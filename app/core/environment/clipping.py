@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Floats
-from app.core.base.colour import FloatImage
+from app.core.base.colour import FloatImage, largest_channel
 from app.core.base.sphere import wrapped
 
 # Relative width of the band below the maximum, minimum number of texels in it, and minimum ratio of
@@ -65,7 +65,7 @@ def _row_bands(radiance: FloatImage) -> list[slice]:
 
 
 def _plane(band: FloatImage, channel: int) -> Floats:
-    return np.asarray(band.max(axis=-1) if channel == _ALL else band[..., channel])
+    return np.asarray(largest_channel(band) if channel == _ALL else band[..., channel])
 
 
 def _is_panel(marks: Bools, radiance: FloatImage) -> bool:

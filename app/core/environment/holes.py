@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Floats
-from app.core.base.colour import FloatImage
+from app.core.base.colour import FloatImage, largest_channel
 from app.core.base.sphere import bounded, solid_angles, wrapped
 from app.core.measure.finish.inpainting import components, fill
 from app.core.measure.read.frame import MergedLight
@@ -81,7 +81,7 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
         if coarse is None:
             return None
         return cv2.resize(coarse.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
-    largest = radiance.max(axis=-1)
+    largest = largest_channel(radiance)
     bright = largest[largest > 0.0]
     if not bright.size or float(largest.min()) > (black or 0.0) + BLACK_OF_LIGHT * float(
         bright.max()

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.core.base import colour
 from app.core.base.arrays import Float64
-from app.core.base.colour import FloatImage
+from app.core.base.colour import FloatImage, smallest_channel
 from app.core.base.sphere import bounded
 from app.core.environment.environment import Environment
 
@@ -61,7 +61,7 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
 
 def _filled(radiance: FloatImage) -> FloatImage:
     """Replace texels that contain a zero with the mean of the lit texels around them."""
-    dark = radiance.min(axis=2) <= 0.0
+    dark = smallest_channel(radiance) <= 0.0
     weight = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
     around = (7, 7)
     total = cv2.boxFilter(radiance * weight, -1, around, normalize=False)

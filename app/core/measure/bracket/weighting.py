@@ -59,7 +59,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
-from app.core.base.colour import srgb_encode
+from app.core.base.colour import largest_channel, smallest_channel, srgb_encode
 from app.core.measure.read.decoding import Pixels
 
 Scheme: TypeAlias = Literal["noise", "reinhard"]
@@ -382,8 +382,8 @@ def agree(
     weights = np.zeros(radiance[0].shape, np.float32)
     for pixels, light, trust, own in zip(bands, lights, trusts, doubt, strict=True):
         error = relative_error(light.tables.value) ** 2 + own**2
-        precision = cv2.LUT(pixels.min(axis=-1), (1.0 / error).astype(np.float32))
-        use = cv2.LUT(pixels.max(axis=-1), light.tables.bright)
+        precision = cv2.LUT(smallest_channel(pixels), (1.0 / error).astype(np.float32))
+        use = cv2.LUT(largest_channel(pixels), light.tables.bright)
         use = use if trust is None else use * trust
         weights += use
         says.append(use * precision)

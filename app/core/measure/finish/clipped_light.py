@@ -27,6 +27,7 @@ import numpy as np
 
 from app.core.base.angles import turn_of_index
 from app.core.base.arrays import Float32, Float64
+from app.core.base.colour import largest_channel, smallest_channel
 from app.core.base.errors import ProbeError
 from app.core.base.phrases import percent
 from app.core.environment.environment import energy, reduce_light, solid_angles
@@ -65,7 +66,7 @@ def told_clipped(merged: MergedLight, name: str) -> MergedLight:
     Raises:
         ProbeError: If the frame is entirely clipped or black.
     """
-    largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
+    largest = largest_channel(merged.radiance) / np.float32(merged.clip_level)
     if float(largest.max()) < _LEAST_LIGHT:
         raise ProbeError(
             tr("{name} is completely black.", name=name),
@@ -103,7 +104,7 @@ def _gain(white: Float32, coloured: Float32, stops: float, coloured_stops: float
 
 def _shares(radiance: Float32, clipped: Float32) -> tuple[Float32, Float32]:
     """Return each texel's white fraction and its fraction clipped in some channels, (H, W) each."""
-    is_white = radiance.min(axis=-1) >= _WHITE * radiance.max(axis=-1)
+    is_white = smallest_channel(radiance) >= _WHITE * largest_channel(radiance)
     white = clipped * is_white
     return white, clipped - white
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Float32
-from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, largest_channel
 from app.core.base.errors import ProbeError
 from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded
@@ -312,7 +312,7 @@ def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
     """
     if level is None:
         return np.zeros(radiance.shape[:2], np.float32)
-    return np.asarray(radiance.max(axis=2) >= _NEAR * level, np.float32)
+    return np.asarray(largest_channel(radiance) >= _NEAR * level, np.float32)
 
 
 def find(

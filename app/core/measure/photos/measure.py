@@ -23,7 +23,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
-from app.core.base.colour import srgb_light
+from app.core.base.colour import largest_channel, smallest_channel, srgb_light
 from app.core.base.errors import ProbeError
 from app.core.base.phrases import listed, percent
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
@@ -210,7 +210,9 @@ def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Meas
         reference_ev=reference,
         clip_level=2.0 ** (reference - min(stops)),
         cd_m2=1.2 / 2.0**reference if exposures_known else None,  # ISO 12232
-        clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in oriented),
+        clipped_fractions=tuple(
+            (largest_channel(p.pixels) >= CLIPPED_CODE).mean() for p in oriented
+        ),
     )
     merged, blind = _filled(merged, coverage, remarks)
     report(0.9, Progress(Task.FINDING_LAMPS))
@@ -252,7 +254,7 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
     x, y, border = x.astype(np.float32), y.astype(np.float32), cv2.BORDER_REPLICATE
     codes = np.asarray(cv2.remap(pixels, x, y, cv2.INTER_LINEAR, borderMode=border), np.uint8)
     radiance = srgb_light(codes) * inside[..., None]
-    clipped = ((codes.max(axis=-1) >= CLIPPED_CODE) & inside).astype(np.float32)
+    clipped = ((largest_channel(codes) >= CLIPPED_CODE) & inside).astype(np.float32)
     choice = srgb_choice()
     photograph = replace(photograph, wide_deg=wide)
     return _PhotoLight(
@@ -409,7 +411,7 @@ def _layers(
     sure = np.array([1e-4 if p.stops is None else _TRUST_EXIF**-2 for p in oriented])
     normal, right = np.diag(sure), np.repeat((start * sure)[:, None], 3, axis=1)
     logs = np.log2(np.maximum(table[np.arange(3), codes], 1e-6))
-    usable = visible & (codes.min(axis=-1) >= _OPEN[0]) & (codes.max(axis=-1) < _OPEN[1])
+    usable = visible & (smallest_channel(codes) >= _OPEN[0]) & (largest_channel(codes) < _OPEN[1])
     for one, other in combinations(range(len(oriented)), 2):
         both = usable[one] & usable[other]
         weight, target = 0.0, np.zeros(3)

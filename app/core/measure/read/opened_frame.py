@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32, Indices
+from app.core.base.colour import largest_channel
 from app.core.base.progress import Token
 from app.core.measure.read.decoding import (
     READ_ROWS,
@@ -157,7 +158,7 @@ def _top(pixels: Pixels) -> float:
     """Return the saturation level of linear pixels: their maximum if many share it, otherwise 0."""
     if pixels.dtype != np.float32:
         return 0.0
-    largest = pixels.max(axis=-1)
+    largest = largest_channel(pixels)
     finite = largest[np.isfinite(largest)]
     top = float(finite.max(initial=0.0))
     flat = np.count_nonzero(finite >= top * _PLATEAU)

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32
-from app.core.base.colour import luminance, srgb_light
+from app.core.base.colour import largest_channel, luminance, srgb_light
 from app.core.environment.environment import energy, reduce_light, solid_angles
 from app.core.measure.finish.clip_audit import DOUBT, choices, given_up
 from app.core.measure.finish.lamp_detection import components
@@ -73,7 +73,7 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
         size = (_COLUMNS, _COLUMNS // 2)
         picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
     linear = srgb_light(picture)
-    clipped = picture.max(axis=-1) >= _CLIPPED_CODE
+    clipped = largest_channel(picture) >= _CLIPPED_CODE
     labels, count = components(clipped)
     areas = np.repeat(solid_angles(clipped.shape), clipped.shape[1])
     sizes = np.bincount(labels.ravel(), areas, count + 1)

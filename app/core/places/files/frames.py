@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.base.colour import FloatImage, srgb_encode, to_bytes
+from app.core.base.colour import FloatImage, largest_channel, srgb_encode, to_bytes
 from app.core.base.imaging.image_input import picture_bytes
 from app.core.measure.finish.findings import clip_level
 from app.core.places.files.originals import ORIGINALS
@@ -87,4 +87,4 @@ def small_picture(path: Path) -> Bytes | None:
 
 def clipped_in(picture: Bytes) -> float:
     """Return the clipped fraction, 0 to 1, of a thumbnail, (h, w, 3) uint8 sRGB."""
-    return float((picture.max(axis=2) >= _CLIPPED_CODE).mean())
+    return float((largest_channel(picture) >= _CLIPPED_CODE).mean())

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
+from app.core.base.colour import largest_channel, smallest_channel
 from app.core.base.remarks import Remark
 from app.core.localization.homography import apply_homography as moved_by
 from app.core.localization.homography import by_elements, scaled
@@ -138,7 +139,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
 
 def blank(picture: Bytes) -> Bools:
     """Return a mask, (h, w), of borders that a program has filled with one pure primary colour."""
-    low, high = picture.min(axis=-1), picture.max(axis=-1)
+    low, high = smallest_channel(picture), largest_channel(picture)
     flat = cv2.dilate(((low < 24) & (high > 231)).astype(np.uint8), np.ones((3, 3), np.uint8))
     sure = (low <= 8) & (high >= 247)
     _, labels = cv2.connectedComponents(np.pad(flat, 1), connectivity=8)
