@@ -124,6 +124,7 @@ class LightRig:
         self.same: set[str] = set()  # styles whose picture the lamp does not change
         patch.setattr(work, "prepare_head", self._prepare)
         patch.setattr(work, "take_in_hand", self.take)
+        patch.setattr(work, "wait", lambda *_: None)
         patch.setattr(work, "ask", self._ask)
         patch.setattr(work, "look", self._look)
         patch.setattr(work, "result_with", self._with)

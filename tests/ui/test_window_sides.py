@@ -170,10 +170,21 @@ def guidance(robot: Robot) -> Shown:
     )
 
 
-def pointed(robot: Robot, webcam: StillWebcam, turn_deg: float, number: int) -> Shown:
-    """Let the camera look at a sitter who has turned so far: it points the other way."""
+def pointed(
+    robot: Robot, webcam: StillWebcam, turn_deg: float, number: int, way: str = ""
+) -> Shown:
+    """Let the camera look at a sitter who has turned so far: it points the other way.
+
+    Args:
+        way: Way of the number that must be shown; until it is, the number changes with the heading.
+    """
     webcam.point(wrap(turn_deg + 180.0))
-    robot.wait(lambda: guidance(robot).number == number, f"{number}° to go")
+
+    def shown() -> bool:
+        now = guidance(robot)
+        return now.number == number and way in ("", now.sign)
+
+    robot.wait(shown, f"{number}° {way} to go")
     return guidance(robot)
 
 
@@ -256,7 +267,7 @@ def test_the_marker_moves_every_number_that_is_shown(
         assert detail_of(robot) == (number, WAYS[sign])
         go_to_turn(app, robot, "walk")
         # The camera's heading is one of the panorama: who has not turned faces the marker.
-        shown = pointed(robot, webcam, moved, number)
+        shown = pointed(robot, webcam, moved, number, WAYS[sign])
         assert shown.sign == WAYS[sign]
         assert WALK[sign] in shown.words
 

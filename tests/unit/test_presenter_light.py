@@ -337,6 +337,34 @@ def test_a_weak_lamp_says_what_it_does_from_nearer_by(rig: LightRig) -> None:
     assert DISTANCES_M[rig.state.lamp.distance] == 0.2
 
 
+def test_a_shorter_distance_is_tried_once_the_hand_rests(
+    rig: LightRig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pauses: list[float] = []
+    monkeypatch.setattr(work, "wait", lambda clock, seconds, token: pauses.append(seconds))
+    rig.saved = {"badger": (20.0, 40.0)}
+    rig.runner.held.add("light-closer")
+    rig.start()
+    rig.presenter.choose("badger")
+    badger = rig.presenter.front
+    assert badger is not None
+    rig.nearer = replace(badger, match=51.0, attainable=True)
+
+    def tries() -> int:
+        return rig.runner.ran.count("light-closer")
+
+    before = tries()
+    rig.presenter.hold_at(40.0, 10.0)
+    rig.presenter.hold_at(41.0, 10.0)
+    assert tries() == before + 2, "each move begins the pause anew"
+    assert not pauses
+    rig.runner.release("light-closer")
+    assert pauses == [1.5]
+    assert "51" in rig.state.note
+    rig.presenter.hold_at(42.0, 10.0)
+    assert tries() == before + 2, "an answer is not looked for twice"
+
+
 def test_reach_is_asked_for(rig: LightRig) -> None:
     rig.start()
     assert (rig.questions[-1].arm, rig.questions[-1].floor) == (False, True)

@@ -155,6 +155,7 @@ def closer(
         The best placement, preferably one that brings a style within reach, or None.
     """
     hand = take_in_hand(answers.hand.base, lamp, token, report)
+    token.check()
     placements = ask(hand, answers.question, names).placements
     return max(
         placements, key=lambda one: (one.rescued, one.grade != "soft", one.match), default=None

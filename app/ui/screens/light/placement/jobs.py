@@ -32,6 +32,7 @@ from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.search import LampPlacement
 from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.text import tr
+from app.devices.clock import wait
 from app.ui.presenters.services import Services
 from app.ui.presenters.window_model import LampPlan
 from app.ui.screens.light.lamp import DISTANCES_M, lamp_name, nearest_stop
@@ -64,6 +65,7 @@ _PLAN: Final = "light-plan"
 _LENS: Final = "light-lens"
 
 _LITTLE_M: Final = 0.02
+_REST_S: Final = 1.5
 
 
 class _LampHeads:
@@ -100,6 +102,7 @@ class LightWork:
         self.version = 0
         self.trouble = ""
         self._nearer: Nearer | None = None
+        self._tried_closer: Answers | None = None
         self._heads = _LampHeads()
         self._ready: Head | None = None
         self._hand: InHand | None = None
@@ -234,7 +237,12 @@ class LightWork:
             self._answered()
 
     def _come_closer(self, answers: Answers) -> None:
-        """Try the lamp at half the distance if it brings no style within reach."""
+        """Try the lamp at half the distance if it brings no style within reach.
+
+        This takes as much time and memory as the search itself, so it waits for the hand to rest.
+        """
+        if self._tried_closer is answers:
+            return
         lamp = answers.hand.lamp
         out = [one.name for one in answers.placements if not one.before.attainable]
         if rescued(answers.placements) or not out or not isinstance(lamp, NumbersLamp):
@@ -244,13 +252,18 @@ class LightWork:
             return
         nearer = replace(lamp, distance_m=near_m)
 
+        def work(token: Token, report: Report) -> LampPlacement | None:
+            wait(self._services.clock, _REST_S, token)
+            return closer(answers, nearer, out, token, report)
+
         def done(placement: LampPlacement | None) -> None:
+            self._tried_closer = answers
             self._nearer = None if placement is None else Nearer(answers, placement, near_m)
             self._changed()
 
         self._services.runner.submit(
             _CLOSER,
-            lambda token, report: closer(answers, nearer, out, token, report),
+            work,
             done=done,
             failed=lambda error: None,
         )
@@ -303,6 +316,7 @@ class LightWork:
         view_key = view and (view.answers, view.name, view.position, view.size)
         if self.looking or view_key == self._view_key:
             return
+        self._come_closer(answers)
         self.looking = True
         self._services.runner.submit(
             _VIEW,
