@@ -473,7 +473,7 @@ def test_the_guidance_follows_a_track() -> None:
 
 
 class Pan:
-    """A camera that turns on the spot in the demo location. Nobody is visible.
+    """A camera that turns on the spot in the demo location. There is no person in the picture.
 
     A test provides `heading`, which receives the true azimuth and returns the search result.
     """

@@ -356,7 +356,7 @@ def test_a_shorter_distance_is_tried_once_the_hand_rests(
     before = tries()
     rig.presenter.hold_at(40.0, 10.0)
     rig.presenter.hold_at(41.0, 10.0)
-    assert tries() == before + 2, "each move begins the pause anew"
+    assert tries() == before + 2, "each move restarts the pause"
     assert not pauses
     rig.runner.release("light-closer")
     assert pauses == [1.5]

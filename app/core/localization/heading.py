@@ -123,9 +123,7 @@ _MOST: Final = 6  # largest number of matches from one part
 _NEAR_DEG: Final = 60.0
 _CARRIER_DEG: Final = 25.0  # a person further to the side is not the holder of the camera
 _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
-_STEEP: Final = (
-    0.55  # slope of a wall that is seen at a slant, perhaps from beside the sitter's line
-)
+_STEEP: Final = 0.55  # slope of a wall: a steeper one may be seen from beside the line
 _STATED: Final = 0.03  # spread of the logarithm of a lens from EXIF: rounding, stabilisation
 _ABOUT: Final = 0.07  # the same for a field of view set by the user
 _FIELDS: Final = (25.0, 110.0)

@@ -107,7 +107,7 @@ def carried_on(
     """Return the heading of a picture from those of earlier pictures that it overlaps.
 
     Args:
-        background: BackgroundTexture of the picture.
+        background: Background of the picture.
         sitter_deg: As in `Clue`.
         now_s: Time of the picture, in seconds.
 
